@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "shared/import/dicom_steps.h"
+#include "shared/import/volume_choices.h"
 
 namespace isosplat::dicom {
 namespace {
@@ -270,6 +271,7 @@ class StackOrderer {
   /// Selects one of several volumes by the options. Errors: invalid_argument.
   Result<size_t> chosen_step(size_t count, const std::string& distinguished_by) const {
     if (count > 1 && !options_.time_step) {
+      offer_steps(options_, count);
       return fail(
           Status::invalid_argument,
           fmt::format("{}: expected one volume, found {} at the same position, distinguished by "

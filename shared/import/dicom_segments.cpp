@@ -7,6 +7,7 @@
 #include <map>
 
 #include "shared/import/header_text.h"
+#include "shared/import/volume_choices.h"
 
 namespace isosplat::dicom {
 namespace {
@@ -27,11 +28,12 @@ struct Candidate {
 class SegmentChooser {
  public:
   SegmentChooser(const Collection& collection, Stack stack, const std::filesystem::path& path,
-                 const std::string& wanted, std::vector<std::string>& notes)
+                 const ImportOptions& options, std::vector<std::string>& notes)
       : collection_(collection),
         stack_(std::move(stack)),
         path_(path),
-        wanted_(wanted),
+        options_(options),
+        wanted_(options.segment),
         notes_(notes) {}
 
   Result<Stack> choose() {
@@ -126,10 +128,33 @@ class SegmentChooser {
                             found, list()));
   }
 
+  /// Offers the segments that have frames and that an option can tell from the others.
+  void offer_candidates() const {
+    std::vector<VolumeChoice> offered;
+    for (const Candidate& each : candidates_) {
+      if (each.frames == 0) continue;
+      const auto number = std::to_string(each.number);
+      const auto equals = [&](const auto& same) {
+        return std::count_if(candidates_.begin(), candidates_.end(), same) > 1;
+      };
+      const bool is_shared = equals([&](const Candidate& c) { return c.number == each.number; });
+      if (is_shared && (each.label.empty() || equals([&](const Candidate& c) {
+                          return lower_case(c.label) == lower_case(each.label);
+                        }))) {
+        continue;
+      }
+      offered.push_back({.label = "segment " + name_of(each),
+                         .name = each.label,
+                         .segment = is_shared ? each.label : number});
+    }
+    offer(options_, std::move(offered));
+  }
+
   Result<Stack> choose_frames() {
     auto found = matches();
     if (wanted_.empty()) {
       if (candidates_.size() > 1) {
+        offer_candidates();
         return wrong_choice(fmt::format("{} in a segmentation", candidates_.size()));
       }
       found = {&candidates_.front()};
@@ -186,6 +211,7 @@ class SegmentChooser {
   const Collection& collection_;
   Stack stack_;
   const std::filesystem::path& path_;
+  const ImportOptions& options_;
   const std::string& wanted_;
   std::vector<std::string>& notes_;
   std::vector<Candidate> candidates_;
@@ -197,7 +223,7 @@ class SegmentChooser {
 Result<Stack> choose_segment(const Collection& collection, Stack stack,
                              const std::filesystem::path& path, const ImportOptions& options,
                              std::vector<std::string>& notes) {
-  return SegmentChooser(collection, std::move(stack), path, options.segment, notes).choose();
+  return SegmentChooser(collection, std::move(stack), path, options, notes).choose();
 }
 
 }  // namespace isosplat::dicom

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "shared/import/volume_choices.h"
+
 namespace isosplat::dicom {
 namespace {
 
@@ -77,6 +79,27 @@ std::string list_of(const Collection& collection, const std::vector<Stack>& stac
   }
   if (which.size() > kMaxListed) text += fmt::format("; and {} more", which.size() - kMaxListed);
   return text;
+}
+
+/// The stacks of several slices, as choices of --series; none if there is only one.
+std::vector<VolumeChoice> choices_of(const Collection& collection,
+                                     const std::vector<Stack>& stacks) {
+  std::vector<VolumeChoice> choices;
+  for (size_t i = 0; i < stacks.size(); ++i) {
+    if (stacks[i].frames.size() < 2) continue;
+    const Frame& frame = collection.frames[stacks[i].frames[0]];
+    const Image& image = collection.images[frame.image];
+    const Series& series = collection.series[frame.series];
+    std::string name = series.modality.empty() ? "" : series.modality + ", ";
+    name += fmt::format("{} × {} × {}", image.columns, image.rows, stacks[i].frames.size());
+    if (frame.stack > 0) name += fmt::format(", {}", collection.texts[frame.stack]);
+    if (!series.description.empty()) name += fmt::format(", \"{}\"", series.description);
+    choices.push_back({.label = fmt::format("series {}: {}", i + 1, name),
+                       .name = name,
+                       .series = std::to_string(i + 1)});
+  }
+  if (choices.size() < 2) choices.clear();
+  return choices;
 }
 
 bool is_segmentation(const Collection& collection, const Frame& frame) {
@@ -162,6 +185,7 @@ Result<Stack> choose_stack(const Collection& collection, const std::filesystem::
     const bool is_same = collection.frames[(*stacks)[i].frames[0]].series == series;
     (is_same ? same : others).push_back(i);
   }
+  if (stacks->size() > 1) offer(options, choices_of(collection, *stacks));
   if (same.size() > 1) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: expected slices of one size, orientation and pixel spacing in a "

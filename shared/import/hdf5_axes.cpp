@@ -7,6 +7,7 @@
 
 #include "shared/import/conventions.h"
 #include "shared/import/formats.h"
+#include "shared/import/volume_choices.h"
 
 namespace isosplat {
 namespace {
@@ -78,6 +79,7 @@ class Reader {
   Result<uint64_t> choose_channel(const Hdf5Axis& channels) const {
     const auto count = static_cast<int64_t>(std::max<uint64_t>(channels.size, 1));
     if (count > 1 && !options_.channel) {
+      offer_channels(options_, static_cast<uint64_t>(count));
       return fail(
           Status::invalid_argument,
           fmt::format("{}: expected one number per voxel, found {} channels{} in {}: choose "
@@ -108,7 +110,7 @@ class Reader {
         fmt::format("{}: expected an array with the axes z, y and x, found axes of {} in {}: "
                     "{}",
                     file_.path().string(), list, hdf5_printable(volume_.path),
-                    hdf5_advice(volume_.sizes, volume_.path)));
+                    hdf5_advice(file_.path(), volume_)));
   }
 
   /// Gives each axis a letter of its own.

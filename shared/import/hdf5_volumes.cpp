@@ -7,7 +7,9 @@
 #include "shared/import/formats.h"
 #include "shared/import/hdf5_attributes.h"
 #include "shared/import/hdf5_pyramid.h"
+#include "shared/import/known_files.h"
 #include "shared/import/npy_header.h"
+#include "shared/import/volume_choices.h"
 
 namespace isosplat {
 namespace {
@@ -137,10 +139,15 @@ Result<Hdf5Volume> choose_of_pyramid(Hdf5File& file, std::vector<Hdf5Volume> vol
              times = places(volumes, &Hdf5Place::time);
   if (channels.size() > 1 && !options.channel) {
     std::string list;
+    std::vector<VolumeChoice> offered;
     for (const uint64_t channel : channels) {
-      list += fmt::format("{}{}{}", list.empty() ? "" : ", ", channel,
-                          hdf5_channel_name(file, channel, is_imaris));
+      const std::string name = hdf5_channel_name(file, channel, is_imaris);
+      list += fmt::format("{}{}{}", list.empty() ? "" : ", ", channel, name);
+      offered.push_back({.label = fmt::format("{} {}{}", what, channel, name),
+                         .name = name.size() > 3 ? name.substr(2, name.size() - 3) : "",
+                         .channel = static_cast<int64_t>(channel)});
     }
+    offer(options, std::move(offered));
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected one {}, found {}: {}: choose one with --channel",
                             file.path().string(), what, channels.size(), list));
@@ -199,11 +206,12 @@ std::string hdf5_text(const Hdf5Volume& volume) {
                      fmt::join(volume.sizes, " × "));
 }
 
-std::string hdf5_advice(const std::vector<uint64_t>& sizes, std::string_view path) {
+std::string hdf5_advice(const std::filesystem::path& file, const Hdf5Volume& volume) {
   return fmt::format(
-      "save one volume of it with Python: numpy.save('volume.npy', "
-      "h5py.File('FILE')['{}'][{}])",
-      hdf5_printable(path), numpy_index({sizes.begin(), sizes.end()}));
+      "save one volume of it with python3 -c \"import sys, h5py, numpy; "
+      "numpy.save('volume.npy', h5py.File(sys.argv[1])[sys.argv[2]][{}])\" {} {}",
+      numpy_index({volume.sizes.begin(), volume.sizes.end()}), shell_word(file),
+      shell_word(hdf5_printable(volume.path)));
 }
 
 Result<std::vector<Hdf5Volume>> hdf5_volumes(Hdf5File& file) {
@@ -286,6 +294,11 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options) {
   const auto found = std::find_if(volumes.begin(), volumes.end(),
                                   [&](const Hdf5Volume& each) { return each.path == named; });
   if (found != volumes.end()) return std::move(*found);
+  std::vector<VolumeChoice> offered;
+  for (const Hdf5Volume& each : volumes) {
+    offered.push_back({.label = each.path, .name = hdf5_text(each), .dataset = each.path});
+  }
+  offer(options, std::move(offered));
   return fail(Status::invalid_argument,
               fmt::format("{}: expected one volume, found {}: {}: choose one with --dataset",
                           file.path().string(), volumes.size(), list));

@@ -36,7 +36,7 @@ Result<std::optional<Hdf5Object>> hdf5_object_at(Hdf5File& file, std::string_vie
 /// unsupported_format.
 Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options);
 
-/// How to save one volume of an array with too many axes.
-std::string hdf5_advice(const std::vector<uint64_t>& sizes, std::string_view path);
+/// How to save one volume of an array with too many axes: a command.
+std::string hdf5_advice(const std::filesystem::path& file, const Hdf5Volume& volume);
 
 }  // namespace isosplat

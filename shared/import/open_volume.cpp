@@ -17,6 +17,7 @@
 #include "shared/import/packing.h"
 #include "shared/import/slice_files.h"
 #include "shared/import/unpacked_volume.h"
+#include "shared/import/volume_choices.h"
 
 namespace isosplat {
 namespace {
@@ -267,8 +268,12 @@ std::string_view packing_of_file(const std::filesystem::path& path) {
 
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
   const FileStamps before = FileStamps::of({path});
+  offer(options, {});
   auto volume = open_format(path, options);
-  if (!volume) return volume;
+  if (!volume) {
+    offer_allowance(options, volume.error().message);
+    return volume;
+  }
   if (auto same = before.check(); !same) return tl::unexpected(same.error());
   const VolumeHeader& header = volume->source->header();
   const Index3 n = header.grid.voxels;
@@ -334,6 +339,7 @@ Result<uint64_t> choose_time_step(const std::filesystem::path& path,
 Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
                              const ImportOptions& options) {
   if (steps > 1 && !options.time_step) {
+    offer_steps(options, static_cast<uint64_t>(steps));
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected one volume, found {} time steps: choose one with "
                             "--time-step 0 to --time-step {}",

@@ -12,6 +12,15 @@
 
 namespace isosplat {
 
+/// One of several volumes in a file: the options that choose it, and what tells it from the others.
+struct VolumeChoice {
+  std::string label = {};  ///< a text that tells it from the others
+  std::string name = {};   ///< what the file calls it, and sizes: no words of ours. May be empty
+  std::string dataset = {}, series = {}, segment = {};
+  std::optional<int64_t> channel = {}, time_step = {};
+  std::optional<Allowance> allowance = {};  ///< not another volume: a fault that is to be accepted
+};
+
 /// Options that complete or override the file's header.
 struct ImportOptions {
   std::optional<Vec3<int64_t>> dims;  ///< raw files only: voxels along x, y, z
@@ -35,6 +44,12 @@ struct ImportOptions {
   /// If missing_value is not set: whether voxels become absent that have a header's fill value, or
   /// a value that programs use for "no value", far outside the range of all others.
   bool finds_missing_values = true;
+
+  /// If not null: is given the volumes among which these options do not choose. Where open_volume
+  /// fails for that reason, each one's options, added to these, choose. If it succeeds, these are
+  /// all that it could read, the one that it chose by itself included. Where an error advises an
+  /// allowance, it is given that one. Must outlive the call of open_volume.
+  std::vector<VolumeChoice>* choices = nullptr;
 };
 
 /// Values from `low` to `high` (usually equal) that stand for "no value" according to a file's
@@ -85,14 +100,6 @@ std::string_view packing_of_file(const std::filesystem::path& path);
 /// The paths of the datasets of an HDF5 file that are volumes, in order. Errors: those of
 /// open_volume.
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path);
-
-/// One of several volumes in a file: the options that choose it, and a text that tells it from the
-/// others.
-struct VolumeChoice {
-  std::string label;
-  std::string dataset, series;
-  std::optional<int64_t> channel, time_step;
-};
 
 /// The volumes of a file that has several (HDF5: its datasets), in order. Empty if open_volume
 /// needs no choice for this file. Errors: those of open_volume.

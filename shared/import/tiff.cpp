@@ -10,6 +10,7 @@
 #include "shared/import/tiff_geometry.h"
 #include "shared/import/tiff_slices.h"
 #include "shared/import/tiff_source.h"
+#include "shared/import/volume_choices.h"
 
 // Opens TIFF stacks: a file with a page per slice, or a folder with a file per slice. tiff_series.h
 // says which pages are slices; tiff_file.h decodes them.
@@ -264,6 +265,7 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
                             first->string(), std::max<uint64_t>(one.pages, page.depth)));
   }
   if (page.samples > 1 && !options.channel) {
+    offer_channels(options, page.samples);
     return fail(Status::unsupported_type,
                 fmt::format("{}: expected one number per voxel, found {} channels: choose one with "
                             "--channel 0 to --channel {}",

@@ -6,6 +6,7 @@
 
 #include "shared/import/formats.h"
 #include "shared/import/header_text.h"
+#include "shared/import/volume_choices.h"
 
 namespace isosplat {
 namespace {
@@ -58,6 +59,15 @@ Result<size_t> choose_series(const std::filesystem::path& path,
                                 series.size(), describe(series[index], index + 1)));
     return index;
   }
+  std::vector<VolumeChoice> offered;
+  for (size_t i = 0; i < series.size(); ++i) {
+    const auto& [z, channels, times] = series[i].sizes;
+    if (z < 2 && channels < 2 && times < 2) continue;
+    offered.push_back({.label = "image " + describe(series[i], i + 1),
+                       .name = series[i].name,
+                       .series = std::to_string(i + 1)});
+  }
+  offer(options, std::move(offered));
   return fail(Status::invalid_argument,
               fmt::format("{}: expected one volume, found {} images: choose one of {}",
                           path.string(), series.size(), list));
@@ -100,6 +110,7 @@ Result<TiffAxis> choose_frames(const std::filesystem::path& path, const TiffSeri
   }
   if (channels > 1 && times > 1) {
     if (options.channel.has_value() == options.time_step.has_value()) {
+      if (!options.channel) offer_channels(options, channels, series.channel_names);
       return fail(Status::invalid_argument,
                   fmt::format("{}: expected slices, found {} channels at {} times: choose a "
                               "--channel to read its times as slices, or a --time-step to read its "
@@ -131,6 +142,7 @@ Result<TiffVolume> choose_tiff_volume(const std::filesystem::path& path,
                     chosen.size(TiffAxis::channel)));
   } else if (chosen.unnamed && !options.time_step) {
     const uint64_t others = chosen.size(TiffAxis::time), slices = chosen.size(TiffAxis::z);
+    offer_steps(options, others);
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected one volume, found an array of {} × {} planes whose axes "
                             "have no names: choose one of {} volumes with --time-step 0 to "
@@ -159,6 +171,7 @@ Result<TiffVolume> choose_tiff_volume(const std::filesystem::path& path,
   if (volume.slices != TiffAxis::channel) {
     const auto channel = options.channel;
     if (channels > 1 && !channel) {
+      offer_channels(options, channels, chosen.channel_names);
       return fail(Status::unsupported_type,
                   fmt::format("{}: expected one number per voxel, found {} channels{}: choose one "
                               "with --channel 0 to --channel {}",

@@ -77,11 +77,19 @@ uint32_t isosplat_import_choices(IsosplatImport* importer, const char* path, uin
 
 uint32_t isosplat_import_open(IsosplatImport* importer, const char* request, uint32_t bytes) {
   importer->source.reset();
-  const auto parsed = parse_import_request({request, bytes});
-  if (!parsed) return report(importer, parsed.error());
+  auto parsed = parse_import_request({request, bytes});
+  if (!parsed) {
+    put(importer, choices_text({}));
+    return report(importer, parsed.error());
+  }
+  std::vector<VolumeChoice> choices;
+  parsed->options.choices = &choices;
   auto volume = open_volume(parsed->path, parsed->options);
-  if (!volume) return report(importer, volume.error());
-  put(importer, imported_text(parsed->path, *volume));
+  if (!volume) {
+    put(importer, choices_text(choices));
+    return report(importer, volume.error());
+  }
+  put(importer, imported_text(parsed->path, *volume, choices));
   importer->source = std::move(volume->source);
   return 0;
 }

@@ -11,6 +11,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// What the flags of allowances begin with; the rest is their name.
+constexpr std::string_view kAllow = "--allow-";
+
 tl::unexpected<Error> invalid(const std::string& key, const char* expected) {
   return fail(Status::invalid_argument, "the option \"" + key + "\": expected " + expected);
 }
@@ -31,7 +34,10 @@ Result<void> read_allowances(const Json& list, Allowances& allowed) {
   for (const Json& name : list) {
     bool is_known = false;
     for (const AllowanceFlag& known : kAllowances) {
-      if (!name.is_string() || "--allow-" + name.get<std::string>() != known.flag) continue;
+      if (!name.is_string() ||
+          name.get<std::string>() != std::string_view(known.flag).substr(kAllow.size())) {
+        continue;
+      }
       allowed.add(known.allowance);
       is_known = true;
     }
@@ -111,6 +117,26 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
   return {};
 }
 
+Json json_of(const std::vector<VolumeChoice>& volumes) {
+  Json list = Json::array();
+  for (const VolumeChoice& each : volumes) {
+    Json options = Json::object();
+    if (!each.dataset.empty()) options["dataset"] = each.dataset;
+    if (!each.series.empty()) options["series"] = each.series;
+    if (!each.segment.empty()) options["segment"] = each.segment;
+    if (each.channel) options["channel"] = *each.channel;
+    if (each.time_step) options["timeStep"] = *each.time_step;
+    if (each.allowance) {
+      options["allow"] = {flag_of(*each.allowance).substr(kAllow.size())};
+    }
+    Json choice = {{"label", each.label}};
+    if (!each.name.empty()) choice["name"] = each.name;
+    choice["options"] = std::move(options);
+    list.push_back(std::move(choice));
+  }
+  return list;
+}
+
 }  // namespace
 
 Result<ImportRequest> parse_import_request(std::string_view text) {
@@ -128,7 +154,8 @@ Result<ImportRequest> parse_import_request(std::string_view text) {
   return request;
 }
 
-std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume) {
+std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume,
+                          const std::vector<VolumeChoice>& choices) {
   const VolumeHeader& header = volume.source->header();
   const VolumeGrid& grid = header.grid;
   // As if the store was written to the volume's folder, like `isosplat build` does by default.
@@ -151,20 +178,12 @@ std::string imported_text(const std::filesystem::path& path, const OpenVolume& v
                {"residentBytes", volume.source->resident_bytes()},
                {"files", Json::array()}};
   for (const auto& used : volume.source->files()) json["files"].push_back(used.generic_string());
+  if (!choices.empty()) json["choices"] = json_of(choices);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string choices_text(const std::vector<VolumeChoice>& volumes) {
-  Json list = Json::array();
-  for (const VolumeChoice& each : volumes) {
-    Json options = Json::object();
-    if (!each.dataset.empty()) options["dataset"] = each.dataset;
-    if (!each.series.empty()) options["series"] = each.series;
-    if (each.channel) options["channel"] = *each.channel;
-    if (each.time_step) options["timeStep"] = *each.time_step;
-    list.push_back({{"label", each.label}, {"options", std::move(options)}});
-  }
-  return list.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return json_of(volumes).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace isosplat

@@ -18,8 +18,10 @@ struct ImportRequest {
 /// Parses {"path", "options"}: ImportOptions in web/import/types.ts. Errors: invalid_argument.
 Result<ImportRequest> parse_import_request(std::string_view text);
 
-/// An open volume as JSON text: ImportedVolume in web/import/types.ts.
-std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume);
+/// An open volume as JSON text: ImportedVolume in web/import/types.ts. `choices`: what could have
+/// been read instead.
+std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume,
+                          const std::vector<VolumeChoice>& choices);
 
 /// The volumes of a file as a JSON list: VolumeChoice in web/import/types.ts.
 std::string choices_text(const std::vector<VolumeChoice>& volumes);

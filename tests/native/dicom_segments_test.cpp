@@ -171,6 +171,46 @@ TEST_F(DicomSegments, OneOfSeveralIsChosenByNumberOrLabel) {
   }
 }
 
+TEST_F(DicomSegments, AreOfferedToCallersThatAsk) {
+  SegmentFile file;
+  const auto path = write(file.data());
+  std::vector<VolumeChoice> choices;
+  ImportOptions options;
+  options.choices = &choices;
+  EXPECT_FALSE(open_volume(path, options));
+  ASSERT_EQ(choices.size(), 2u);
+  options.choices = nullptr;
+  for (int number = 1; number <= 2; ++number) {
+    const VolumeChoice& choice = choices[static_cast<size_t>(number - 1)];
+    EXPECT_EQ(choice.name, number == 1 ? "low" : "high");
+    options.segment = choice.segment;
+    auto volume = test::open(path, options);
+    expect_segment(volume, file, number);
+  }
+}
+
+TEST_F(DicomSegments, SeriesBesideThemAreOfferedToo) {
+  SegmentFile file;
+  DicomItem data = file.data();
+  data[0x0020000e] = dicom_text("UI", "1.2.3.5");
+  write(data);
+  file.series.write(folder_);
+  std::vector<VolumeChoice> choices;
+  ImportOptions options;
+  options.choices = &choices;
+  auto volume = test::open(folder_.path(), options);
+  test::expect_field(volume, file.series);
+  ASSERT_EQ(choices.size(), 2u);
+  EXPECT_TRUE(choices[1].label.starts_with("series 2: SEG, ")) << choices[1].label;
+  options.series = choices[1].series;
+  EXPECT_FALSE(open_volume(folder_.path(), options));
+  ASSERT_EQ(choices.size(), 2u);
+  options.segment = choices[1].segment;
+  volume = test::open(folder_.path(), options);
+  expect_segment(volume, file, 2);
+  EXPECT_TRUE(choices.empty());
+}
+
 TEST_F(DicomSegments, EverySyntaxHasTheSameBits) {
   const SegmentFile file;
   for (const auto& syntax :

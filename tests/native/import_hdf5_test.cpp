@@ -128,8 +128,10 @@ TEST(ImportHdf5, ADatasetIsChosen) {
   expect_error(file_of("several"), "found the shape (6, 5) in /image", dataset("/image"));
   expect_error(file_of("several"), "found sequences in /name", dataset("/name"));
   expect_error(file_of("several"),
-               "found axes of 3, 4, 5, 3 in /colours: save one volume of it with Python: "
-               "numpy.save('volume.npy', h5py.File('FILE')['/colours'][0])",
+               "found axes of 3, 4, 5, 3 in /colours: save one volume of it with python3 -c "
+               "\"import sys, h5py, numpy; numpy.save('volume.npy', "
+               "h5py.File(sys.argv[1])[sys.argv[2]][0])\" " +
+                   file_of("several").string() + " /colours",
                dataset("/colours"));
 }
 
@@ -195,7 +197,9 @@ TEST(ImportHdf5, PackedValues) {
 }
 
 TEST(ImportHdf5, Errors) {
-  expect_error(file_of("szip"), "found compression with SZIP: save it with h5py");
+  expect_error(
+      file_of("szip"),
+      "found compression with SZIP: save the largest array of the file for NumPy with python3 -c");
   expect_error(file_of("virtual"), "a virtual array");
   expect_error(file_of("minc"), "found MINC");
   expect_error(file_of("complex"), "found records in /volume");

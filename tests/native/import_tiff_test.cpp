@@ -150,6 +150,7 @@ TEST(TiffDescriptions, SizesOfPixelsAreKeptWithoutADistanceOfSlices) {
 
 TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
   const TempFolder folder;
+  int asked = 0;
   const auto expect_choices = [&](const std::string& description, const std::string& error,
                                   std::vector<std::string> labels) {
     SCOPED_TRACE(description);
@@ -163,6 +164,25 @@ TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
       EXPECT_NE(choices.error().message.find(error), std::string::npos) << choices.error().message;
     }
     EXPECT_EQ(found, labels);
+    // Those that are offered where one has to be chosen choose.
+    std::vector<VolumeChoice> offered;
+    ImportOptions options;
+    options.choices = &offered;
+    if (open_volume(folder / "v.tif", options) || offered.empty()) return;
+    const bool is_allowance = offered.front().allowance.has_value();
+    EXPECT_EQ(offered.size(), is_allowance ? 1 : labels.size());
+    for (const VolumeChoice& choice : offered) {
+      ImportOptions chosen;
+      chosen.series = choice.series;
+      chosen.channel = choice.channel;
+      chosen.time_step = choice.time_step;
+      if (is_allowance) chosen.allowed.add(*choice.allowance);
+      // Some of the files lack pages: nothing is left to choose in any case.
+      const auto volume = open_volume(folder / "v.tif", chosen);
+      const std::string message = volume ? "" : volume.error().message;
+      EXPECT_EQ(message.find("choose"), std::string::npos) << choice.label << ": " << message;
+    }
+    ++asked;
   };
   expect_choices("{\"shape\": [3, 4, 5]}", "", {});
   expect_choices("{\"shape\": [1, 3, 4, 5]}", "", {});
@@ -185,6 +205,7 @@ TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
   text.replace(text.find("SizeC=\"1\""), 9, "SizeC=\"2\"");
   text.insert(text.find("</Pixels>"), "<Channel Name=\"DAPI\"/><Channel Name=\"GFP\"/>");
   expect_choices(text, "found 2 channels (DAPI, GFP)", {"DAPI", "GFP"});
+  EXPECT_EQ(asked, 6);
 }
 
 TEST(TiffDescriptions, TimesAndChannelsMayBeSlices) {

@@ -17,7 +17,7 @@ import { fileURLToPath } from "node:url";
 import { brotliCompressSync, deflateSync, gzipSync } from "node:zlib";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { CoreError } from "../../web/core/index.ts";
-import { type ImportOptions, volumesAmong } from "../../web/import/index.ts";
+import { ChoiceError, type ImportOptions, volumesAmong } from "../../web/import/index.ts";
 import { dicomSegmentation, dicomSlice } from "../support/dicom_files.ts";
 import {
   buildFrom,
@@ -343,6 +343,18 @@ describe("a store is that of the program, byte by byte", () => {
     await compare(inside, "a.dcm", ["--segment", "part 2"], { segment: "part 2" });
     await compare(inside, "a.dcm");
     expect(await buildHere(inside, "a.dcm", {})).toMatch(/--segment 1 or "part 1", 5 frames/);
+    const reader = await localImporter(programs.importer, filesOf(inside));
+    let error: unknown;
+    try {
+      reader.open("a.dcm");
+    } catch (thrown) {
+      error = thrown;
+    }
+    expect(error).toBeInstanceOf(ChoiceError);
+    expect((error as ChoiceError).choices).toEqual([
+      { label: 'segment 1 ("part 1")', name: "part 1", options: { segment: "1" } },
+      { label: 'segment 2 ("part 2")', name: "part 2", options: { segment: "2" } },
+    ]);
   });
 
   test.skipIf(!existsSync(join(volumes, "cthead_tif")))("a folder of TIFF slices", async () => {

@@ -38,7 +38,12 @@ function said(text: Text | undefined, values: number[] = [12, 23, 34, 45]): stri
 }
 
 /** Texts that are the same in German. */
-const same = ["measure.text", "panel.quantities.gradient", "panel.splats"];
+const same = [
+  "device.numbered.segment",
+  "measure.text",
+  "panel.quantities.gradient",
+  "panel.splats",
+];
 
 describe("German", () => {
   const ofEnglish = textsIn(english, "");

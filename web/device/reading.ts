@@ -1,11 +1,20 @@
 import type { BuildStoreOptions, BuiltStore, VolumeDescription } from "../builder/index.ts";
 import { CoreError } from "../core/index.ts";
-import type { ReducedVolume, VolumeCandidate } from "../import/index.ts";
+import type { ReducedVolume, VolumeCandidate, VolumeChoice } from "../import/index.ts";
 import { deviceTexts } from "../texts/device.ts";
 import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
 
-export type { VolumeCandidate } from "../import/index.ts";
+export type { VolumeCandidate, VolumeChoice } from "../import/index.ts";
+
+/**
+ * Asks which of several volumes to read, or whether to accept the fault of `problem` (a choice of one
+ * with `allow`). Undefined: none. It may reject with `problem`.
+ */
+export type Chooser = (
+  choices: readonly VolumeChoice[],
+  problem: Error | undefined,
+) => Promise<VolumeChoice | undefined>;
 
 /** A volume whose header was read, and whose store can be built. */
 export interface ReadableVolume {
@@ -13,6 +22,8 @@ export interface ReadableVolume {
   files: number;
   description: VolumeDescription;
   voxelBytes: number;
+  /** The visitor chose it, among several of the files. */
+  isChosen?: boolean;
   /** The same for the same files and layout: see filesKey. */
   key: string;
   /**
@@ -55,7 +66,8 @@ export async function findVolumes(
 }
 
 /**
- * Reads the header of a volume. `findFile` is asked for files that it names and that are not among
+ * Reads the header of a volume. `choose` is asked where the files have several volumes; without an
+ * answer, the result is undefined. `findFile` is asked for files that it names and that are not among
  * `files`. Rejects with a CoreError or the signal's reason.
  */
 export async function openVolume(
@@ -63,17 +75,39 @@ export async function openVolume(
   { path, choice }: Pick<VolumeCandidate, "path" | "choice">,
   layout: RawLayout | undefined,
   signal: AbortSignal,
+  choose: Chooser,
   findFile?: (path: string) => Promise<InputFile | undefined>,
-): Promise<ReadableVolume> {
-  const { openVolume: open } = await import("../import/index.ts");
+): Promise<ReadableVolume | undefined> {
+  const { ChoiceError, openVolume: open } = await import("../import/index.ts");
   const all = [...files];
   const find = async (missing: string) => {
     const file = await findFile?.(missing);
     if (file) all.push(file);
     return file;
   };
-  const chosen = { path, ...layout, ...choice?.options };
-  const volume = await open(files, { ...chosen, signal, findFile: find });
+  let picked: VolumeChoice["options"] = { ...choice?.options };
+  const openPicked = () =>
+    open(all, { path, ...layout, ...picked, signal, findFile: find }).catch((error) => {
+      if (error instanceof ChoiceError) return error;
+      throw error;
+    });
+  /** Adds the options of what the visitor chooses. Resolves to false if the visitor cancels. */
+  const pick = async (choices: readonly VolumeChoice[], problem?: Error): Promise<boolean> => {
+    const next = (await choose(choices, problem))?.options;
+    if (next) {
+      const allow = [...(picked.allow ?? []), ...(next.allow ?? [])];
+      picked = { ...picked, ...next, ...(allow.length > 0 && { allow }) };
+    }
+    return next !== undefined;
+  };
+  let volume = await openPicked();
+  while (volume instanceof ChoiceError || volume.choices.length > 0) {
+    const problem = volume instanceof ChoiceError ? volume : undefined;
+    if (!(volume instanceof ChoiceError)) volume.close();
+    if (!(await pick(volume.choices, problem))) return undefined;
+    volume = await openPicked();
+  }
+  const chosen = { path, ...layout, ...picked };
   const [x, y, z] = volume.description.voxels;
   const isLarge = x * y * z >= leastPreviewed;
 
@@ -108,7 +142,8 @@ export async function openVolume(
     files: used.length,
     description: volume.description,
     voxelBytes: volume.voxelBytes,
-    key: await filesKey(used.length > 0 ? used : all, { path, layout, ...choice?.options }),
+    isChosen: Object.keys(picked).length > 0,
+    key: await filesKey(used.length > 0 ? used : all, { path, layout, ...picked }),
     build,
     close: () => volume.close(),
   };

@@ -15,13 +15,14 @@ import { volumesAmong } from "./find_volumes.ts";
 import { Importer } from "./importer.ts";
 import { instantiateImport } from "./module.ts";
 import { type ReducedVolume, reducedVolume } from "./reduced_volume.ts";
-import type {
-  ImportedVolume,
-  ImportOptions,
-  InputFile,
-  Packing,
-  VolumeCandidate,
-  VolumeChoice,
+import {
+  ChoiceError,
+  type ImportedVolume,
+  type ImportOptions,
+  type InputFile,
+  type Packing,
+  type VolumeCandidate,
+  type VolumeChoice,
 } from "./types.ts";
 
 export type ImportRequest =
@@ -53,7 +54,7 @@ export type ImportResponse =
   | { detected: string }
   | { slices: Uint8Array }
   | { reduced: ReducedVolume }
-  | WorkerFailure;
+  | (WorkerFailure & { choices?: readonly VolumeChoice[] });
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<ImportRequest>) => void) | null;
@@ -157,6 +158,7 @@ worker.onmessage = async ({ data }) => {
     worker.postMessage(response, transfer as Transferable[]);
   } catch (error) {
     // WebAssembly that has aborted cannot be used again: the page ends the worker.
-    worker.postMessage(failureOf(error));
+    const choices = error instanceof ChoiceError ? { choices: error.choices } : {};
+    worker.postMessage({ ...failureOf(error), ...choices });
   }
 };

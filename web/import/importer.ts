@@ -1,6 +1,12 @@
 import { CoreError, textAt } from "../core/index.ts";
 import type { ImportModule } from "./module.ts";
-import type { ImportedVolume, ImportOptions, Packing, VolumeChoice } from "./types.ts";
+import {
+  ChoiceError,
+  type ImportedVolume,
+  type ImportOptions,
+  type Packing,
+  type VolumeChoice,
+} from "./types.ts";
 
 /** The most bytes that are read at a time: they are in the importer's memory besides. */
 const readBytes = 16 << 20;
@@ -39,11 +45,18 @@ export class Importer {
     return JSON.parse(this.#text()) as VolumeChoice[];
   }
 
+  /** Throws a ChoiceError where the options do not choose one of several volumes. */
   open(path: string, options: ImportOptions = {}): ImportedVolume {
     const request = JSON.stringify({ path, options });
-    this.#call(request, (at, bytes) =>
-      this.#module._isosplat_import_open(this.#importer, at, bytes),
-    );
+    try {
+      this.#call(request, (at, bytes) =>
+        this.#module._isosplat_import_open(this.#importer, at, bytes),
+      );
+    } catch (error) {
+      if (!(error instanceof CoreError) || error.status === "out_of_memory") throw error;
+      const choices = JSON.parse(this.#text()) as VolumeChoice[];
+      throw choices.length > 0 ? new ChoiceError(error.status, error.detail, choices) : error;
+    }
     return JSON.parse(this.#text()) as ImportedVolume;
   }
 

@@ -18,4 +18,4 @@ export {
   type StoreOptions,
 } from "./open_volume.ts";
 export { type ReducedVolume, reducedVolume } from "./reduced_volume.ts";
-export type * from "./types.ts";
+export * from "./types.ts";

@@ -10,12 +10,14 @@ import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { ImportRequest, ImportResponse } from "./import_worker.ts";
 import { compileImport } from "./module.ts";
 import type { ReducedVolume } from "./reduced_volume.ts";
-import type {
-  ImportedVolume,
-  ImportOptions,
-  InputFile,
-  Packing,
-  VolumeCandidate,
+import {
+  ChoiceError,
+  type ImportedVolume,
+  type ImportOptions,
+  type InputFile,
+  type Packing,
+  type VolumeCandidate,
+  type VolumeChoice,
 } from "./types.ts";
 
 export interface OpenOptions extends ImportOptions {
@@ -72,7 +74,9 @@ class ImportWorker {
       };
       this.worker.onmessage = ({ data }: MessageEvent<ImportResponse>) =>
         settle(() => {
-          if ("status" in data) fail(data.status, data.message);
+          if ("choices" in data && data.choices) {
+            reject(new ChoiceError(data.status, data.message, data.choices));
+          } else if ("status" in data) fail(data.status, data.message);
           else resolve(data as Exclude<Response, { status: string }>);
         });
       this.worker.postMessage(request);
@@ -128,16 +132,19 @@ export class OpenedVolume {
   readonly notes: readonly string[];
   /** Paths of all files that the volume is read from. */
   readonly files: readonly string[];
+  /** If one of several volumes was taken without an option: all of them. Else empty. */
+  readonly choices: readonly VolumeChoice[];
   readonly #worker: ImportWorker;
   readonly #builder: CompiledModule | undefined;
 
   constructor(worker: ImportWorker, imported: ImportedVolume, builder?: CompiledModule) {
-    const { files, residentBytes: _, ...description } = imported;
+    const { files, choices = [], residentBytes: _, ...description } = imported;
     this.#worker = worker;
     this.#builder = builder;
     this.description = description;
     this.notes = imported.notes;
     this.files = files;
+    this.choices = choices;
   }
 
   get voxelBytes(): number {
@@ -195,7 +202,8 @@ export class OpenedVolume {
 
 /**
  * Opens a volume among files. Rejects with a CoreError, whose status and message are those of the
- * program `isosplat` for the same file, or worker_lost; or with the signal's reason.
+ * program `isosplat` for the same file, or worker_lost; or with the signal's reason. Where the options
+ * do not choose one of several volumes, the error is a ChoiceError.
  */
 export async function openVolume(
   files: readonly InputFile[],

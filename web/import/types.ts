@@ -1,4 +1,5 @@
 import type { VolumeDescription, VoxelType } from "../builder/index.ts";
+import { CoreError } from "../core/index.ts";
 
 /** A file that was dropped or chosen. */
 export interface InputFile {
@@ -38,11 +39,25 @@ export interface ImportOptions {
 /** How a file is compressed as a whole. */
 export type Packing = "gzip" | "bzip2" | "xz" | "zstd";
 
-/** One of several volumes in a file. */
+/** One of several volumes in a file, or (`allow`) a fault of a file that can be accepted. */
 export interface VolumeChoice {
   /** Tells it from the others: "/image", "series 2, channel 0 (DAPI)". */
   label: string;
-  options: Pick<ImportOptions, "dataset" | "series" | "channel" | "timeStep">;
+  /** What the file calls it, and sizes. */
+  name?: string;
+  options: Pick<ImportOptions, "dataset" | "series" | "segment" | "channel" | "timeStep" | "allow">;
+}
+
+/**
+ * The options do not choose one of the volumes of a file. The options of one of `choices`, added to
+ * those given, do; a further choice may follow.
+ */
+export class ChoiceError extends CoreError {
+  readonly choices: readonly VolumeChoice[];
+  constructor(status: string, detail: string, choices: readonly VolumeChoice[]) {
+    super(status, detail);
+    this.choices = choices;
+  }
 }
 
 /** A volume among files, by their names and first bytes. */
@@ -70,4 +85,6 @@ export interface ImportedVolume extends VolumeDescription {
   files: string[];
   /** The memory that reading takes, beside the slices. */
   residentBytes: number;
+  /** If the files have several volumes and one was taken without an option: all of them. */
+  choices?: VolumeChoice[];
 }

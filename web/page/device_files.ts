@@ -29,7 +29,7 @@ import { contentIdOf } from "../stream/file_source.ts";
 import { StreamError } from "../stream/index.ts";
 import { beginsAsStore } from "../stream/transfer.ts";
 import { deviceTexts } from "../texts/device.ts";
-import { chooseScale, chooseVolume } from "./choose_volume.ts";
+import { chooseInFile, chooseScale, chooseVolume } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { formatDims } from "./format.ts";
 import { addressIn } from "./open_target.ts";
@@ -211,10 +211,11 @@ export class DeviceFiles {
     const layout = raw && (await askRawLayout(raw));
     if (raw && !layout) return;
     const find = origin && ((missing: string) => origin.remote.find(missing));
-    const opened = await openVolume(files, volume, layout, task.signal, find);
+    const opened = await openVolume(files, volume, layout, task.signal, chooseInFile, find);
+    if (!opened) return;
     try {
       // Without a choice, the address says which volume it is.
-      const isOfAddress = origin && volumes.length === 1 && !layout;
+      const isOfAddress = origin && volumes.length === 1 && !layout && !opened.isChosen;
       await this.#build(opened, task, isOfAddress ? placeOf(origin, opened) : {});
     } finally {
       opened.close();

@@ -47,6 +47,27 @@ export const device: typeof English = {
 
   theFiles: "die Dateien selbst",
   whichVolume: (count) => `${count} Volumen: welches?`,
+  which: {
+    series: "Welche Serie?",
+    segment: "Welches Segment?",
+    channel: "Welcher Kanal?",
+    timeStep: "Welcher Zeitschritt?",
+    dataset: "Welcher Datensatz?",
+    allow: "Trotzdem lesen?",
+  },
+  numbered: {
+    series: (n) => `Serie ${n}`,
+    segment: (n) => `Segment ${n}`,
+    channel: (n) => `Kanal ${n}`,
+    timeStep: (n) => `Zeitschritt ${n}`,
+  },
+  allow: {
+    gaps: "Lesen: Fehlende Schichten werden interpoliert",
+    truncated: "Lesen: Fehlende Voxel haben keinen Wert",
+    surplus: "Ohne die überzähligen Voxel lesen",
+    unplaced: "Die Schichten in der Reihenfolge ihrer Nummern lesen",
+    frames: "Zeiten oder Kanäle als Schichten lesen",
+  },
   whichScale: "Welche Auflösung?",
   tooLarge: (count) => `(${count} weitere zu groß für den Browser)`,
   scale: (voxels, bytes) => `${voxels} Voxel · ${bytes} unkomprimiert`,

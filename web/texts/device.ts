@@ -50,6 +50,30 @@ export const deviceTexts = part("device", {
 
   theFiles: "the files themselves",
   whichVolume: (count: number) => `${count} volumes: which one?`,
+  /** What is chosen in a file: see VolumeChoice. */
+  which: {
+    series: "Which series?",
+    segment: "Which segment?",
+    channel: "Which channel?",
+    timeStep: "Which time step?",
+    dataset: "Which dataset?",
+    allow: "Read it nevertheless?",
+  },
+  /** Choices by their numbers in the file. */
+  numbered: {
+    series: (n: string) => `Series ${n}`,
+    segment: (n: string) => `Segment ${n}`,
+    channel: (n: string) => `Channel ${n}`,
+    timeStep: (n: string) => `Time step ${n}`,
+  },
+  /** Faults that a visitor can accept. */
+  allow: {
+    gaps: "Read it: missing slices are interpolated",
+    truncated: "Read it: missing voxels have no value",
+    surplus: "Read it without the extra voxels",
+    unplaced: "Read the slices in the order of their numbers",
+    frames: "Read times or channels as slices",
+  },
   whichScale: "Which scale?",
   tooLarge: (count: number) => `(${count} more too large for the browser)`,
   scale: (voxels: string, bytes: string) => `${voxels} voxels · ${bytes} uncompressed`,
