@@ -29,7 +29,7 @@ view = Widget("https://host.example/ct/v1/volumes/head", isovalue=60.5)
 def attempt(action):
     try:
         return action()
-    except (ValueError, TypeError, traitlets.TraitError) as error:
+    except (ValueError, TypeError, AttributeError, traitlets.TraitError) as error:
         return type(error).__name__ + ": " + str(error)
 def numbers():
     try:
@@ -40,7 +40,9 @@ def numbers():
     view.surfaces = [{"isovalue": numpy.uint8(7)}]
     view.camera = {"target": numpy.array([1.0, 2.0, 3.0]), "distance": numpy.int64(10)}
     view.clip = {"low": (0, numpy.float64(0.5), 0)}
-    return json.loads(json.dumps([view.isovalue, view.surfaces, view.camera, view.clip]))
+    view.controls = numpy.bool_(False)
+    view.surfaces = numpy.array(view.surfaces)
+    return json.loads(json.dumps([view.isovalue, view.surfaces, view.camera, view.clip, view.controls]))
 print(json.dumps({
     "defaults": {name: trait.default() for name, trait in Widget.class_traits(sync=True).items()},
     "readOnly": sorted(name for name, trait in Widget.class_traits().items() if trait.read_only),
@@ -50,6 +52,9 @@ print(json.dumps({
     "text": attempt(lambda: view.set_trait("isovalue", "sixty")),
     "set": attempt(lambda: setattr(view, "picked", {})),
     "unknown": attempt(lambda: Widget(view.src, isovalues=[1])),
+    "misspelt": attempt(lambda: setattr(view, "isovalu", 3)),
+    "noNumber": attempt(lambda: setattr(view, "isovalue", float("nan"))),
+    "noText": attempt(lambda: Widget(5)),
     "private": attempt(lambda: Widget(view.src, _css="")),
     "numbers": numbers(),
 }))
@@ -72,6 +77,10 @@ print(json.dumps({
     expect(found.text).toMatch(/^TraitError/);
     expect(found.set).toMatch(/^TraitError/);
     expect(found.unknown).toMatch(/^TypeError: expected traits of .*isovalue.*, found isovalues$/);
+    expect(found.unknown).not.toContain("picked");
+    expect(found.misspelt).toMatch(/^AttributeError: expected a trait of .*, found isovalu$/);
+    expect(found.noNumber).toMatch(/^TraitError: isovalue: expected a finite number, found nan$/);
+    expect(found.noText).toMatch(/^ValueError: src: expected .*found 5/);
     expect(found.private).toMatch(/^TypeError: .*found _css$/);
     // What programs have are NumPy's numbers and arrays.
     const numbers = [
@@ -79,6 +88,7 @@ print(json.dumps({
       [{ isovalue: 7 }],
       { target: [1, 2, 3], distance: 10 },
       { low: [0, 0.5, 0] },
+      false,
     ];
     if (found.numbers) expect(found.numbers).toEqual(numbers);
   });

@@ -41,7 +41,7 @@ export async function compileAsset(url: URL): Promise<CompiledModule> {
     return await (file ? WebAssembly.compile(file as BufferSource) : fetched(url));
   } catch (error) {
     if (error instanceof AssetError) throw error;
-    const text = `${url.href}: expected WebAssembly that this page may compile, found: ${messageOf(error)}`;
+    const text = `${url.href}: expected WebAssembly that this page may compile, found: ${messageOf(error).replace(/\.+$/, "")}`;
     const policy = "A Content-Security-Policy has to allow script-src 'wasm-unsafe-eval'.";
     throw new AssetError("renderer-failed", `${text}. ${policy}`, error);
   }
@@ -57,8 +57,11 @@ async function fetched(url: URL): Promise<CompiledModule> {
   if (!response.ok || type.startsWith("text/html")) {
     const found = response.ok ? "found a page" : `found status ${response.status}`;
     const text = `expected a part of the viewer at ${url.href}, ${found}`;
-    const advice =
-      "load the page again; if that does not help, its bundler has not placed the file";
+    // Vite up to 7 copies the package's scripts there, and not its files.
+    const remedy = /\/\.?vite\//.test(url.pathname)
+      ? 'this is Vite\'s cache of dependencies: set optimizeDeps: { exclude: ["isosplat"] }'
+      : "its bundler has not placed the file";
+    const advice = `load the page again; if that does not help, ${remedy}`;
     throw new AssetError("server-fault", `${text}: ${advice}`);
   }
   if (type.startsWith("application/wasm")) return WebAssembly.compileStreaming(response);

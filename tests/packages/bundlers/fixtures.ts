@@ -101,6 +101,23 @@ export const fixtures: readonly Fixture[] = [
   next("next16_webpack", "Next (webpack)", "16.4.6", " --webpack"),
   next("next15", "Next (webpack)", "15.5.29"),
   {
+    name: "nuxt",
+    project: "nuxt",
+    tool: { title: "Nuxt", package: "nuxt" },
+    packages: { nuxt: "4.4.5", vue: "3.5.45", "vue-router": "5.5.1", ...newerNode },
+    ways: [
+      {
+        name: "build",
+        commands: ["nuxt build"],
+        serves: {
+          command: (port) => `env PORT=${port} HOST=127.0.0.1 node .output/server/index.mjs`,
+        },
+      },
+      { name: "dev", serves: { command: (port) => `nuxt dev --host 127.0.0.1 --port ${port}` } },
+    ],
+    needs: `\`isCustomElement\`; ${noPrebundling}: [nuxt.config.ts](#6-the-element-in-react-vue-and-svelte)`,
+  },
+  {
     name: "sveltekit",
     project: "sveltekit",
     tool: { title: "SvelteKit", package: "@sveltejs/kit" },

@@ -18,6 +18,7 @@ const environment = {
   CI: "1",
   ASTRO_TELEMETRY_DISABLED: "1",
   NEXT_TELEMETRY_DISABLED: "1",
+  NUXT_TELEMETRY_DISABLED: "1",
 };
 
 export interface Served {
@@ -34,7 +35,7 @@ export class Project {
   constructor(fixture: Fixture, store: string) {
     cpSync(join(projects, fixture.project), this.folder, { recursive: true });
     for (const file of readdirSync(this.folder, { recursive: true, encoding: "utf8" })) {
-      if (!/\.(html|jsx|svelte|astro)$/.test(file)) continue;
+      if (!/\.(html|jsx|svelte|astro|vue)$/.test(file)) continue;
       const path = join(this.folder, file);
       writeFileSync(path, readFileSync(path, "utf8").replaceAll("STORE", store));
     }

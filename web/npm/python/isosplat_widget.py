@@ -11,13 +11,15 @@ Needs anywidget. The volume is served by `isosplat serve --cors ORIGIN`, where O
 notebook's page, such as http://localhost:8888: the browser reads the volume, not the kernel.
 """
 
+import math
+
 import anywidget
 import traitlets
 
 
 def _module_beside(src):
     """The address of the widget's module on the server that has the volume."""
-    server, separator, _ = src.partition("/v1/volumes/")
+    server, separator, _ = src.partition("/v1/volumes/") if isinstance(src, str) else ("", "", "")
     if not separator or not server.startswith(("http://", "https://")):
         raise ValueError(
             f"src: expected http(s)://SERVER/v1/volumes/NAME, found {src!r}. For a store elsewhere, give"
@@ -35,6 +37,20 @@ def _plain(value):
     return _plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
+class _Flag(traitlets.Bool):
+    """Also NumPy's."""
+
+    def validate(self, obj, value):
+        return super().validate(obj, _plain(value))
+
+
+class _Surfaces(traitlets.List):
+    """Also an array of NumPy."""
+
+    def validate(self, obj, value):
+        return super().validate(obj, _plain(value))
+
+
 class IsosplatWidget(anywidget.AnyWidget):
     """A view of a volume. Traits are those of the element <isosplat-viewer>.
 
@@ -48,7 +64,7 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: Of the first surface. None: the volume's first suggestion.
     isovalue = traitlets.CFloat(None, allow_none=True).tag(sync=True)
     #: All surfaces: [{"isovalue": 60.5, "colour": "#d9ccb3", "opacity": 1}, …]
-    surfaces = traitlets.List(traitlets.Dict()).tag(sync=True)
+    surfaces = _Surfaces(traitlets.Dict()).tag(sync=True)
     #: {"target": [x, y, z], "distance": …, "azimuth": …, "elevation": …, "roll": …, "fieldOfView": …,
     #: "projection": "perspective" or "orthographic"}, in degrees. What is left out stays as it is.
     camera = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
@@ -62,7 +78,7 @@ class IsosplatWidget(anywidget.AnyWidget):
     slices = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
-    controls = traitlets.Bool(True).tag(sync=True)
+    controls = _Flag(True).tag(sync=True)
     #: What is shown above the picture, some of "axes,scale,box,clip".
     show = traitlets.Unicode().tag(sync=True)
     #: Widgets with the same name move together.
@@ -83,10 +99,28 @@ class IsosplatWidget(anywidget.AnyWidget):
     def __init__(self, src="", *, module=None, **traits):
         unknown = [name for name in traits if not self.has_trait(name) or name.startswith("_")]
         if unknown:
-            known = ", ".join(sorted(name for name in IsosplatWidget.class_own_traits() if name[0] != "_"))
-            raise TypeError(f"expected traits of IsosplatWidget ({known}), found {', '.join(unknown)}")
+            raise TypeError(f"expected traits of IsosplatWidget ({_settable()}), found {', '.join(unknown)}")
         super().__init__(src=src, _esm=module or _module_beside(src), **traits)
+
+    def __setattr__(self, name, value):
+        # A typing error would do nothing, silently.
+        if not name.startswith("_") and not hasattr(self, name):
+            raise AttributeError(f"expected a trait of IsosplatWidget ({_settable()}), found {name}")
+        super().__setattr__(name, value)
+
+    @traitlets.validate("isovalue")
+    def _validate_isovalue(self, proposal):
+        value = proposal["value"]
+        if value is not None and not math.isfinite(value):
+            raise traitlets.TraitError(f"isovalue: expected a finite number, found {value}")
+        return value
 
     @traitlets.validate("surfaces", "camera", "clip", "slices")
     def _validate_json(self, proposal):
         return _plain(proposal["value"])
+
+
+def _settable():
+    """The names of the traits that a program sets."""
+    traits = IsosplatWidget.class_own_traits().items()
+    return ", ".join(sorted(name for name, trait in traits if name[0] != "_" and not trait.read_only))

@@ -1,0 +1,4 @@
+export default defineNuxtConfig({
+  vue: { compilerOptions: { isCustomElement: (tag) => tag === "isosplat-viewer" } },
+  vite: { optimizeDeps: { exclude: ["isosplat"] } },
+});
