@@ -42,7 +42,23 @@ using UnsentBytes = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSEN
 constexpr uint64_t kRequestBytes = 1 << 20;     // for any request
 constexpr uint64_t kComputingBytes = 16 << 20;  // for a turn that computes
 
+/// How much is read of a request at a time: all of most requests.
+constexpr size_t kReadBytes = 4096;
+
 constexpr Clock::time_point kNever = Clock::time_point::max();
+
+using Bytes = std::span<const std::byte>;
+
+std::array<asio::const_buffer, 2> buffers_of(Bytes first, Bytes second) {
+  return {asio::const_buffer(first.data(), first.size()),
+          asio::const_buffer(second.data(), second.size())};
+}
+
+/// The body of a response without a stream.
+Bytes body_of(const Response& response) {
+  return response.bytes.data() != nullptr ? response.bytes
+                                          : std::as_bytes(std::span(response.text));
+}
 
 /// Some bytes of a body that is produced while it is sent.
 struct Piece {
@@ -84,13 +100,13 @@ struct Connection::State {
   Clock::time_point measured_at = kNever;  ///< kNever: not yet
   std::optional<uint64_t> late_bytes{};
 
-  void set_state(OpenConnection::State state) {
+  void set_state(OpenConnection::State state, Clock::time_point now = Clock::now()) {
     measured_at = kNever;
-    place.set_state(state, Clock::now());
+    place.set_state(state, now);
   }
 
-  void expires_after(Clock::duration time) {
-    deadline = std::min(Clock::now() + time, end);
+  void expires_after(Clock::duration time, Clock::time_point now = Clock::now()) {
+    deadline = std::min(now + time, end);
     late_bytes.reset();
   }
 
@@ -112,11 +128,11 @@ struct Connection::State {
 
   // These return false if the connection must be closed.
   Awaitable<bool> shake_hands();
-  Awaitable<bool> write(std::span<const std::byte> first, std::span<const std::byte> second);
+  Awaitable<bool> write(Bytes first, Bytes second);
   Awaitable<bool> write_response(Response& response, Piece& piece, bool close, bool http_1_0,
                                  bool head);
   Awaitable<bool> wait_for_request();
-  Awaitable<HeaderScan> read_header();
+  Awaitable<HeaderScan> read_header(size_t scanned);
   Awaitable<Response> respond(const Request& request);
   Awaitable<Response> respond_elsewhere(const Request& request, Response response);
   Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory,
@@ -128,6 +144,8 @@ struct Connection::State {
   std::optional<Response> admit_client(const std::string& name);
   Response refuse_for_now(const Request& request, const Route* route,
                           WorkPool::Outcome outcome) const;
+  bool send_at_once(Bytes& first, Bytes& second);
+  HeaderScan scan_received(size_t& scanned);
   void identify_client(const RequestParser& parser, Request& request);
   bool read_in_memory(const Response& response, Piece& piece);
   Awaitable<void> read_elsewhere(const Response& response, Piece& piece);
@@ -308,7 +326,6 @@ Awaitable<bool> Connection::State::shake_hands() {
 }
 
 Awaitable<error_code> Connection::State::read_some() {
-  constexpr size_t kReadBytes = 4096;
   std::tuple<error_code, size_t> result;
   if (tls) {
     result = co_await tls->async_read_some(buffer.prepare(kReadBytes), kAwait);
@@ -322,41 +339,47 @@ Awaitable<error_code> Connection::State::read_some() {
 
 /// Waits for the first byte of a request, up to idle_time.
 Awaitable<bool> Connection::State::wait_for_request() {
-  set_state(OpenConnection::State::waiting);
+  const Clock::time_point now = Clock::now();
+  set_state(OpenConnection::State::waiting, now);
   if (buffer.size() > 0) {
     // Other connections of this thread have their turn before the next of many requests.
     co_await asio::post(kAwait);
     co_return true;
   }
   if (shared.stopping) co_return false;
-  buffer.shrink_to_fit();
-  expires_after(shared.limits.idle_time);
+  if (buffer.capacity() > kReadBytes) buffer.shrink_to_fit();
+  expires_after(shared.limits.idle_time, now);
   is_idle = true;
   const error_code error = co_await read_some();
   is_idle = false;
   co_return !error;
 }
 
-/// Reads a request's header within request_time. Returns the state partial if the connection ends
-/// before the header is complete.
-Awaitable<HeaderScan> Connection::State::read_header() {
-  expires_after(shared.limits.request_time);
-  size_t scanned = 0;
-  while (true) {
-    std::string_view received(static_cast<const char*>(buffer.data().data()), buffer.size());
-    // Empty lines before a request are ignored (RFC 9112, 2.2).
-    while (scanned == 0 && received.starts_with("\r\n")) {
-      buffer.consume(2);
-      received.remove_prefix(2);
-    }
-    if (received != "\r") {  // perhaps the begin of an empty line
-      HeaderScan scan =
-          scan_header(received, scanned, shared.limits.header_bytes, shared.limits.target_bytes);
-      if (scan.state != HeaderScan::State::partial) co_return scan;
-      scanned = received.size();
-    }
-    if (co_await read_some()) co_return HeaderScan{};
+/// Looks for the end of a request's header in what was received. `scanned`: what an earlier call
+/// has scanned of it; is set.
+HeaderScan Connection::State::scan_received(size_t& scanned) {
+  std::string_view received(static_cast<const char*>(buffer.data().data()), buffer.size());
+  // Empty lines before a request are ignored (RFC 9112, 2.2).
+  while (scanned == 0 && received.starts_with("\r\n")) {
+    buffer.consume(2);
+    received.remove_prefix(2);
   }
+  if (received == "\r") return {};  // perhaps the begin of an empty line
+  HeaderScan scan =
+      scan_header(received, scanned, shared.limits.header_bytes, shared.limits.target_bytes);
+  scanned = received.size();
+  return scan;
+}
+
+/// Reads the rest of a request's header within request_time. Returns the state partial if the
+/// connection ends before the header is complete.
+Awaitable<HeaderScan> Connection::State::read_header(size_t scanned) {
+  expires_after(shared.limits.request_time);
+  while (!co_await read_some()) {
+    HeaderScan scan = scan_received(scanned);
+    if (scan.state != HeaderScan::State::partial) co_return scan;
+  }
+  co_return HeaderScan{};
 }
 
 // A request is tried on this thread first: most of the time the system holds the bytes in memory,
@@ -588,11 +611,13 @@ Awaitable<void> Connection::State::compute_piece(BodyStream& body, Piece& piece)
 }
 
 Awaitable<bool> Connection::State::handle_request() {
-  HeaderScan header = co_await read_header();
-  set_state(OpenConnection::State::serving);
+  size_t scanned = 0;
+  HeaderScan header = scan_received(scanned);
+  if (header.state == HeaderScan::State::partial) header = co_await read_header(scanned);
+  const Clock::time_point begin = Clock::now();
+  set_state(OpenConnection::State::serving, begin);
   deadline = kNever;  // no longer the client's time
   if (header.state == HeaderScan::State::partial) co_return false;
-  const Clock::time_point begin = Clock::now();
   RequestParser parser;
   std::optional<Response> refusal = std::move(header.refusal);
   if (!refusal) {
@@ -643,62 +668,61 @@ void Connection::State::identify_client(const RequestParser& parser, Request& re
   request.is_from_this_machine = is_local;
   request.has_tls = tls.has_value();
   request.is_to_redirect = shared.has_tls && !tls;
-  IpAddress client_address = peer;
-  if (shared.proxies.trusts(peer)) {
-    const ProxyFields& fields = shared.proxies.fields();
-    const bool is_rfc_7239 = fields.client == ClientField::forwarded;
-    const TrustedProxies::Client found =
-        shared.proxies.client_of(peer, parser.list(is_rfc_7239 ? "Forwarded" : "X-Forwarded-For"),
-                                 parser.list("X-Forwarded-Proto"));
-    client_address = found.address;
-    request.has_tls = request.has_tls || found.has_tls;
-    if (!fields.user.empty()) request.user = parser.single(fields.user);
-    groups = fields.groups.empty() ? std::string() : parser.list(fields.groups);
-    request.groups = groups;
+  if (!shared.proxies.trusts(peer)) {  // the address is that of the peer, as run() has set it
+    client = address;
+    return;
   }
-  address = client_address.client_key();
+  const ProxyFields& fields = shared.proxies.fields();
+  const bool is_rfc_7239 = fields.client == ClientField::forwarded;
+  const TrustedProxies::Client found =
+      shared.proxies.client_of(peer, parser.list(is_rfc_7239 ? "Forwarded" : "X-Forwarded-For"),
+                               parser.list("X-Forwarded-Proto"));
+  request.has_tls = request.has_tls || found.has_tls;
+  if (!fields.user.empty()) request.user = parser.single(fields.user);
+  groups = fields.groups.empty() ? std::string() : parser.list(fields.groups);
+  request.groups = groups;
+  address = found.address.client_key();
   client = address;
 }
 
+/// Sends what the system takes at once of both spans, and removes it from them: of a small response
+/// all, in one call of the system. Only once in a response, and not more than kPieceBytes, so that
+/// a fast client does not keep the thread from the others. Returns false if the connection is
+/// broken. Not a coroutine, which would need a frame.
+bool Connection::State::send_at_once(Bytes& first, Bytes& second) {
+  if (tls) return true;
+  const Bytes slice = second.first(std::min(second.size(), kPieceBytes));
+  error_code error;
+  const size_t sent = socket.write_some(buffers_of(first, slice), error);
+  if (error && error != asio::error::would_block) return false;
+  const size_t of_first = std::min(sent, first.size());
+  first = first.subspan(of_first);
+  second = second.subspan(sent - of_first);
+  body_bytes += sent - of_first;
+  return true;
+}
+
 /// Writes both spans, in slices of kPieceBytes. The client must receive each within write_time.
-/// What the system takes at once is sent without waiting, but only once in a response, so that a
-/// fast client does not keep the thread from the others.
-Awaitable<bool> Connection::State::write(std::span<const std::byte> first,
-                                         std::span<const std::byte> second) {
-  do {
-    const std::span<const std::byte> slice = second.first(std::min(second.size(), kPieceBytes));
-    second = second.subspan(slice.size());
-    std::array<asio::const_buffer, 2> buffers = {asio::const_buffer(first.data(), first.size()),
-                                                 asio::const_buffer(slice.data(), slice.size())};
-    if (!tls && !first.empty()) {
-      error_code error;
-      size_t sent = socket.write_some(buffers, error);
-      if (error && error != asio::error::would_block) co_return false;
-      for (asio::const_buffer& part : buffers) {
-        const size_t bytes = std::min(sent, part.size());
-        part += bytes;
-        sent -= bytes;
-      }
+Awaitable<bool> Connection::State::write(Bytes first, Bytes second) {
+  while (!first.empty() || !second.empty()) {
+    const Bytes slice = second.first(std::min(second.size(), kPieceBytes));
+    const auto buffers = buffers_of(first, slice);
+    if (place.state() == OpenConnection::State::serving) set_state(OpenConnection::State::sending);
+    expires_after(shared.limits.write_time);
+    is_writing = true;
+    std::tuple<error_code, size_t> result;
+    if (tls) {
+      result = co_await asio::async_write(*tls, buffers, kAwait);
+    } else {
+      result = co_await asio::async_write(socket, buffers, kAwait);
     }
+    is_writing = false;
+    deadline = kNever;
+    if (std::get<error_code>(result)) co_return false;
     first = {};
-    if (asio::buffer_size(buffers) > 0) {
-      if (place.state() == OpenConnection::State::serving) {
-        set_state(OpenConnection::State::sending);
-      }
-      expires_after(shared.limits.write_time);
-      is_writing = true;
-      std::tuple<error_code, size_t> result;
-      if (tls) {
-        result = co_await asio::async_write(*tls, buffers, kAwait);
-      } else {
-        result = co_await asio::async_write(socket, buffers, kAwait);
-      }
-      is_writing = false;
-      deadline = kNever;
-      if (std::get<error_code>(result)) co_return false;
-    }
+    second = second.subspan(slice.size());
     body_bytes += slice.size();
-  } while (!second.empty());
+  }
   co_return true;
 }
 
@@ -708,22 +732,22 @@ Awaitable<bool> Connection::State::write_response(Response& response, Piece& pie
   body_bytes = 0;
   const std::string header = response_header(response, close, http_1_0);
   if (head) response.stream.reset();  // its memory is not within the budget
-  std::span<const std::byte> unsent = std::as_bytes(std::span(header));
-  if (head || response.body_size() == 0) co_return co_await write(unsent, {});
-  if (!response.stream) {
-    const bool is_text = response.bytes.data() == nullptr;
-    co_return co_await write(unsent,
-                             is_text ? std::as_bytes(std::span(response.text)) : response.bytes);
+  Bytes unsent = std::as_bytes(std::span(header));
+  Bytes body;
+  if (!head) body = response.stream ? Bytes(piece.bytes) : body_of(response);
+  if (!send_at_once(unsent, body)) co_return false;
+  if (!unsent.empty() || !body.empty()) {
+    if (!co_await write(unsent, body)) co_return false;
   }
+  if (!response.stream || response.body_size() == 0) co_return true;
   while (true) {
-    if (!co_await write(unsent, piece.bytes)) co_return false;
-    unsent = {};
     if (piece.step != BodyStream::Step::more) break;
     piece.clear();
     if (!read_in_memory(response, piece)) {
       set_state(OpenConnection::State::serving);
       co_await read_elsewhere(response, piece);
     }
+    if (!co_await write({}, piece.bytes)) co_return false;
   }
   if (piece.step == BodyStream::Step::last) co_return true;
   if (!piece.error.message.empty()) report_fault(piece.error.message);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/chunk_cache.h"
 #include "server/conditions.h"
 #include "server/streams.h"
 #include "server/thumbnail.h"
@@ -19,13 +20,37 @@ constexpr std::string_view kFrameVersion = "frames1";
 constexpr std::string_view kBinary = "application/octet-stream";
 
 /// Adds a binary body to a response.
+Response with_bytes(Response response, ChunkCache::Bytes bytes, std::string_view type = kBinary) {
+  response.set("Content-Type", type);
+  response.bytes = *bytes;
+  response.owner = std::move(bytes);
+  return response;
+}
+
 Response with_bytes(Response response, std::vector<std::byte> bytes,
                     std::string_view type = kBinary) {
-  response.set("Content-Type", type);
-  auto owner = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
-  response.bytes = *owner;
-  response.owner = std::move(owner);
-  return response;
+  return with_bytes(std::move(response),
+                    std::make_shared<const std::vector<std::byte>>(std::move(bytes)), type);
+}
+
+/// A chunk's bytes, verified, of a file that is still as it was when it was opened. Errors: those
+/// of StoreFile::read_chunk.
+Result<ChunkCache::Bytes> read_chunk(const RouteCall& call, const ChunkRef& chunk) {
+  const std::shared_ptr<const StoreFile>& store = call.volume->store;
+  ChunkCache::Bytes kept = call.chunks.find(store, chunk.offset);
+  if (kept && kept->size() == chunk.bytes) {
+    if (Result<void> unchanged = store->check_unchanged(call.no_wait); !unchanged) {
+      return tl::unexpected(unchanged.error());
+    }
+    return kept;
+  }
+  std::vector<std::byte> bytes;
+  if (Result<void> read = store->read_chunk(chunk, bytes, call.no_wait); !read) {
+    return tl::unexpected(read.error());
+  }
+  kept = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+  call.chunks.add(store, chunk.offset, kept);
+  return kept;
 }
 
 Response frames_response(const RouteCall& call, ChunkSelection selection) {
@@ -98,11 +123,9 @@ Response chunk_response(const RouteCall& call) {
   Response response =
       begin_response(call.request, etag_of(store), CachePolicy::immutable, call.is_private);
   if (is_complete(response)) return response;
-  std::vector<std::byte> bytes;
-  if (Result<void> read = store.read_chunk(*chunk, bytes, call.no_wait); !read) {
-    return error_response(read.error());
-  }
-  return with_bytes(std::move(response), std::move(bytes));
+  Result<ChunkCache::Bytes> bytes = read_chunk(call, *chunk);
+  if (!bytes) return error_response(bytes.error());
+  return with_bytes(std::move(response), std::move(*bytes));
 }
 
 Response chunks_response(const RouteCall& call) {

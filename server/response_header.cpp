@@ -31,10 +31,21 @@ std::string_view http_date() {
 }  // namespace
 
 std::string response_header(const Response& response, bool close, bool http_1_0) {
-  std::string text = fmt::format("HTTP/1.1 {} {}\r\nDate: {}\r\nServer: isosplat\r\n",
-                                 response.status, reason_phrase(response.status), http_date());
+  std::string text;
+  text.reserve(200 + response.headers.size());
+  const auto append_number = [&text](uint64_t number) {
+    const fmt::format_int digits(number);
+    text.append(digits.data(), digits.size());
+  };
+  text += "HTTP/1.1 ";
+  append_number(static_cast<uint64_t>(response.status));
+  (text += ' ') += reason_phrase(response.status);
+  (text += "\r\nDate: ") += http_date();
+  text += "\r\nServer: isosplat\r\n";
   if (response.status != 204 && response.status != 304) {
-    text += fmt::format("Content-Length: {}\r\n", response.body_size());
+    text += "Content-Length: ";
+    append_number(response.body_size());
+    text += "\r\n";
   }
   if (close) {
     text += "Connection: close\r\n";

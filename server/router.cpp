@@ -170,13 +170,11 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
       return std::move(*refusal);
     }
   }
-  RouteCall call{request,     target,
-                 limits_,     no_wait,
-                 thread,      catalog_.snapshot(),
-                 stores_,     std::move(page),
-                 grant,       monitor_,
-                 compressor_, views_,
-                 counts,      access != nullptr,
+  RouteCall call{request,  target,          limits_,
+                 no_wait,  thread,          catalog_.snapshot(),
+                 stores_,  std::move(page), grant,
+                 monitor_, compressor_,     chunks_,
+                 views_,   counts,          access != nullptr,
                  {}};
   call.turn = turn;
   const Route* const route = find_route(request.method, target, call.arguments);

@@ -9,6 +9,7 @@
 
 #include "server/access_rules.h"
 #include "server/catalog.h"
+#include "server/chunk_cache.h"
 #include "server/credentials.h"
 #include "server/gzip.h"
 #include "server/https.h"
@@ -86,6 +87,8 @@ class Router {
   HttpsPolicy https_;
   Monitor monitor_;
   mutable TextCompressor compressor_;
+  static constexpr uint64_t kKeptChunkBytes = uint64_t{32} << 20;
+  mutable ChunkCache chunks_{kKeptChunkBytes};
   mutable VolumeViews views_;
 
   // What count_volumes() has counted.

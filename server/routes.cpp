@@ -96,6 +96,20 @@ constexpr auto kRoutes = std::to_array<Route>({
 
 constexpr std::string_view kAnySegments = "/…";
 
+/// The number of segments of each route's pattern: most are no match because of it.
+constexpr auto kSegments = [] {
+  std::array<size_t, kRoutes.size()> counts{};
+  std::ranges::transform(kRoutes, counts.begin(), [](const Route& route) {
+    return static_cast<size_t>(std::ranges::count(route.pattern, '/'));
+  });
+  return counts;
+}();
+
+bool has_length_of(const Route& route, size_t segments) {
+  const size_t own = kSegments[index_of(route)];
+  return route.pattern.ends_with(kAnySegments) ? segments + 1 >= own : segments == own;
+}
+
 bool matches(const std::vector<std::string>& path, std::string_view pattern,
              std::vector<std::string_view>& arguments) {
   arguments.clear();
@@ -140,7 +154,8 @@ const Route* find_route(Method method, const Target& target,
                         std::vector<std::string_view>& arguments) {
   if (method == Method::head) method = Method::get;
   const auto found = std::ranges::find_if(kRoutes, [&](const Route& route) {
-    return route.method == method && matches(target.segments, route.pattern, arguments);
+    return route.method == method && has_length_of(route, target.segments.size()) &&
+           matches(target.segments, route.pattern, arguments);
   });
   return found == kRoutes.end() ? nullptr : &*found;
 }

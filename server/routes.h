@@ -34,6 +34,7 @@ struct RouterLimits {
 };
 
 class ByteBudget;
+class ChunkCache;
 class Metrics;
 class TextCompressor;
 
@@ -71,6 +72,7 @@ struct RouteCall {
   const Grant& grant;                      ///< what the client may read
   const Monitor& monitor;
   TextCompressor& compressor;
+  ChunkCache& chunks;
   VolumeViews& views;
   VolumeCounts counts;
 

@@ -29,6 +29,7 @@ bool is_letter_or_digit(char c) {
 }
 
 Result<std::string> decode(std::string_view raw, EscapedSlash slash, EscapedLetters letters) {
+  if (raw.find('%') == std::string_view::npos) return std::string(raw);
   std::string text;
   text.reserve(raw.size());
   for (size_t i = 0; i < raw.size(); ++i) {
@@ -60,8 +61,16 @@ Result<std::string> decode(std::string_view raw, EscapedSlash slash, EscapedLett
 }
 
 /// The characters that RFC 3986 allows in a path or query, and those that browsers do not escape.
+constexpr auto kTargetCharacters = [] {
+  std::array<bool, 256> allowed{};
+  for (int c = 0x21; c < 0x7f; ++c) {
+    allowed[static_cast<size_t>(c)] = c != '#' && c != '\\' && c != '"' && c != '<' && c != '>';
+  }
+  return allowed;
+}();
+
 bool is_target_character(char c) {
-  return c > 0x20 && c < 0x7f && c != '#' && c != '\\' && c != '"' && c != '<' && c != '>';
+  return kTargetCharacters[static_cast<unsigned char>(c)];
 }
 
 template <class Item, class Parse>
@@ -114,11 +123,9 @@ Result<Target> parse_target(std::string_view raw) {
     return fail(Status::invalid_argument,
                 "target: expected no \"?\" or \"&\" without a parameter behind it");
   };
-  for (const char c : raw) {
-    if (!is_target_character(c)) {
-      return fail(Status::invalid_argument,
-                  "target: contains a character that must be escaped with \"%\"");
-    }
+  if (!std::ranges::all_of(raw, is_target_character)) {
+    return fail(Status::invalid_argument,
+                "target: contains a character that must be escaped with \"%\"");
   }
   bool is_absolute = false;
   for (const std::string_view scheme : {"http://", "https://"}) {
@@ -135,6 +142,7 @@ Result<Target> parse_target(std::string_view raw) {
   }
 
   Target target;
+  target.segments.reserve(8);  // as many as a chunk's address has
   const size_t mark = std::min(raw.find('?'), raw.size());
   std::string_view path = raw.substr(0, mark);
   std::string_view query = raw.substr(std::min(mark + 1, raw.size()));

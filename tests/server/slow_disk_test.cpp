@@ -47,9 +47,10 @@ class SlowDisk : public ServerTest {
   static std::string request_for(const std::string& target) {
     return "GET " + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
   }
-  const KnownChunk& chunk_of(const KnownStore& store) const {
+  /// A chunk; with `skipped` another one.
+  const KnownChunk& chunk_of(const KnownStore& store, int skipped = 0) const {
     for (const KnownChunk& chunk : store.chunks) {
-      if (chunk.cells > 0) return chunk;
+      if (chunk.cells > 0 && skipped-- == 0) return chunk;
     }
     throw std::runtime_error("no chunk");
   }
@@ -149,11 +150,20 @@ TEST_F(SlowDisk, AStopWaitsForItsReads) {
   server->wait();
 }
 
+TEST_F(SlowDisk, AChunkThatWasSentIsInMemory) {
+  start_with_open_stores();
+  const std::string target = slow_content("chunks/" + place_of(chunk_of(slow)));
+  EXPECT_EQ(get(port(), target).status, 200);
+  gate().close();
+  EXPECT_EQ(get(port(), target).body, text_of(chunk_of(slow).bytes));
+}
+
 TEST_F(SlowDisk, AStopDropsWhatIsQueued) {
   options.limits.stop_time = std::chrono::milliseconds(50);
   start_with_open_stores();
   const std::string target = slow_content("chunks/" + place_of(chunk_of(slow)));
-  EXPECT_EQ(get(port(), target).status, 200) << "its directory page is in memory";
+  const std::string neighbour = slow_content("chunks/" + place_of(chunk_of(slow, 1)));
+  EXPECT_EQ(get(port(), neighbour).status, 200) << "its directory page is in memory";
   gate().close();
   const int before = gate().reads();
   std::vector<Client> waiting;

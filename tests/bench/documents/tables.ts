@@ -132,6 +132,17 @@ function programFigures(figures: Figures): string {
   ]);
 }
 
+/** The cases of floods.bench.ts. */
+const floods = [
+  "1,024 slow readers of four addresses, 100 B/s each",
+  "1,024 slow headers of four addresses, 1 B/s each",
+  "1,500 stalled handshakes/s of eight addresses, HTTP",
+  "1,500 stalled handshakes/s of eight addresses, TLS",
+  "one address with 64 connections that ask for chunks",
+  "40 loops of samples of one address",
+  "4 × 360 pipelined /healthz per second, 20,000 stores",
+];
+
 /** Rates of the server beside nginx's, and how it bears many clients. */
 function serverFigures(figures: Figures): string {
   const ratio = (what: string) => figures.of("server", [what], "rate, ratio to nginx", "×");
@@ -139,16 +150,25 @@ function serverFigures(figures: Figures): string {
     const what = `chunk of ${bytes} bytes`;
     return `${ratio(what)}; ${ratio(`${what}, TLS`)}`;
   };
+  const cost = (bytes: number) =>
+    figures.of("server", [`chunk of ${bytes} bytes`], "processor time, ratio to nginx", "×");
   const surface = "bunny at 1000.5, 4.7 MB";
   const idle = "5000 idle connections and 100 busy";
   const slow = "2,000 slow readers, 500 slow headers";
   const megabytes = figures.of("server", [idle], "RSS", "MB");
+  const flooded = (from: number, to: number) =>
+    figures.of("floods", floods.slice(from, to), "ratio", "×");
   const late = figures.of("server", [idle], "99th percentile, ratio", "×");
   return markdown([
     ["server, on the same two cores as its clients", "Isosplat", "for comparison: nginx"],
     ["---", "---", "---"],
     ["rate of requests for a chunk of 4 KB, ÷ nginx's; with TLS", chunk(4021), "1"],
     ["rate of requests for a chunk of 20 KB, ÷ nginx's; with TLS", chunk(20378), "1"],
+    [
+      "processor time of a request for a chunk of 4 KB; of 20 KB, ÷ nginx's",
+      `${cost(4021)}; ${cost(20378)}`,
+      "1",
+    ],
     [
       "all chunks of bunny CT's isovalue 1000.5, one connection",
       `${figures.of("server", [`${surface}, isosplat`], "rate", "GB/s")} GB/s`,
@@ -162,6 +182,16 @@ function serverFigures(figures: Figures): string {
     [
       "beside 2,000 clients that read slowly and 500 that send headers slowly: rate of others, ÷ that without",
       figures.of("server", [slow], "honest clients' rate, ratio", "×"),
+      "",
+    ],
+    [
+      "another client's rate, ÷ that without, beside 1,024 slow readers; 1,024 slow headers; 1,500 stalled handshakes/s, HTTP; the same, TLS",
+      flooded(0, 4),
+      "",
+    ],
+    [
+      "the same, beside one address that asks for chunks, 64 at a time; for samples, 40 at a time; 1,440 pipelined /healthz per second, 20,000 stores",
+      flooded(4, 7),
       "",
     ],
     [

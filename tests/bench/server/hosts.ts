@@ -53,11 +53,14 @@ export async function untilItAnswers(url: string, pauseMs = 20): Promise<void> {
   throw new Error(`${url} does not answer`);
 }
 
-/** Serves stores, with enough connections for all benchmarks from one address. */
+/** Enough connections for all benchmarks, also from one address. */
+const manyConnections = ["--connections", "12000", "--connections-per-address", "0"];
+
+/** Serves stores; with `limits: []` with the limits that the server has by default. */
 export async function serveStores(
   bench: Bench,
   stores: readonly string[],
-  { tls = false } = {},
+  { tls = false, limits = manyConnections } = {},
 ): Promise<Host> {
   const port = await freePort();
   const files = tls && makeCertificate(bench.folder, "localhost");
@@ -65,7 +68,7 @@ export async function serveStores(
   // biome-ignore format: options with their values
   const child = bench.start(bench.isosplat, [
     "serve", ...stores, "--port", String(port), "--threads", "2",
-    "--connections", "12000", "--connections-per-address", "0", ...secure,
+    ...limits, ...secure,
   ]);
   child.stdout?.resume();
   child.stderr?.resume();
