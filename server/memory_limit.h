@@ -12,7 +12,7 @@ namespace isosplat {
 void prepare_for_memory_limit();
 
 /// Whether so many bytes, and a reserve for all that is small, can be allocated now. Takes some
-/// microseconds if there is a limit, else no time. Thread-safe.
+/// microseconds if there is a limit (more if little is left), else no time. Thread-safe.
 bool has_memory_for(uint64_t bytes);
 
 }  // namespace isosplat

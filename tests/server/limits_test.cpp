@@ -114,6 +114,38 @@ TEST_F(Limits, RequestsAboveTheRateAreRefusedAndTheConnectionStays) {
   EXPECT_EQ(get(port(), "/healthz").status, 429) << "a new connection of the same address";
 }
 
+TEST_F(Limits, TokensHaveRatesOfTheirOwn) {
+  write_file(folder.path() / "tokens",
+             "0123456789abcdef-one name=one *\n0123456789abcdef-two *\nanyone alpha\n");
+  options.token_file = folder.path() / "tokens";
+  options.tokens = {"0123456789abcdef-own"};
+  options.limits.requests_per_second = 0.01;  // one request, then one every 100 s
+  start();
+  const auto status = [&](const char* from, const std::string& token) {
+    const std::string field = token.empty() ? "" : "Authorization: Bearer " + token + "\r\n";
+    return Client(port(), from).request("GET", "/v1/volumes/alpha", field).status;
+  };
+  const std::string one = "0123456789abcdef-one", two = "0123456789abcdef-two";
+  EXPECT_EQ(status("127.0.0.2", one), 200);
+  EXPECT_EQ(status("127.0.0.2", one), 429);
+  EXPECT_EQ(status("127.0.0.3", one), 429) << "from any address";
+  EXPECT_EQ(status("127.0.0.2", two), 200);
+  EXPECT_EQ(status("127.0.0.2", two), 429) << "also without a name";
+  EXPECT_EQ(status("127.0.0.2", ""), 200) << "the address has not asked yet";
+  EXPECT_EQ(status("127.0.0.2", ""), 429);
+  EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-bad"), 429) << "no token";
+  EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-own"), 429) << "which many may have";
+  EXPECT_EQ(status("127.0.0.3", "0123456789abcdef-own"), 200);
+  // Requests that are refused before it is known who asks count for the address as well.
+  Client foreign(port(), "127.0.0.4");
+  foreign.send("GET /v1/volumes HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+  EXPECT_EQ(foreign.receive().status, 403);
+  foreign.send("GET /v1/volumes HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+  const Answer refused = foreign.receive();
+  EXPECT_EQ(refused.status, 429);
+  EXPECT_EQ(refused.header("x-content-type-options"), "nosniff");
+}
+
 TEST_F(Limits, BytesAboveTheRateAreRefusedAfterTheResponse) {
   options.limits.bytes_per_second = 10;
   start();
