@@ -77,7 +77,7 @@ TEST_F(LittleMemory, IsAskedForFirst) {
   EXPECT_TRUE(has_memory_for(1000 * kMiB));
   const MemoryLimit limit(64 * kMiB);
   EXPECT_TRUE(has_memory_for(1 * kMiB));
-  EXPECT_FALSE(has_memory_for(64 * kMiB));
+  EXPECT_FALSE(has_memory_for(65 * kMiB));
 }
 
 TEST_F(LittleMemory, RequestsAreRefusedAndLaterServed) {
