@@ -1,6 +1,7 @@
 // Volumes that another program has compressed as a whole, opened in the page: each is unpacked by a worker.
 import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
+import { gunzipSync, gzipSync } from "node:zlib";
 import { expect, type Page, test } from "@playwright/test";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
@@ -27,6 +28,14 @@ for (const suffix of ["gz", "bz2", "xz", "zst"]) {
     await expect(page.locator(".volume-name")).toHaveText("ball");
   });
 }
+
+test("a volume in gz of two members", async ({ page }) => {
+  const content = gunzipSync(contentOf("gz"));
+  const members = [content.subarray(0, 5000), content.subarray(5000)].map((part) => gzipSync(part));
+  await choose(page, "gz", Buffer.concat(members));
+  await complete(page);
+  await expect(page.locator(".volume-name")).toHaveText("ball");
+});
 
 for (const suffix of ["bz2", "xz", "zst"]) {
   test(`a volume in ${suffix} that was cut off is one error`, async ({ page }) => {

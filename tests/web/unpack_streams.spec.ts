@@ -1,7 +1,7 @@
 // Files of several streams, as concatenating compressed files makes them: all of them are unpacked.
 import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
-import { gunzipSync } from "node:zlib";
+import { gunzipSync, gzipSync } from "node:zlib";
 import { describe, expect, it } from "vitest";
 import type { Packing } from "../../web/import/types.ts";
 import { unpackStream } from "../../web/import/unpack_streams.ts";
@@ -38,6 +38,22 @@ describe("several streams in a file", () => {
       await expect(unpacked(packing, one, one.subarray(0, one.length - 20))).rejects.toThrow();
     });
   }
+
+  it("of block gzip: thousands of members, in pieces that end anywhere", async () => {
+    const members: Buffer[] = [];
+    for (let at = 0; at < content.length; at += 997) {
+      members.push(gzipSync(content.subarray(at, at + 997)));
+    }
+    members.push(gzipSync(Buffer.alloc(0)), Buffer.alloc(100));
+    expect((await unpacked("gzip", ...members, ...members)).equals(twice)).toBe(true);
+  });
+
+  it("of gzip, with a checksum that differs or data that are none", async () => {
+    const damaged = Buffer.from(packed("gz"));
+    damaged[damaged.length - 7] = (damaged[damaged.length - 7] ?? 0) ^ 1;
+    await expect(unpacked("gzip", damaged)).rejects.toThrow("incorrect data check");
+    await expect(unpacked("gzip", packed("gz"), Uint8Array.of(1, 2, 3))).rejects.toThrow();
+  });
 
   it("of xz with padding between and after them", async () => {
     const zeros = new Uint8Array(8);

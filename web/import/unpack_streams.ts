@@ -1,5 +1,6 @@
 /** Decompresses files that are compressed as a whole. This is in the worker that unpacks, alone. */
 import { Decompress } from "fzstd";
+import { Inflate, type ZStream } from "pako";
 import bitsOf from "unbzip2-stream/lib/bit_iterator.js";
 import bzip2 from "unbzip2-stream/lib/bzip2.js";
 import xxhash from "xxhash-wasm";
@@ -11,6 +12,9 @@ import { zstdFrames } from "./zstd_frames.ts";
 /** Decompressed bytes are handed over in parts of this size. */
 const partBytes = 1 << 20;
 
+/** The largest window, and the header of gzip, as zlib's inflateInit2 takes them. */
+const gzipOnly = 15 + 16;
+
 /** Is given the decompressed bytes in order; each part is its own. */
 export type TakePart = (part: Uint8Array) => void;
 
@@ -20,7 +24,7 @@ export function unpackStream(file: Blob, packing: Packing, take: TakePart): Prom
 }
 
 const streams: Readonly<Record<Packing, (file: Blob, take: TakePart) => Promise<void>>> = {
-  gzip: (file, take) => readAll(file.stream().pipeThrough(new DecompressionStream("gzip")), take),
+  gzip: unpackGzip,
   bzip2: unpackBzip2,
   xz: unpackXz,
   zstd: unpackZstd,
@@ -39,6 +43,36 @@ async function readAll(stream: ReadableStream<Uint8Array>, take: TakePart): Prom
       throw error;
     }
   }
+}
+
+/** The browser's own decoder ends with the first member; block gzip (BGZF) has thousands. */
+async function unpackGzip(file: Blob, take: TakePart): Promise<void> {
+  let member: Inflate | undefined;
+  let state: ZStream | undefined;
+  await readAll(file.stream(), (piece) => {
+    for (let rest = piece; ; ) {
+      // Zeros after a member are padding.
+      if (member?.ended) rest = rest.subarray(firstOther(rest, 0));
+      if (rest.byteLength === 0) return;
+      if (!member || member.ended) {
+        member = new Inflate({ windowBits: gzipOnly, chunkSize: partBytes });
+        member.onStart = (stream) => {
+          state = stream;
+        };
+        member.onData = take;
+        member.onEnd = () => {};
+      }
+      if (!member.push(rest)) throw new Error(member.msg);
+      rest = rest.subarray(rest.byteLength - (state?.avail_in ?? 0));
+    }
+  });
+  if (!member?.ended) throw new Error("the data end early");
+}
+
+/** The index of the first byte that is not `value`. */
+function firstOther(bytes: Uint8Array, value: number): number {
+  const at = bytes.findIndex((byte) => byte !== value);
+  return at < 0 ? bytes.byteLength : at;
 }
 
 /** Frame by frame: the decoder does not compare their checksums. */
