@@ -37,18 +37,23 @@ def _plain(value):
     return _plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
-class _Flag(traitlets.Bool):
-    """Also NumPy's."""
+class _Plain:
+    """A trait that takes NumPy's arrays and numbers as well, and keeps what JSON has."""
 
     def validate(self, obj, value):
         return super().validate(obj, _plain(value))
 
 
-class _Surfaces(traitlets.List):
-    """Also an array of NumPy."""
+class _Bool(_Plain, traitlets.Bool):
+    pass
 
-    def validate(self, obj, value):
-        return super().validate(obj, _plain(value))
+
+class _List(_Plain, traitlets.List):
+    pass
+
+
+class _Dict(_Plain, traitlets.Dict):
+    pass
 
 
 class IsosplatWidget(anywidget.AnyWidget):
@@ -64,21 +69,21 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: Of the first surface. None: the volume's first suggestion.
     isovalue = traitlets.CFloat(None, allow_none=True).tag(sync=True)
     #: All surfaces: [{"isovalue": 60.5, "colour": "#d9ccb3", "opacity": 1}, …]
-    surfaces = _Surfaces(traitlets.Dict()).tag(sync=True)
+    surfaces = _List(traitlets.Dict()).tag(sync=True)
     #: {"target": [x, y, z], "distance": …, "azimuth": …, "elevation": …, "roll": …, "fieldOfView": …,
     #: "projection": "perspective" or "orthographic"}, in degrees. What is left out stays as it is.
-    camera = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    camera = _Dict(default_value=None, allow_none=True).tag(sync=True)
     #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …],
     #: "caps": True}; low and high are fractions of the volume's extent. Planes keep what has
     #: normal · position >= offset, in world coordinates. caps: closes the cut faces.
-    clip = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    clip = _Dict(default_value=None, allow_none=True).tag(sync=True)
     #: Planes that show values: {"along": [x, y, z], "plane": {"normal": [x, y, z], "offset": d},
     #: "range": [black, white]}; along has fractions of the volume's extent, None for no slice. The
     #: plane has normal · position = offset, in world coordinates.
-    slices = traitlets.Dict(default_value=None, allow_none=True).tag(sync=True)
+    slices = _Dict(default_value=None, allow_none=True).tag(sync=True)
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
-    controls = _Flag(True).tag(sync=True)
+    controls = _Bool(True).tag(sync=True)
     #: What is shown above the picture, some of "axes,scale,box,clip".
     show = traitlets.Unicode().tag(sync=True)
     #: Widgets with the same name move together.
@@ -114,10 +119,6 @@ class IsosplatWidget(anywidget.AnyWidget):
         if value is not None and not math.isfinite(value):
             raise traitlets.TraitError(f"isovalue: expected a finite number, found {value}")
         return value
-
-    @traitlets.validate("surfaces", "camera", "clip", "slices")
-    def _validate_json(self, proposal):
-        return _plain(proposal["value"])
 
 
 def _settable():
