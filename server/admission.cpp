@@ -46,6 +46,13 @@ struct Admission::Client {
     return std::tuple(!waits, waits ? 0 : connection->rate_.load(std::memory_order_relaxed), since);
   }
   auto first_stuck() const { return std::ranges::min_element(stuck, {}, order); }
+  OpenConnection* take_first_stuck() {
+    const auto first = first_stuck();
+    OpenConnection* const connection = *first;
+    stuck.erase(first);
+    --open;
+    return connection;
+  }
 };
 
 std::unique_ptr<OpenConnection> Admission::enter(const std::string& address,
@@ -126,7 +133,7 @@ bool Admission::close(OpenConnection& connection) {
 /// 1. stuck ones of larger clients, the largest first: some more than are needed now, so that a
 ///    flood of connections does not lead here each time;
 /// 2. the slowest that takes a response, of a client that is more than twice as large;
-/// 3. a stuck one of its own, or of a client that is as large;
+/// 3. stuck ones of its own, or of a client that is as large: an eighth of that client's;
 /// 4. one that has waited for a request for a while, of anyone: its client can open another.
 /// Returns whether one will end soon.
 bool Admission::close_for(std::string_view newcomer, Clock::time_point now) {
@@ -154,23 +161,26 @@ bool Admission::close_for(std::string_view newcomer, Clock::time_point now) {
   for (uint32_t closed = 0; closed < most; ++closed) {
     Client& largest = std::ranges::max_element(clients, {}, size_if(has_stuck))->second;
     if (!has_stuck(largest) || largest.open <= own) break;
-    const auto first = largest.first_stuck();
-    has_closed = close(**first);
-    largest.stuck.erase(first);
-    --largest.open;
+    has_closed = close(*largest.take_first_stuck());
   }
   if (has_closed) return true;
 
   const Client& largest = std::ranges::max_element(clients, {}, size_if(has_slowest))->second;
   if (has_slowest(largest) && largest.open > 2 * own) return close(*largest.slowest);
 
-  OpenConnection* chosen = nullptr;
-  for (const auto& [name, client] : clients) {
+  Client* chosen = nullptr;
+  for (auto& [name, client] : clients) {
     if (!has_stuck(client) || (name != newcomer && client.open < own)) continue;
-    OpenConnection* const first = *client.first_stuck();
-    if (!chosen || Client::order(first) < Client::order(chosen)) chosen = first;
+    const auto order = [](const Client& of) { return Client::order(*of.first_stuck()); };
+    if (!chosen || order(client) < order(*chosen)) chosen = &client;
   }
-  if (chosen) return close(*chosen);
+  if (chosen) {
+    const uint32_t share = std::max(chosen->open / 8, 1u);
+    for (uint32_t closed = 0; closed < share && has_stuck(*chosen); ++closed) {
+      close(*chosen->take_first_stuck());
+    }
+    return true;
+  }
 
   const auto long_ago = (now - limits_.patience).time_since_epoch().count();
   const bool is_long = longest && longest->since_.load(std::memory_order_relaxed) <= long_ago;

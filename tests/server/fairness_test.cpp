@@ -64,6 +64,18 @@ TEST(Admissions, TheClientWithTheMostLosesTheOneThatWaitsLongest) {
   }
 }
 
+TEST(Admissions, AFloodClosesAnEighthOfItsOwnAtOnce) {
+  Connections all({.connections = 32, .per_address = 0});
+  for (int i = 0; i < 16; ++i) all.open("a", State::waiting);
+  for (int i = 0; i < 16; ++i) all.open("b", State::waiting);
+  EXPECT_NE(all.open("b", State::waiting), SIZE_MAX);
+  EXPECT_EQ(all.take_closed(), (std::vector<size_t>{16, 17}));
+  EXPECT_NE(all.open("b", State::waiting), SIZE_MAX);
+  EXPECT_EQ(all.take_closed(), std::vector<size_t>{}) << "there is room for one more";
+  EXPECT_NE(all.open("b", State::waiting), SIZE_MAX);
+  EXPECT_EQ(all.take_closed(), (std::vector<size_t>{18, 19}));
+}
+
 TEST(Admissions, TheSlowestReaderIsClosedWhenItHadItsTime) {
   Connections all(kFew);
   all.open("a", State::sending, 900);
