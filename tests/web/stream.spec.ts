@@ -7,6 +7,7 @@ import { FileSource, ServerSource, type Source, StreamError } from "../../web/st
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
 import { type Nginx, nginx } from "../support/nginx.ts";
+import { clockThatJumps, passTime } from "./fake_clock.ts";
 import { core as load, storeBytes } from "./fixture.ts";
 import { Harness, view } from "./stream_harness.ts";
 
@@ -18,6 +19,7 @@ let core: Core;
 let server: FaultProxy;
 let harness: Harness;
 
+clockThatJumps();
 beforeAll(async () => {
   core = await load();
   folder = mkdtempSync(join(tmpdir(), "isosplat-stream-"));
@@ -41,6 +43,9 @@ afterEach(async () => {
   harness.close();
   await server?.stop();
 });
+
+/** Past what retries and pauses wait for; a minute is five of the slowest retries. */
+const waitAMinute = () => passTime(60_000, () => fetch(`${server.target}/healthz`));
 
 async function proxyOf(target: string): Promise<void> {
   server = new FaultProxy(target);
@@ -248,7 +253,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     const before = server.requests.length;
     session.update(view(300.5));
     await harness.until(() => harness.errors.length > 0);
-    await new Promise((resolve) => setTimeout(resolve, 300));
+    await waitAMinute();
     expect(harness.errors[0]?.kind).toBe("not-found");
     expect(harness.errors.length).toBe(1);
     expect(harness.progress?.state).toBe("incomplete");
@@ -270,7 +275,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     session.update(view(300.5, 30));
     await harness.complete();
     const total = server.bytesSent;
-    await new Promise((resolve) => setTimeout(resolve, 100));
+    await waitAMinute();
     expect(server.bytesSent - total).toBeLessThan(50_000);
   });
 
@@ -280,7 +285,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     await harness.until(() => harness.visible.length > 0);
     harness.close();
     expect(harness.resident.size).toBe(0);
-    await new Promise((resolve) => setTimeout(resolve, 50));
+    await waitAMinute();
     expect(harness.resident.size).toBe(0);
     session.update(view(300.5));
   });
