@@ -28,7 +28,7 @@ async function runCase(bench: Bench, python: string, { file, isovalue }: (typeof
   if (!path) return;
   const what = `${file.replace(/\..*/, "")} ${isovalue}`;
   bench.say(what);
-  const script = join(bench.root, "tests/bench/peers/check_meshes.py");
+  const script = join(bench.root, "tests/evidence/peers/check_meshes.py");
   const store = join(bench.folder, "store.isosplat");
   await bench.command(bench.isosplat, ["build", path, "-o", store, "--quiet", "--force"]);
 

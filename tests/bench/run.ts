@@ -1,6 +1,6 @@
 // npm run bench [-- NAME… | quick | plot | --list | --checksums]
 //
-// Runs the benchmarks of this folder (NAME.bench.ts), prints a table, and adds rows to
+// Runs the benchmarks of this folder and of tests/evidence (NAME.bench.ts), prints a table, and adds rows to
 // results/NAME.csv. Names the inputs that are missing, and skips them. An input with another checksum
 // is an error.
 import { existsSync, readdirSync } from "node:fs";
@@ -13,14 +13,20 @@ import { isosplat, root } from "./harness/paths.ts";
 import { formatTable, reached, saveResults } from "./harness/results.ts";
 import { printChecksums } from "./harness/volumes.ts";
 
-const folder = join(root, "tests/bench");
-const known = readdirSync(folder)
-  .filter((file) => file.endsWith(".bench.ts"))
-  .map((file) => file.slice(0, -".bench.ts".length))
-  .sort();
+const folders = ["tests/bench", "tests/evidence"].map((folder) => join(root, folder));
+/** The folder of each benchmark. */
+const places = new Map(
+  folders.flatMap((folder) =>
+    readdirSync(folder)
+      .filter((file) => file.endsWith(".bench.ts"))
+      .map((file): [string, string] => [file.slice(0, -".bench.ts".length), folder]),
+  ),
+);
+const known = [...places.keys()].sort();
 
 async function load(name: string): Promise<Benchmark> {
-  return ((await import(`./${name}.bench.ts`)) as { default: Benchmark }).default;
+  const file = join(places.get(name) ?? "", `${name}.bench.ts`);
+  return ((await import(file)) as { default: Benchmark }).default;
 }
 
 async function runOne(name: string): Promise<boolean> {

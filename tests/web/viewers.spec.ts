@@ -4,15 +4,15 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
-import { Account, quantile } from "../bench/viewers/account.ts";
-import { audience, zipf } from "../bench/viewers/audience.ts";
-import { inOrder, itemsOf, LruCache, newShares, simulate } from "../bench/viewers/lru.ts";
-import { OriginMeter, servedByRoute, sum } from "../bench/viewers/origin.ts";
-import { pageRequests, withPage } from "../bench/viewers/page_requests.ts";
-import { record } from "../bench/viewers/record.ts";
-import { addressOf, replay } from "../bench/viewers/replay.ts";
-import type { RecordedVisit } from "../bench/viewers/requests.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
+import { Account, quantile } from "../evidence/viewers/account.ts";
+import { audience, zipf } from "../evidence/viewers/audience.ts";
+import { inOrder, itemsOf, LruCache, newShares, simulate } from "../evidence/viewers/lru.ts";
+import { OriginMeter, servedByRoute, sum } from "../evidence/viewers/origin.ts";
+import { pageRequests, withPage } from "../evidence/viewers/page_requests.ts";
+import { record } from "../evidence/viewers/record.ts";
+import { addressOf, replay } from "../evidence/viewers/replay.ts";
+import type { RecordedVisit } from "../evidence/viewers/requests.ts";
 import {
   hasPackagedNginx,
   type PackagedNginx,

@@ -8,9 +8,9 @@ import type { Bench } from "../harness/benchmark.ts";
 export async function serveNiiVue(
   bench: Bench,
 ): Promise<{ url: string; server: PreviewServer } | undefined> {
-  const peers = join(bench.root, "tests/bench/peers");
+  const peers = join(bench.root, "tests/evidence/peers");
   if (!existsSync(join(peers, "node_modules"))) {
-    bench.skip("NiiVue", "not installed (npm ci --prefix tests/bench/peers)");
+    bench.skip("NiiVue", "not installed (npm ci --prefix tests/evidence/peers)");
     return undefined;
   }
   const shared = {

@@ -71,7 +71,7 @@ export class FlyingEdges {
   ): Promise<FlyingEdges> {
     const raw = join(folder, `${filter}.raw`);
     writeFileSync(raw, volume.data);
-    const script = join(root, "tests/bench/peers/flying_edges.py");
+    const script = join(root, "tests/evidence/peers/flying_edges.py");
     const args = [script, raw, ...volume.voxels.map(String), volume.type, String(threads)];
     if (filter === "marching-cubes") args.push(filter);
     const peer = new FlyingEdges(spawn(python, args, { stdio: ["pipe", "pipe", "inherit"] }));

@@ -26,7 +26,7 @@ export async function flyingEdgesMesh(
   const raw = join(bench.folder, "mesh.raw");
   const mesh = join(bench.folder, `mesh-${isovalue}.bin`);
   writeFileSync(raw, data);
-  const script = join(root, "tests/bench/peers/flying_edges_mesh.py");
+  const script = join(root, "tests/evidence/peers/flying_edges_mesh.py");
   const numbers = [...voxels.map(String), type, ...spacingOf(volume), String(isovalue)];
   await bench.command(python, [script, raw, ...numbers, mesh]);
   return mesh;

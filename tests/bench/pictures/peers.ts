@@ -37,7 +37,7 @@ export async function drawVtk(
   const { eye, up } = eyeAndUp(view.camera);
   const plain = join(bench.folder, "vtk.png");
   const occluded = join(bench.folder, "vtk_occluded.png");
-  const script = join(root, "tests/bench/peers/vtk_picture.py");
+  const script = join(root, "tests/evidence/peers/vtk_picture.py");
   const numbers = [...eye, ...view.camera.target, ...up];
   await bench.command(display, [
     ...["-a", python, script, raw, ...volume.voxels.map(String), volume.type],
@@ -59,9 +59,9 @@ export class BrowserPeers {
 
   /** Builds the pages; undefined: skipped. */
   static async create(bench: Bench, browser: Browser): Promise<BrowserPeers | undefined> {
-    const peers = join(root, "tests/bench/peers");
+    const peers = join(root, "tests/evidence/peers");
     if (!existsSync(join(peers, "node_modules"))) {
-      bench.skip("vtk.js and NiiVue", "not installed (npm ci --prefix tests/bench/peers)");
+      bench.skip("vtk.js and NiiVue", "not installed (npm ci --prefix tests/evidence/peers)");
       return undefined;
     }
     const outDir = join(bench.folder, "peers");
@@ -97,7 +97,7 @@ export class BrowserPeers {
   }
 }
 
-/** What the pages of tests/bench/peers/pictures read. */
+/** What the pages of tests/evidence/peers/pictures read. */
 function sceneOf({ view, volume, spacing }: PeerScene) {
   const rgb = (text: string) =>
     [0, 2, 4].map((at) => Number.parseInt(text.slice(at, at + 2), 16) / 255);

@@ -10,7 +10,7 @@ namespace isosplat {
 /// cannot be read, or is of a type that would be quantized.
 TestVolume load_volume(const std::string& path);
 
-/// A mesh file of tests/bench/peers/flying_edges_mesh.py, handed to the renderer; returns the
+/// A mesh file of tests/evidence/peers/flying_edges_mesh.py, handed to the renderer; returns the
 /// number of triangles.
 uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string& path);
 

@@ -2,8 +2,8 @@
 import { readFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import type { Browser } from "@playwright/test";
+import { type PeerSite, servePage } from "../../evidence/peer_visits/serve_page.ts";
 import type { Bench } from "../harness/benchmark.ts";
-import { type PeerSite, servePage } from "../peer_visits/serve_page.ts";
 import { type Link, Visitor } from "./visit.ts";
 
 export interface Peer extends PeerSite {

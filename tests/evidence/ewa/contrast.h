@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "tests/evidence/ewa/checker.h"
+
+namespace isosplat {
+
+/// The luminance of the bright and of the dark squares, and the mean over the pattern.
+struct CheckerLevels {
+  double dark = 0, bright = 0, mean = 0;
+};
+CheckerLevels levels_of(const Checker& checker, const Camera& camera);
+
+/// Alias of a picture of the checker: the root mean square of its difference to the pattern's mean,
+/// by half the pattern's contrast, over the pixels in which the pattern has no frequency that the
+/// image can show: each wave of its spectrum up to order 15 has more than ½ cycle per px along x or
+/// y. What an ideal picture shows there is the mean. Pixels within 4 px of the plane's end are left
+/// out. `pixels` (may be null): how many there were.
+double checker_alias(const Luminance& picture, const Checker& checker, const ImagePlane& image,
+                     const CheckerLevels& levels, size_t* pixels = nullptr);
+
+/// Amplitude of the pattern's two lowest waves in a picture, where they have `low` to `high` cycles
+/// per px: the sum of luminance times the conjugate wave. `per_px`: squares of the picture per
+/// pixel of the image along each axis.
+double wave_amplitude(const Luminance& picture, int per_px, const Checker& checker,
+                      const ImagePlane& image, const CheckerLevels& levels, double low,
+                      double high);
+
+/// Width of the pattern's edges in a picture of the plane seen from its front, in px: the distance
+/// between 10 and 90 % of the step from dark to bright, of the mean luminance as a function of the
+/// distance from the edge (as in ISO 12233, by the pixels of slanted edges).
+double edge_width(const Luminance& picture, int per_px, const Checker& checker,
+                  const ImagePlane& image, const CheckerLevels& levels);
+
+}  // namespace isosplat
