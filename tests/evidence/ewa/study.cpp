@@ -17,12 +17,12 @@
 #include "native/headless/egl_context.h"
 #include "native/headless/ray_caster.h"
 #include "native/headless/store_scene.h"
-#include "tests/evidence/ewa/contrast.h"
-#include "tests/evidence/ewa/pictures.h"
-#include "tests/evidence/ewa/spectrum.h"
 #include "tests/bench/need.h"
 #include "tests/bench/render/reference_normals.h"
 #include "tests/bench/render/volume.h"
+#include "tests/evidence/ewa/contrast.h"
+#include "tests/evidence/ewa/pictures.h"
+#include "tests/evidence/ewa/spectrum.h"
 
 namespace isosplat {
 namespace {

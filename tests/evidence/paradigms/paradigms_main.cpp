@@ -12,8 +12,8 @@
 #include <optional>
 #include <string>
 
-#include "tests/evidence/paradigms/paradigms.h"
 #include "tests/bench/render/volume.h"
+#include "tests/evidence/paradigms/paradigms.h"
 
 namespace isosplat {
 namespace {
