@@ -58,7 +58,9 @@ test("a picture wider than its parts is that of the program", async ({ page }) =
   expect(found.differing).toBeLessThan(0.001);
 });
 
-test("a picture can be cancelled, and the view stays as it was", async ({ page }) => {
+test("a picture can be cancelled, and the view stays as it was", { tag: "@slow" }, async ({
+  page,
+}) => {
   test.setTimeout(180_000);
   await page.setViewportSize({ width: 420, height: 400 });
   await openDialog(page, "40,25,2500,63.5,63.5,63.5"); // most of the picture is background
@@ -116,7 +118,7 @@ async function chooseFilm(page: Page, what: string, file: string): Promise<void>
   await page.getByLabel("File").selectOption({ label: file });
 }
 
-test("a film once around is a video of its length", async ({ page, context }) => {
+test("a film once around is a video of its length", { tag: "@slow" }, async ({ page, context }) => {
   test.setTimeout(180_000);
   await page.setViewportSize({ width: 420, height: 400 });
   await openDialog(page);
@@ -154,7 +156,9 @@ test("a film once around is a video of its length", async ({ page, context }) =>
   expect(page.url()).toBe(address);
 });
 
-test("a film through isovalues, or from view to view, is a ZIP of pictures", async ({ page }) => {
+test("a film through isovalues, or from view to view, is a ZIP of pictures", {
+  tag: "@slow",
+}, async ({ page }) => {
   test.setTimeout(180_000);
   await page.setViewportSize({ width: 420, height: 400 });
   await openDialog(page);

@@ -30,9 +30,9 @@ async function drag(page: Page, x: number, y: number, dx: number, dy: number): P
   await page.mouse.up();
 }
 
-test("the key light follows the ball and the arrow keys, and the address keeps it", async ({
-  page,
-}) => {
+test("the key light follows the ball and the arrow keys, and the address keeps it", {
+  tag: "@slow",
+}, async ({ page }) => {
   // One kind of splats, whatever time pictures take: they are compared pixel by pixel.
   await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=exact`);
   await complete(page);
@@ -87,9 +87,9 @@ test("a drag with L on the picture turns the key light, and not the view", async
   expect(await parameter(page, "camera")).toBe(camera);
 });
 
-test("each part of the light changes the picture, which is the native renderer's", async ({
-  page,
-}) => {
+test("each part of the light changes the picture, which is the native renderer's", {
+  tag: "@slow",
+}, async ({ page }) => {
   test.setTimeout(180_000);
   const camera = "40,25,330,63.5,63.5,63.5";
   const view = `volume=bucky&isovalue=100.5&camera=${camera}&kind=exact&background=ffffff`;

@@ -266,7 +266,9 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
   await expect(page.locator(".measurement-facts").last()).toContainText("value 100");
 });
 
-test("sessions have space for more measurements than addresses", async ({ page }) => {
+test("sessions have space for more measurements than addresses", { tag: "@slow" }, async ({
+  page,
+}) => {
   const coordinate = (i: number, by: number) => 40 + ((i * by) % 47) + 1 / 3;
   const measurements = Array.from({ length: 500 }, (_, i) => ({
     kind: "distance",
@@ -338,7 +340,7 @@ test("area and volume are those of the mesh that the program extracts", async ({
   expect(Math.abs(volume / native.volume - 1)).toBeLessThan(1e-4);
 });
 
-test("a hundred annotations follow the view", async ({ page }) => {
+test("a hundred annotations follow the view", { tag: "@slow" }, async ({ page }) => {
   const notes = Array.from(
     { length: 100 },
     (_, i) => `&measure=note,${40 + (i % 10) * 5},${40 + Math.floor(i / 10) * 5},63|n${i}`,

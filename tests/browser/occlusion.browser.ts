@@ -61,7 +61,7 @@ async function allChunks(page: Page): Promise<number> {
   return Number(head.headers()["x-isosplat-chunks"]);
 }
 
-test("the picture equals the one of all chunks", async ({ page }) => {
+test("the picture equals the one of all chunks", { tag: "@slow" }, async ({ page }) => {
   test.setTimeout(120_000);
   const urls: string[] = [];
   page.on("request", (request) => urls.push(request.url()));
@@ -77,7 +77,7 @@ test("the picture equals the one of all chunks", async ({ page }) => {
   await expectEverything(page, ours);
 });
 
-test("the picture does not depend on earlier views", async ({ page }) => {
+test("the picture does not depend on earlier views", { tag: "@slow" }, async ({ page }) => {
   test.setTimeout(180_000);
   await page.goto(address(100.5));
   await complete(page, 60_000);

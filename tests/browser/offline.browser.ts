@@ -102,7 +102,7 @@ test("volumes of this device are built and opened", async ({ page }) => {
   await complete(page);
 });
 
-test("a volume of a site that was seen is shown again", async ({ page }) => {
+test("a volume of a site that was seen is shown again", { tag: "@slow" }, async ({ page }) => {
   test.skip(!hasNginx, "needs nginx");
   const site = join(folder, "site");
   execFileSync(program, ["publish", demoFolder, "--to", site, "--web-root", "build/page"], {
@@ -138,7 +138,9 @@ test("nothing of a volume that needs a token is kept", async ({ page }) => {
   expect(names.filter((name) => !name.startsWith("isosplat-page-"))).toEqual([]);
 });
 
-test("a new version is announced, and used when it is wanted", async ({ page }) => {
+test("a new version is announced, and used when it is wanted", { tag: "@slow" }, async ({
+  page,
+}) => {
   await page.goto(`${server.url}?volume=bucky`);
   await complete(page);
   await kept(page, /isosplat-page-/);

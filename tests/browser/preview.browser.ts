@@ -91,7 +91,9 @@ async function built(page: Page): Promise<void> {
   await settled(page);
 }
 
-test("a store takes the place of its preview; the view stays", async ({ page }) => {
+test("a store takes the place of its preview; the view stays", { tag: "@slow" }, async ({
+  page,
+}) => {
   const build = await holdBuild(page);
   await openStartPage(page);
   await drop(page, [ball]);
@@ -144,7 +146,7 @@ test("what the visitor has not chosen is that of the store", async ({ page }) =>
   expect(new URL(page.url()).searchParams.get("isovalue")).toBe(replaced.get("isovalue"));
 });
 
-test("cancelling leads back to what was shown before", async ({ page }) => {
+test("cancelling leads back to what was shown before", { tag: "@slow" }, async ({ page }) => {
   await holdBuild(page);
   await openStartPage(page);
   await drop(page, [ball]);

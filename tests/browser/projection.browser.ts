@@ -111,7 +111,7 @@ test("zooming keeps the point under the pointer, exactly at any depth", async ({
   expect(Math.abs(z1 - z0)).toBeLessThan(1e-6);
 });
 
-test("changes of the view are taken back and repeated", async ({ page }) => {
+test("changes of the view are taken back and repeated", { tag: "@slow" }, async ({ page }) => {
   test.setTimeout(180_000);
   await page.goto(`${server.url}?volume=bucky&isovalue=100&camera=30,20,330,63.5,63.5,63.5`);
   await complete(page);
@@ -160,7 +160,9 @@ async function clearPixels(base64: string): Promise<number> {
   return data.filter((value, i) => i % 4 === 3 && value === 0).length;
 }
 
-test("a picture without its background has the surface alone", async ({ page }) => {
+test("a picture without its background has the surface alone", { tag: "@slow" }, async ({
+  page,
+}) => {
   test.setTimeout(120_000);
   await page.goto(`${server.url}?volume=bucky&isovalue=100&background=ff0000`);
   await complete(page);

@@ -45,7 +45,7 @@ test.afterAll(async () => {
 });
 
 for (const { name, isovalue } of volumes) {
-  test(`${name} opens`, async ({ page }) => {
+  test(`${name} opens`, { tag: "@slow" }, async ({ page }) => {
     test.setTimeout(240_000);
     const problems: string[] = [];
     page.on("pageerror", (error) => problems.push(String(error)));

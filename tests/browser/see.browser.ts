@@ -168,7 +168,9 @@ test("the clip box has handles while its section is open: mouse, keys, undo, lin
   await expect(faces).toHaveCount(0);
 });
 
-test("cut faces are closed in the section Clipping; the link has it", async ({ page }) => {
+test("cut faces are closed in the section Clipping; the link has it", { tag: "@slow" }, async ({
+  page,
+}) => {
   // Slow machines draw other kinds of splats and shading.
   const splats = "kind=exact&shading=exact";
   await page.goto(`${server.url}?volume=bucky&isovalue=100&${splats}&clip=0,1,0.5,1,0,1`);
@@ -191,9 +193,9 @@ test("cut faces are closed in the section Clipping; the link has it", async ({ p
   expect((await compare(page, await savedPicture(page), closed)).differing).toBeLessThan(0.001);
 });
 
-test("slices: by buttons and keys; in the picture, the legend, picks, the link and undo", async ({
-  page,
-}) => {
+test("slices: by buttons and keys; in the picture, the legend, picks, the link and undo", {
+  tag: "@slow",
+}, async ({ page }) => {
   await page.setViewportSize({ width: 900, height: 560 });
   const splats = "kind=exact&shading=exact";
   await page.goto(`${server.url}?volume=bucky&isovalue=100&${splats}&clip=0,1,0.5,1,0,1`);

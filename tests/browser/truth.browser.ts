@@ -80,7 +80,9 @@ async function dragAndBack(page: Page, steps: number): Promise<void> {
 for (const each of cases) {
   for (const [view, camera] of Object.entries(each.views)) {
     const what = `${each.name} ${each.isovalue}, ${view}`;
-    test(`${what}: a complete picture is correct`, async ({ page }) => {
+    test(`${what}: a complete picture is correct`, { tag: view === "near" ? [] : "@slow" }, async ({
+      page,
+    }) => {
       test.setTimeout(240_000);
       await page.goto(server.url + queryOf(each, camera));
       await expectTruth(page, each, camera);
@@ -89,7 +91,7 @@ for (const each of cases) {
   }
 }
 
-test("a complete picture is correct after other views", async ({ page }) => {
+test("a complete picture is correct after other views", { tag: "@slow" }, async ({ page }) => {
   test.setTimeout(300_000);
   const [each] = cases;
   const camera = each?.views.far;
