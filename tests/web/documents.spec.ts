@@ -1,3 +1,4 @@
+import { execFileSync, spawnSync } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -45,6 +46,35 @@ describe("documents", () => {
   it.each(named)("%s names %s, which is there", (_, name) => {
     expect(existsSync(join(root, name))).toBe(true);
   });
+});
+
+describe("the list of dependencies", () => {
+  it("is what npm run dependencies writes", () => {
+    const script = join(root, ".ci/dependencies.mjs");
+    const printed = execFileSync(process.execPath, [script, "--print"], { encoding: "utf8" });
+    expect(read("docs/DEPENDENCIES.md")).toBe(printed);
+  });
+
+  // Only Debian 12 has these versions.
+  const system = existsSync("/etc/os-release") ? readFileSync("/etc/os-release", "utf8") : "";
+  it.runIf(/^ID=debian$/m.test(system) && /^VERSION_ID="12"$/m.test(system))(
+    "has the versions of Debian 12",
+    () => {
+      const [debian = ""] = read("docs/DEPENDENCIES.md").split("\n## npm packages\n");
+      const rows = [...debian.matchAll(/^\| ([a-z][\w.+-]+) \| ([\d.]+) \|/gm)];
+      const query = ["-W", "-f", `\${Package} \${Version}\n`, ...rows.map((row) => row[1] ?? "")];
+      // It fails where a package is not installed, and prints the others.
+      const installed = spawnSync("dpkg-query", query, { encoding: "utf8" }).stdout;
+      const found = [...installed.matchAll(/^(\S+) (?:\d+:)?(?:.*\+really)?(\d[\d.]*)/gm)];
+      expect(found.length).toBeGreaterThan(20);
+      const stated = new Map(rows.map(([, name, version]) => [name, version]));
+      for (const [, name, version] of found) {
+        expect(`${version}.`, name).toMatch(
+          new RegExp(`^${(stated.get(name) ?? "").replaceAll(".", "\\.")}\\.`),
+        );
+      }
+    },
+  );
 });
 
 describe("the version of package.json", () => {
