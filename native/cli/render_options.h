@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/render/renderer.h"
+#include "shared/render/render_settings.h"
 
 namespace isosplat::cli {
 

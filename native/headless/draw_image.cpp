@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "native/headless/offscreen_target.h"
+#include "shared/render/image_tile.h"
 #include "shared/render/pixel_reader.h"
 
 namespace isosplat {

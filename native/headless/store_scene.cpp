@@ -66,7 +66,7 @@ Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
       return tl::unexpected(decoded.error());
     }
     const auto handle = static_cast<ChunkHandle>(handles.size());
-    if (auto added = renderer.add_chunk(handle, {chunk.block}, samples); !added) {
+    if (auto added = renderer.add_chunk(handle, chunk.block, samples); !added) {
       return tl::unexpected(added.error());
     }
     handles.push_back(handle);

@@ -2,13 +2,9 @@
 
 #include "shared/base/status.h"
 #include "shared/render/image_target.h"
+#include "shared/render/image_tile.h"
 
 namespace isosplat {
-
-/// Displacement of a picture, in pixels.
-struct ImageOffset {
-  double right = 0, up = 0;
-};
 
 /// The sum of pictures of one camera view, each moved by a different fraction of a pixel. Their
 /// mean has smooth edges (P. Haeberli, K. Akeley, "The accumulation buffer", SIGGRAPH 1990). Sums

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "shared/render/surface_pick.h"
+#include "shared/render/ray_hits.h"
 
 namespace isosplat {
 

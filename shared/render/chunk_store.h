@@ -9,7 +9,6 @@
 #include "shared/base/status.h"
 #include "shared/grid/drawn_chunk.h"
 #include "shared/grid/grid.h"
-#include "shared/render/renderer.h"
 #include "shared/render/sample_buffers.h"
 #include "shared/sampling/sample_clusters.h"
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "shared/render/renderer.h"
+#include "shared/render/render_settings.h"
 
 namespace isosplat {
 

@@ -2,9 +2,10 @@
 
 #include <GLES3/gl3.h>
 
+#include "shared/render/frame_statistics.h"
 #include "shared/render/gl_limits.h"
 #include "shared/render/lighting.h"
-#include "shared/render/renderer.h"
+#include "shared/render/render_settings.h"
 #include "shared/render/shader_programs.h"
 #include "shared/render/surface_targets.h"
 

@@ -149,8 +149,7 @@ void DrawList::find_cut(const Frame& frame, float quantized_isovalue) {
   });
 }
 
-void DrawList::collect_cut(const ChunkStore& chunks, const Frame& frame,
-                           const std::array<double, 4>& plane) {
+void DrawList::collect_cut(const ChunkStore& chunks, const Frame& frame, const Plane& plane) {
   const auto is_cut = [&](const Frame::Box& box) {
     return Frame::is_near(box, plane, double(SLICE_MARGIN)) && frame.may_see(box);
   };

@@ -48,8 +48,7 @@ class DrawList {
 
   /// Instead of collect() and what follows it: all resident chunks, visible or not, that a plane of
   /// frame space cuts in the image, the coarsest first, and their clusters that it cuts.
-  void collect_cut(const ChunkStore& chunks, const Frame& frame,
-                   const std::array<double, 4>& plane);
+  void collect_cut(const ChunkStore& chunks, const Frame& frame, const Plane& plane);
 
   const std::vector<DrawItem>& items() const { return items_; }
   const DrawItem* find(ChunkHandle handle) const;

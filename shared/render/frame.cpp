@@ -54,14 +54,6 @@ double unit_of_frame_space(const VolumeGrid& grid) {
   return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
 }
 
-std::optional<SlicePlane> unit_plane(const SlicePlane& plane) {
-  const auto& [n, offset] = plane;
-  const double size = std::hypot(n.x, n.y, n.z);
-  const SlicePlane unit{n * (1 / size), offset / size};
-  const bool is_plane = std::isfinite(dot(unit.normal, unit.normal)) && std::isfinite(unit.offset);
-  return size > 0 && is_plane ? std::optional(unit) : std::nullopt;
-}
-
 int cuts_of(const RenderSettings& settings) {
   const auto faces = [](double low, double high) { return (low > 0 ? 1 : 0) + (high < 1 ? 1 : 0); };
   const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
@@ -142,10 +134,10 @@ Frame::Sides Frame::sides_of(const ImageTile& tile, double near_plane) const {
   const auto side = [this](Vec3d normal, double offset) {
     // Orthographic: a distance from the middle; else one per unit along the view.
     const Vec3d n = orthographic() ? normal : normal - forward_ * offset;
-    return std::array<double, 4>{n.x, n.y, n.z, orthographic() ? offset : 0};
+    return Plane{n, orthographic() ? offset : 0};
   };
   return {side(right_, left), side(right_ * -1.0, -right), side(up_, low), side(up_ * -1.0, -high),
-          std::array<double, 4>{forward_.x, forward_.y, forward_.z, near_plane}};
+          Plane{forward_, near_plane}};
 }
 
 /// The planes of the settings, and those of the clip box that cut the volume; with caps, then those
@@ -159,7 +151,7 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
     }
   };
   for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
-    const ClipPlane& plane = settings.clip_planes[i];
+    const Plane& plane = settings.clip_planes[i];
     add(multiply_transposed(grid.direction, plane.normal),
         (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
@@ -186,10 +178,14 @@ void Frame::set_slices(const VolumeGrid& grid, const RenderSettings& settings) {
   for (size_t i = 0; i < settings.slices.size() && i < kMaxSlices; ++i) {
     const auto slice = unit_plane(settings.slices[i]);
     if (!slice) continue;
-    const Vec3d row = multiply_transposed(grid.direction, slice->normal);
-    const double offset = (slice->offset - dot(slice->normal, camera_.eye)) / unit_;
-    slices_.push_back({row.x, row.y, row.z, offset});
+    slices_.push_back({multiply_transposed(grid.direction, slice->normal),
+                       (slice->offset - dot(slice->normal, camera_.eye)) / unit_});
   }
+}
+
+Plane Frame::clip_plane(int index) const {
+  const auto& p = block_.clip_plane[static_cast<size_t>(index)];
+  return {{double(p[0]), double(p[1]), double(p[2])}, double(p[3])};
 }
 
 Frame::Box Frame::box(Vec3d low_cell, Vec3d high_cell) const {
@@ -199,28 +195,25 @@ Frame::Box Frame::box(Vec3d low_cell, Vec3d high_cell) const {
 }
 
 bool Frame::may_see(const Box& box, const Sides& sides) const {
-  for (const auto& s : sides) {
-    const Vec3d n{s[0], s[1], s[2]};
-    if (dot(n, box.centre) + reach(n, box.half) < s[3]) return false;
-  }
+  const auto is_behind = [&](const Plane& plane) {
+    return dot(plane.normal, box.centre) + reach(plane.normal, box.half) < plane.offset;
+  };
+  if (std::any_of(sides.begin(), sides.end(), is_behind)) return false;
   for (int i = 0; i < block_.switches[0]; ++i) {
-    const auto& p = block_.clip_plane[static_cast<size_t>(i)];
-    const Vec3d n{p[0], p[1], p[2]};
-    if (dot(n, box.centre) + reach(n, box.half) < p[3]) return false;
+    if (is_behind(clip_plane(i))) return false;
   }
   return true;
 }
 
-bool Frame::is_near(const Box& box, const std::array<double, 4>& plane, double margin) {
-  const Vec3d n{plane[0], plane[1], plane[2]};
-  return std::abs(dot(n, box.centre) - plane[3]) <= reach(n, box.half) + margin;
+bool Frame::is_near(const Box& box, const Plane& plane, double margin) {
+  return std::abs(dot(plane.normal, box.centre) - plane.offset) <=
+         reach(plane.normal, box.half) + margin;
 }
 
 bool Frame::may_cut(const Box& box) const {
   constexpr double kRounding = 1e-2;  // units; planes are in single precision
   for (int i = 0; i < block_.switches[0]; ++i) {
-    const auto& p = block_.clip_plane[static_cast<size_t>(i)];
-    if (is_near(box, {p[0], p[1], p[2], p[3]}, kRounding)) return true;
+    if (is_near(box, clip_plane(i), kRounding)) return true;
   }
   return false;
 }

@@ -1,12 +1,11 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <vector>
 
-#include "shared/render/accumulation.h"
+#include "shared/render/camera.h"
 #include "shared/render/image_tile.h"
-#include "shared/render/renderer.h"
+#include "shared/render/render_settings.h"
 
 namespace isosplat {
 
@@ -31,10 +30,6 @@ int cuts_of(const RenderSettings& settings);
 
 /// Length of a unit of frame space in the world: the smallest spacing.
 double unit_of_frame_space(const VolumeGrid& grid);
-
-/// The same plane with a normal of length 1; nothing if it is no plane, or too long or short for
-/// numbers.
-std::optional<SlicePlane> unit_plane(const SlicePlane& plane);
 
 /// The geometry of one frame. It is computed in double precision, and given to the GPU relative to
 /// the eye, so that distant origins and large volumes lose no precision near the eye.
@@ -71,17 +66,17 @@ class Frame {
   bool may_see(const Box& box) const { return may_see(box, sides_); }
   bool may_see_in_image(const Box& box) const { return may_see(box, image_sides_); }
 
-  /// The slices of the settings as planes of frame space, dot(xyz, p) = w, with the length of the
-  /// normal 1 in the world. Those without a normal are left out.
-  const std::vector<std::array<double, 4>>& slices() const { return slices_; }
+  /// The slices of the settings as planes of frame space, with the length of the normal 1 in the
+  /// world. Those without a normal are left out.
+  const std::vector<Plane>& slices() const { return slices_; }
 
   /// The faces of the volume, in frame space.
   Vec3d volume_low() const { return eye_ * -1.0; }
   Vec3d volume_high() const { return extent_ - eye_; }
 
-  /// Whether a plane, dot(xyz, p) = w, cuts the box or is no farther from it than `margin`, in
-  /// units of dot(xyz, p).
-  static bool is_near(const Box& box, const std::array<double, 4>& plane, double margin);
+  /// Whether a plane of frame space cuts the box or is no farther from it than `margin`, in units
+  /// of dot(normal, p).
+  static bool is_near(const Box& box, const Plane& plane, double margin);
 
   /// Whether a clip plane may cut the box.
   bool may_cut(const Box& box) const;
@@ -98,13 +93,14 @@ class Frame {
   std::array<float, 9> mesh_view() const;
 
  private:
-  /// Planes of a frustum: dot(xyz, p) ≥ w. The normals need not be of unit length.
-  using Sides = std::array<std::array<double, 4>, 5>;
+  /// Planes of a frustum: dot(normal, p) ≥ offset. The normals need not be of unit length.
+  using Sides = std::array<Plane, 5>;
 
   void set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings);
   void set_slices(const VolumeGrid& grid, const RenderSettings& settings);
   Sides sides_of(const ImageTile& tile, double near_plane) const;
   bool may_see(const Box& box, const Sides& sides) const;
+  Plane clip_plane(int index) const;
 
   FrameBlock block_{};
   double unit_ = 1;
@@ -114,7 +110,7 @@ class Frame {
   Vec3d right_, up_, forward_;  // row vectors
   CameraFrame camera_;
   Matrix4d mesh_clip_;
-  std::vector<std::array<double, 4>> slices_;
+  std::vector<Plane> slices_;
   Sides sides_, image_sides_;
 };
 

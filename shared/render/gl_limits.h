@@ -1,8 +1,17 @@
 #pragma once
 
-#include "shared/render/renderer.h"
+#include <string>
 
 namespace isosplat {
+
+/// Limits of the GL implementation.
+struct RendererLimits {
+  float max_point_size = 1;  ///< larger splats are drawn as two triangles
+  int max_texture_size = 0;
+  bool float_targets = false;  ///< EXT_color_buffer_float: smooth shading, and refine()
+  bool float_blend = false;    ///< EXT_float_blend: 32-bit sums of gradients, else 16
+  std::string renderer;        ///< GL_RENDERER
+};
 
 /// Limits and extensions of the current GL context.
 struct GlLimits {

@@ -4,6 +4,7 @@
 #include "shared/render/accumulation.h"
 #include "shared/render/cross_fade.h"
 #include "shared/render/draw_context.h"
+#include "shared/render/surface_pixel.h"
 
 /// Passes over all pixels of an image. Each draws one triangle into a framebuffer, and leaves it
 /// bound. Errors of all: gl_error, if a shader does not compile.
@@ -28,7 +29,6 @@ Result<void> show_fade(const DrawContext& context, const CrossFade& cross_fade, 
 
 /// Reads the surface pixels of layer 0, and waits for the GPU. `world_unit`: world units per unit
 /// of frame space. Errors: gl_error also if the GPU has no room for the image.
-Result<std::vector<Renderer::SurfacePixel>> read_surface_pixels(const DrawContext& context,
-                                                                float world_unit);
+Result<std::vector<SurfacePixel>> read_surface_pixels(const DrawContext& context, float world_unit);
 
 }  // namespace isosplat

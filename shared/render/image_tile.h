@@ -2,6 +2,14 @@
 
 namespace isosplat {
 
+inline constexpr int kMaxImageSize = 16384;  ///< px, width and height
+inline constexpr int kTileMargin = 128;      ///< px; Renderer::draw_tile
+
+/// Displacement of a picture, in pixels.
+struct ImageOffset {
+  double right = 0, up = 0;
+};
+
 /// A rectangle of an image, which is drawn by itself; by default all of it. In px, y up as in
 /// OpenGL.
 struct ImageTile {

@@ -2,8 +2,9 @@
 
 #include <GLES3/gl3.h>
 
+#include "shared/grid/grid.h"
 #include "shared/render/gl_program.h"
-#include "shared/render/renderer.h"
+#include "shared/render/render_settings.h"
 #include "shared/render/surface_targets.h"
 
 namespace isosplat {

@@ -9,7 +9,6 @@
 #include "shared/grid/drawn_chunk.h"
 #include "shared/render/gl_program.h"
 #include "shared/render/image_target.h"
-#include "shared/render/renderer.h"
 
 namespace isosplat {
 

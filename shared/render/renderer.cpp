@@ -8,10 +8,10 @@
 
 #include "shared/render/cap_pick.h"
 #include "shared/render/image_passes.h"
+#include "shared/render/ray_hits.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shader_constants.h"
 #include "shared/render/slice_pick.h"
-#include "shared/render/surface_pick.h"
 #include "shared/sampling/sample_neighbours.h"
 
 namespace isosplat {
@@ -25,27 +25,6 @@ static_assert(MAX_CLIP_PLANES == kMaxClipPlanes + 6);
 static_assert(SLICE_VALUES >= kMaxIsosurfaces && SLICE_NO_DATA < 16);
 
 }  // namespace
-
-bool operator==(const RenderSettings& a, const RenderSettings& b) {
-  const auto same_surface = [](const Isosurface& x, const Isosurface& y) {
-    return x.isovalue == y.isovalue && x.colour == y.colour && x.opacity == y.opacity;
-  };
-  const auto same_plane = [](const auto& x, const auto& y) {
-    return x.normal == y.normal && x.offset == y.offset;
-  };
-  return std::equal(a.isosurfaces.begin(), a.isosurfaces.end(), b.isosurfaces.begin(),
-                    b.isosurfaces.end(), same_surface) &&
-         a.kind == b.kind && a.shading == b.shading && a.colour_by == b.colour_by &&
-         a.colour_map == b.colour_map && a.colour_low == b.colour_low &&
-         a.colour_high == b.colour_high && a.background == b.background && a.light == b.light &&
-         a.eye_dome == b.eye_dome && a.splat_scale == b.splat_scale && a.projected == b.projected &&
-         a.displaced == b.displaced &&
-         std::equal(a.clip_planes.begin(), a.clip_planes.end(), b.clip_planes.begin(),
-                    b.clip_planes.end(), same_plane) &&
-         a.clip_box_low == b.clip_box_low && a.clip_box_high == b.clip_box_high &&
-         a.clip_caps == b.clip_caps && a.slice_low == b.slice_low && a.slice_high == b.slice_high &&
-         std::equal(a.slices.begin(), a.slices.end(), b.slices.begin(), b.slices.end(), same_plane);
-}
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
@@ -80,12 +59,12 @@ void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->dirty = true;
 }
 
-Result<void> Renderer::add_chunk(ChunkHandle handle, ChunkPlace place,
+Result<void> Renderer::add_chunk(ChunkHandle handle, const BlockKey& block,
                                  std::span<const PackedSample> samples) {
   std::vector<PackedSample> ordered;
   auto clusters = cluster_samples(samples, ordered);
-  if (place.block.level > 0) mark_neighbours(ordered);
-  const auto offset = reserve_chunk(handle, place, std::move(clusters));
+  if (block.level > 0) mark_neighbours(ordered);
+  const auto offset = reserve_chunk(handle, block, std::move(clusters));
   if (!offset) return tl::unexpected(offset.error());
   if (!ordered.empty()) {
     glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(*offset),
@@ -94,19 +73,19 @@ Result<void> Renderer::add_chunk(ChunkHandle handle, ChunkPlace place,
   return {};
 }
 
-Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, ChunkPlace place,
+Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, const BlockKey& block,
                                          std::vector<SampleCluster> clusters) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost: add the chunk again later");
   if (!s.grid) return fail(Status::invalid_argument, "a chunk was added before any volume was set");
-  if (auto ok = ChunkStore::check_block(*s.grid, place.block); !ok) {
+  if (auto ok = ChunkStore::check_block(*s.grid, block); !ok) {
     return tl::unexpected(ok.error());
   }
   if (!are_clusters(clusters)) {
     return fail(Status::invalid_argument, "a chunk's clusters are not in the order of its regions");
   }
   remove_chunk(handle);
-  const SampleRange range = s.chunks.reserve(*s.grid, handle, place.block, std::move(clusters));
+  const SampleRange range = s.chunks.reserve(*s.grid, handle, block, std::move(clusters));
   if (s.chunks.is_visible(handle) || !s.settings.slices.empty()) s.dirty = true;
   return range.offset_bytes();
 }
@@ -250,7 +229,7 @@ Result<void> Renderer::fade(float progress, uint32_t framebuffer) {
   return {};
 }
 
-Result<std::vector<Renderer::SurfacePixel>> Renderer::read_surface() {
+Result<std::vector<SurfacePixel>> Renderer::read_surface() {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.drawn_tile.width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");

@@ -1,154 +1,24 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "shared/base/status.h"
 #include "shared/grid/drawn_chunk.h"
 #include "shared/render/camera.h"
-#include "shared/render/light.h"
+#include "shared/render/frame_statistics.h"
+#include "shared/render/gl_limits.h"
+#include "shared/render/mesh_vertex.h"
+#include "shared/render/render_settings.h"
+#include "shared/render/surface_pick.h"
+#include "shared/render/surface_pixel.h"
 #include "shared/sampling/packed_sample.h"
-#include "shared/sampling/projection.h"
 #include "shared/sampling/sample_clusters.h"
 
 namespace isosplat {
-
-/// What a projected sample is drawn as.
-enum class SplatKind : uint8_t {
-  quad,     ///< squares of one depth (QSplat), cut to a strip where seen edge-on; the fastest
-  ellipse,  ///< pieces of the tangent plane, moved to the cell's surface at each pixel
-  exact,    ///< intersection of the pixel's ray with the cell's trilinear surface
-};
-
-/// The normals of exact splats and ellipses.
-enum class Shading : uint8_t {
-  /// Continuous across cells, chunks and levels: gradients of the cells around each lattice point
-  /// are averaged, and interpolated. Needs float targets. Cells below 3 px have exact ones, and in
-  /// still pictures (refine) those below half a pixel.
-  smooth,
-  exact,  ///< the gradient of the cell's trilinear function, which jumps from cell to cell
-};
-
-/// The quantity that a pixel's colour shows.
-enum class ColourBy : uint8_t {
-  isosurface,        ///< Isosurface::colour
-  isovalue,          ///< the isovalue, in values, within [colour_low, colour_high]
-  gradient,          ///< |∇f| in values per world unit, within [colour_low, colour_high]
-  depth,             ///< distance from the eye along the view, from near plane to far plane
-  level,             ///< level of detail, 0 to 7
-  projection_error,  ///< distance of the projected sample from the isosurface, 0 to ½ cell
-};
-
-enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
-inline constexpr int kColourMaps = 4;
-
-inline constexpr int kMaxIsosurfaces = 8;
-inline constexpr int kMaxImageSize = 16384;  ///< px, width and height
-inline constexpr int kTileMargin = 128;      ///< px; Renderer::draw_tile
-inline constexpr int kMaxClipPlanes = 6;
-inline constexpr int kMaxSlices = 4;
-
-struct Isosurface {
-  double isovalue = 0;              ///< in the volume's values
-  Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB, 0 … 1
-  float opacity = 1;                ///< 0 … 1
-};
-
-/// Keeps the half-space dot(normal, position) ≥ offset, in world coordinates.
-struct ClipPlane {
-  Vec3d normal{0, 0, 1};
-  double offset = 0;
-};
-
-/// A plane in which the volume's values are shown: dot(normal, position) = offset, in world
-/// coordinates. The normal may have any length above 0; other planes are ignored.
-struct SlicePlane {
-  Vec3d normal{0, 0, 1};
-  double offset = 0;
-};
-
-/// A point of a surface: where a ray meets the trilinear function of a cell.
-struct SurfacePick {
-  Vec3d position;           ///< world
-  Vec3d voxel;              ///< the same in voxels of level 0
-  Vec3d normal;             ///< world, unit length, towards the eye
-  double gradient = 0;      ///< length of the gradient, value units per world unit
-  double to_next = 0;       ///< along the ray to the next surface behind it, world units; 0: none
-  uint32_t isosurface = 0;  ///< index in RenderSettings::isosurfaces
-  uint32_t level = 0;       ///< of the cell: at 0 the pick is exact
-  /// On a cap (RenderSettings::clip_caps) of the isosurface: there are values of at least the
-  /// isovalue, of which no more is known. The gradient is 0.
-  bool cap = false;
-  /// In a slice (RenderSettings::slices), whose value is `value`. The gradient and to_next are 0.
-  bool slice = false;
-  double value = 0;  ///< of the volume there; on a surface, its isovalue
-};
-
-/// All settings of the picture except for the camera. Plain data that can be compared and copied.
-struct RenderSettings {
-  std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces; more are ignored
-  SplatKind kind = SplatKind::ellipse;
-  Shading shading = Shading::smooth;
-  ColourBy colour_by = ColourBy::isosurface;
-  ColourMap colour_map = ColourMap::viridis;
-  double colour_low = 0, colour_high = 1;
-  std::array<float, 4> background{1, 1, 1, 1};  ///< sRGB, not premultiplied
-  LightSettings light;
-  float eye_dome = 0.15f;  ///< strength of edge shading (eye-dome lighting), 0: none … 1
-  float splat_scale = 1;   ///< multiplies the footprint; 1 closes all holes
-  bool projected = true;   ///< false: draws samples at their cells' centres (paper, figure 4)
-  Displaced displaced = Displaced::clamp;
-  std::vector<ClipPlane> clip_planes;  ///< at most kMaxClipPlanes; more are ignored
-  Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};  ///< fractions of the volume's extent
-  /// Closes the faces at which the clipping cuts the solid: the part of the volume whose values are
-  /// at least the isovalue. The border of the volume stays open. Not for `projected` = false.
-  bool clip_caps = false;
-  /// At most kMaxSlices; more are ignored. They show the values of all resident cells, whether
-  /// these are visible or not, of the finest level that is resident at each place; elsewhere lines,
-  /// between which one sees what is behind. Where colours show isovalues, slices have the same
-  /// colours; else they are grey, from black at slice_low to white at slice_high. They are not lit.
-  std::vector<SlicePlane> slices;
-  double slice_low = 0, slice_high = 1;
-
-  friend bool operator==(const RenderSettings&, const RenderSettings&);
-};
-
-/// Where a chunk's samples lie.
-struct ChunkPlace {
-  BlockKey block;
-};
-
-/// Statistics of a draw.
-struct FrameStatistics {
-  /// Samples in drawn clusters (regions of 8³ cells), counted once for each isosurface.
-  uint64_t samples_drawn = 0;
-  uint64_t samples_resident = 0;
-  uint64_t gpu_bytes = 0;  ///< buffers and targets that the renderer holds
-  uint32_t chunks_drawn = 0;
-  uint32_t chunks_culled = 0;  ///< of set_visible(), outside of the frustum or clip planes
-  uint32_t draw_calls = 0;
-  uint32_t programs_linked = 0;  ///< for the first time in this draw, which delays it
-};
-
-/// Limits of the GL implementation.
-struct RendererLimits {
-  float max_point_size = 1;  ///< larger splats are drawn as two triangles
-  int max_texture_size = 0;
-  bool float_targets = false;  ///< EXT_color_buffer_float: smooth shading, and refine()
-  bool float_blend = false;    ///< EXT_float_blend: 32-bit sums of gradients, else 16
-  std::string renderer;        ///< GL_RENDERER
-};
-
-/// A vertex of an indexed triangle mesh, which the renderer draws for comparison.
-struct MeshVertex {
-  Vec3f position;  ///< world, relative to the volume's centre (bounding_sphere(grid).centre)
-  Vec3f normal;    ///< need not be of unit length
-};
 
 /// Draws chunks of packed samples with OpenGL ES 3.0 or WebGL 2. One source for both.
 ///
@@ -187,14 +57,14 @@ class Renderer {
   /// replaced. New chunks are not visible until set_visible names them. Empty spans are allowed.
   /// Errors: invalid_argument (no volume, or a block outside of it), gl_error (the context is
   /// lost). Whether the GPU had memory for them, check_gpu() tells.
-  Result<void> add_chunk(ChunkHandle handle, ChunkPlace place,
+  Result<void> add_chunk(ChunkHandle handle, const BlockKey& block,
                          std::span<const PackedSample> samples);
 
   /// Like add_chunk of samples that cluster_samples has sorted, but leaves the upload to the
   /// caller: the vertex buffer is bound to GL_ARRAY_BUFFER. Returns the offset in bytes where the
   /// samples belong; upload them before the next call. Another error: invalid_argument (clusters
   /// that cluster_samples does not return).
-  Result<uint64_t> reserve_chunk(ChunkHandle handle, ChunkPlace place,
+  Result<uint64_t> reserve_chunk(ChunkHandle handle, const BlockKey& block,
                                  std::vector<SampleCluster> clusters);
 
   /// Reports GPU errors since the last call. Waits for pending GPU commands, so call it when the
@@ -278,18 +148,6 @@ class Renderer {
   /// on. Requires that begin_fade() returned true, and no draw since. Errors: gl_error.
   Result<void> fade(float progress, uint32_t framebuffer = 0);
 
-  /// The surface at a pixel of the last draw, for tests and for picking. y points up, as in OpenGL.
-  struct SurfacePixel {
-    bool hit = false;
-    float depth = 0;  ///< distance from the eye's plane along the view, world units
-    Vec3f normal;     ///< in the camera's frame (right, up, towards the eye), unit length
-    uint32_t isosurface = 0;
-    float coverage = 1;
-    bool cap = false;  ///< a face of the clipping (RenderSettings::clip_caps)
-    /// What a slice shows there: its values, or that there are none. `isosurface` is 0 then.
-    enum class Slice : uint8_t { none, values, no_data } slice = Slice::none;
-    float scalar = 0;  ///< place in the colour map, 0 … 1; of slices, that of the value
-  };
   /// Reads all pixels of the opaque layer, row by row. Slow, since it waits for the GPU.
   /// Errors: gl_error, invalid_argument (nothing drawn yet).
   Result<std::vector<SurfacePixel>> read_surface();

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "shared/render/chunk_store.h"
-#include "shared/render/surface_pick.h"
+#include "shared/render/ray_hits.h"
 
 namespace isosplat {
 

@@ -19,12 +19,11 @@ float nearer_than_caps(const RenderSettings& settings) {
 }
 
 /// The uniforms of shaders/slice.glsl.
-void set_plane(const GlProgram& program, const Frame& frame, const std::array<double, 4>& plane,
-               float nearer) {
+void set_plane(const GlProgram& program, const Frame& frame, const Plane& plane, float nearer) {
   glUniform1f(program.uniform("u_slice_nearer"), nearer);
-  glUniform4f(program.uniform("u_slice"), static_cast<float>(plane[0]),
-              static_cast<float>(plane[1]), static_cast<float>(plane[2]),
-              static_cast<float>(plane[3]));
+  glUniform4f(program.uniform("u_slice"), static_cast<float>(plane.normal.x),
+              static_cast<float>(plane.normal.y), static_cast<float>(plane.normal.z),
+              static_cast<float>(plane.offset));
   set_vector(program, "u_volume_low", frame.volume_low());
   set_vector(program, "u_volume_high", frame.volume_high());
 }

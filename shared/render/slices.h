@@ -24,8 +24,6 @@ class Slices {
   void abandon();
 
  private:
-  using Plane = std::array<double, 4>;
-
   Result<void> draw_pattern(const DrawContext& context, const Frame& frame, const Plane& plane);
   Result<void> draw_cells(const DrawContext& context, const Frame& frame, const ChunkStore& chunks,
                           const ValueMapping& mapping, const Plane& plane);

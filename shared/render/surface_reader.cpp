@@ -21,8 +21,8 @@ Vec3f decode_normal(uint32_t bits) {
 }
 
 /// From the four words that shaders/read.frag.glsl writes.
-Renderer::SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
-  Renderer::SurfacePixel pixel;
+SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
+  SurfacePixel pixel;
   if (words[3] == 0) return pixel;
   pixel.hit = true;
   std::memcpy(&pixel.depth, &words[2], 4);
@@ -31,7 +31,7 @@ Renderer::SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
   pixel.isosurface = words[1] >> (16 + ISOSURFACE_SHIFT);
   pixel.scalar = static_cast<float>(words[1] & 0xffff) / 65535;
   if (pixel.isosurface >= SLICE_VALUES) {
-    using Slice = Renderer::SurfacePixel::Slice;
+    using Slice = SurfacePixel::Slice;
     pixel.slice = pixel.isosurface == SLICE_VALUES ? Slice::values : Slice::no_data;
     pixel.isosurface = 0;
   }
@@ -43,8 +43,8 @@ Renderer::SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
 
 }  // namespace
 
-Result<std::vector<Renderer::SurfacePixel>> read_surface_pixels(const DrawContext& context,
-                                                                float world_unit) {
+Result<std::vector<SurfacePixel>> read_surface_pixels(const DrawContext& context,
+                                                      float world_unit) {
   const SurfaceTargets& targets = context.targets;
   const int width = targets.width(), height = targets.height();
   const auto program = context.programs.image(ImagePass::read);
@@ -66,7 +66,7 @@ Result<std::vector<Renderer::SurfacePixel>> read_surface_pixels(const DrawContex
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   std::vector<uint32_t> words(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
   glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, words.data());
-  std::vector<Renderer::SurfacePixel> pixels(words.size() / 4);
+  std::vector<SurfacePixel> pixels(words.size() / 4);
   for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = decode_pixel(&words[4 * i], world_unit);
   return pixels;
 }

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "shared/base/status.h"
-#include "shared/render/renderer.h"
+#include "shared/render/mesh_vertex.h"
 
 namespace isosplat {
 

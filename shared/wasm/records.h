@@ -148,11 +148,11 @@ typedef struct IsosplatClipBox {
   double caps;  ///< 0 or 1: RenderSettings::clip_caps, also of the clip planes
 } IsosplatClipBox;
 
-/// ClipPlane.
-typedef struct IsosplatClipPlane {
+/// Plane.
+typedef struct IsosplatPlane {
   double normal[3];
   double offset;
-} IsosplatClipPlane;
+} IsosplatPlane;
 
 /// Camera.
 typedef struct IsosplatCamera {

@@ -204,7 +204,7 @@ IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t handle, const IsosplatBl
                      static_cast<int32_t>(block->block[2])};
   const auto* first = static_cast<const SampleCluster*>(clusters);
   const auto reserved = renderer->reserve_chunk(
-      handle, {{block->level, index}}, {first, first + cluster_bytes / sizeof(SampleCluster)});
+      handle, {block->level, index}, {first, first + cluster_bytes / sizeof(SampleCluster)});
   if (!reserved) return report(reserved.error());
   *offset = static_cast<double>(*reserved);
   return kOk;
@@ -280,27 +280,26 @@ const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map) {
   return colour_map < kColourMaps ? &kColourMapTable[colour_map][0][0] : nullptr;
 }
 
-void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatClipPlane* planes,
+void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPlane* planes,
                                     uint32_t count) {
   RenderSettings& settings = state().settings;
   settings.clip_box_low = as_vector(box->low);
   settings.clip_box_high = as_vector(box->high);
   settings.clip_caps = box->caps != 0;
   settings.clip_planes.clear();
-  for (const IsosplatClipPlane& plane :
-       std::span(planes, std::min<uint32_t>(count, kMaxClipPlanes))) {
+  for (const IsosplatPlane& plane : std::span(planes, std::min<uint32_t>(count, kMaxClipPlanes))) {
     settings.clip_planes.push_back({as_vector(plane.normal), plane.offset});
   }
   apply_settings();
 }
 
-void isosplat_renderer_set_slices(const IsosplatClipPlane* planes, uint32_t count, double low,
+void isosplat_renderer_set_slices(const IsosplatPlane* planes, uint32_t count, double low,
                                   double high) {
   RenderSettings& settings = state().settings;
   settings.slice_low = low;
   settings.slice_high = high;
   settings.slices.clear();
-  for (const IsosplatClipPlane& plane : std::span(planes, std::min<uint32_t>(count, kMaxSlices))) {
+  for (const IsosplatPlane& plane : std::span(planes, std::min<uint32_t>(count, kMaxSlices))) {
     settings.slices.push_back({as_vector(plane.normal), plane.offset});
   }
   apply_settings();

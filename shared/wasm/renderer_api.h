@@ -65,12 +65,12 @@ void isosplat_renderer_set_light(const IsosplatLight* light);
 const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map);
 
 /// At most kMaxClipPlanes planes; more are ignored.
-void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatClipPlane* planes,
+void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPlane* planes,
                                     uint32_t count);
 
 /// RenderSettings::slices, as the planes in which they lie, and the values that are black and white
 /// in them. At most kMaxSlices; more are ignored.
-void isosplat_renderer_set_slices(const IsosplatClipPlane* planes, uint32_t count, double low,
+void isosplat_renderer_set_slices(const IsosplatPlane* planes, uint32_t count, double low,
                                   double high);
 
 void isosplat_renderer_set_camera(const IsosplatCamera* camera);

@@ -16,7 +16,7 @@
 #include "shared/grid/region_mask.h"
 #include "shared/include/isosplat/store.h"
 #include "shared/render/colour_maps.h"
-#include "shared/render/renderer.h"
+#include "shared/render/render_settings.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/wasm/core_api.h"
 
@@ -101,7 +101,7 @@ std::vector<Record> all_records() {
              FIELD(rim), FIELD(highlight), FIELD(roughness), FIELD(occlusion),
              FIELD(occlusion_radius), FIELD(shadow), FIELD(shadow_softness)),
       RECORD(ClipBox, by_javascript, FIELD(low), FIELD(high), FIELD(caps)),
-      RECORD(ClipPlane, by_javascript, FIELD(normal), FIELD(offset)),
+      RECORD(Plane, by_javascript, FIELD(normal), FIELD(offset)),
       RECORD(Camera, by_both, FIELD(target), FIELD(distance), FIELD(azimuth), FIELD(elevation),
              FIELD(roll), FIELD(field_of_view), FIELD(orthographic)),
       RECORD(Pick, by_cpp, FIELD(position), FIELD(voxel), FIELD(normal), FIELD(gradient),

@@ -57,7 +57,7 @@ class CapsGpu : public RendererTest {
     return draw_and_keep(settings_, camera_, kSize, "caps-" + name, still);
   }
 
-  std::vector<Renderer::SurfacePixel> pixels() { return renderer_->read_surface().value(); }
+  std::vector<SurfacePixel> pixels() { return renderer_->read_surface().value(); }
 
   int cap_pixels() {
     const auto all = pixels();
@@ -72,7 +72,7 @@ class CapsGpu : public RendererTest {
   }
 
   /// Where the ray of a pixel (y upwards) meets the plane, in the world.
-  Vec3d on_plane(int x, int y, const ClipPlane& plane) {
+  Vec3d on_plane(int x, int y, const Plane& plane) {
     const CameraFrame frame = camera_frame(camera_);
     const double px = 2 * frame.half_height(1) / kSize;
     const Vec3d aside =
@@ -90,7 +90,7 @@ class CapsGpu : public RendererTest {
 
   /// Compares each pixel with the volume's value on the plane, which cuts alone. Values nearer to
   /// the isovalue than `tolerance` may be on either side.
-  Comparison compare(const TestVolume& volume, const ClipPlane& plane, double tolerance) {
+  Comparison compare(const TestVolume& volume, const Plane& plane, double tolerance) {
     const auto found = pixels();
     const CameraFrame frame = camera_frame(camera_);
     const Matrix3d dual = volume.grid.dual_edges();
@@ -175,7 +175,7 @@ TEST_F(CapsGpu, EachPixelAgreesWithTheValuesOnAnObliquePlane) {
     camera_.azimuth = 25;
     camera_.elevation = 15;
     camera_.distance *= 0.8;
-    const ClipPlane plane{{0.36, 0.8, -0.48}, 20};
+    const Plane plane{{0.36, 0.8, -0.48}, 20};
     settings_.clip_planes = {plane};
     for (const SplatKind kind : {SplatKind::ellipse, SplatKind::exact}) {
       settings_.kind = kind;
@@ -198,7 +198,7 @@ TEST_F(CapsGpu, EachPixelAgreesInShearedGrids) {
       [&](Vec3d p) { return 10000 - 100 * labyrinth(p, centre, 20); });
   show(volume, /*orthographic=*/false);
   camera_.elevation = 30;
-  const ClipPlane plane{{0.6, 0.8, 0}, dot(Vec3d{0.6, 0.8, 0}, centre) - 3};
+  const Plane plane{{0.6, 0.8, 0}, dot(Vec3d{0.6, 0.8, 0}, centre) - 3};
   settings_.clip_planes = {plane};
   draw("sheared");
   const Comparison c = compare(volume, plane, 5);
@@ -215,7 +215,7 @@ TEST_F(CapsGpu, SolidsThatReachTheBorderAreClosed) {
     return std::min(round, thin);
   });
   show(volume);
-  const ClipPlane plane{{0, 1, 0}, 10.4};
+  const Plane plane{{0, 1, 0}, 10.4};
   settings_.clip_planes = {plane};
   for (const SplatKind kind : kKinds) {
     settings_.kind = kind;
@@ -239,7 +239,7 @@ TEST_F(CapsGpu, CellsThatAreTooLargeForPointsKnowTheirStates) {
   show(volume, /*orthographic=*/false);
   camera_.target = {40, 24, 24};
   camera_.distance *= 0.15;
-  const ClipPlane plane{{0.28, 0.96, 0}, 34};
+  const Plane plane{{0.28, 0.96, 0}, 34};
   settings_.clip_planes = {plane};
   draw("large");
   const Comparison c = compare(volume, plane, 5);
@@ -362,7 +362,7 @@ TEST_F(CapsGpu, APickFindsTheCap) {
   const Vec3d centre{30, 30, 30};
   show(solid({61, 61, 61}, [&](Vec3d p) { return labyrinth(p, centre, 27); }), false);
   camera_.azimuth = 25;
-  const ClipPlane plane{{0.6, 0.8, 0}, 38};
+  const Plane plane{{0.6, 0.8, 0}, 38};
   settings_.clip_planes = {plane};
   draw("pick");
   const auto found = pixels();

@@ -118,11 +118,11 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
 
   // Inactive samples that fill what is left of the first buffer, and need another.
   const std::vector<PackedSample> many(SampleBuffers::kBufferSamples / 2);
-  const ChunkPlace place{{0, {0, 0, 0}}};
+  const BlockKey block{0, {0, 0, 0}};
   constexpr ChunkHandle kFits = 1000, kLost = 1001;
   is_full = true;
-  EXPECT_TRUE(renderer.add_chunk(kFits, place, many));
-  EXPECT_TRUE(renderer.add_chunk(kLost, place, many));
+  EXPECT_TRUE(renderer.add_chunk(kFits, block, many));
+  EXPECT_TRUE(renderer.add_chunk(kLost, block, many));
   is_full = false;
   ASSERT_TRUE(renderer.draw(160, 120));
   const auto checked = renderer.check_gpu();
@@ -137,7 +137,7 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
   EXPECT_EQ(after.gpu_bytes, before.gpu_bytes);
 
   // With memory again, the chunk gets a buffer that works.
-  EXPECT_TRUE(renderer.add_chunk(kLost, place, many));
+  EXPECT_TRUE(renderer.add_chunk(kLost, block, many));
   EXPECT_TRUE(renderer.check_gpu());
   ASSERT_TRUE(draw_image(renderer, 160, 120, &after, /*smooth=*/false));
   EXPECT_EQ(after.samples_resident, before.samples_resident + 2 * many.size());

@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   write_file(folder + "/clusters.bin", clusters);
   (*renderer)->set_volume(volume.grid, volume.mapping);
   const ChunkHandle handle = 7;
-  if (!(*renderer)->add_chunk(handle, {{0, {0, 0, 0}}}, samples)) return 1;
+  if (!(*renderer)->add_chunk(handle, {0, {0, 0, 0}}, samples)) return 1;
   (*renderer)->set_visible({&handle, 1});
   Camera camera = default_camera(volume.grid);
   camera.distance *= 0.6;

@@ -392,7 +392,7 @@ TEST_F(RenderGpu, TrianglesStandInForPointsThatAreTooLarge) {
   }
   for (const SplatKind kind : kKinds) {
     settings.kind = kind;
-    std::vector<Renderer::SurfacePixel> pixels[2];
+    std::vector<SurfacePixel> pixels[2];
     int i = 0;
     for (Renderer* renderer : {renderer_.get(), small_points->get()}) {
       renderer->set_settings(settings);
@@ -448,12 +448,12 @@ TEST_F(RenderGpu, CutsFollowTheClipPlaneExactly) {
   RenderSettings settings;
   settings.isosurfaces = {{1500, {0.85f, 0.8f, 0.7f}, 1}};
   settings.clip_planes = {{{0.8, 0.36, 0.48}, 30}};  // oblique to the cells
-  std::vector<Renderer::SurfacePixel> exact;
+  std::vector<SurfacePixel> exact;
   for (const SplatKind kind : {SplatKind::exact, SplatKind::ellipse}) {
     settings.kind = kind;
     renderer_->set_settings(settings);
     ASSERT_TRUE(draw_image(*renderer_, 256, 256));
-    const std::vector<Renderer::SurfacePixel> pixels = renderer_->read_surface().value();
+    const std::vector<SurfacePixel> pixels = renderer_->read_surface().value();
     if (kind == SplatKind::exact) exact = pixels;
     int hits = 0, differing = 0;
     for (size_t p = 0; p < pixels.size(); ++p) {
@@ -666,8 +666,8 @@ TEST_F(RenderGpu, RefusesInvalidInput) {
   EXPECT_EQ(renderer_->read_surface().error().status, Status::invalid_argument);
   EXPECT_EQ(renderer_->add_chunk(1, {}, {}).error().status, Status::invalid_argument);
   renderer_->set_volume(sphere_volume({20, 20, 20}).grid, {});
-  EXPECT_EQ(renderer_->add_chunk(1, {{0, {1, 0, 0}}}, {}).error().status, Status::invalid_argument);
-  EXPECT_EQ(renderer_->add_chunk(1, {{9, {0, 0, 0}}}, {}).error().status, Status::invalid_argument);
+  EXPECT_EQ(renderer_->add_chunk(1, {0, {1, 0, 0}}, {}).error().status, Status::invalid_argument);
+  EXPECT_EQ(renderer_->add_chunk(1, {9, {0, 0, 0}}, {}).error().status, Status::invalid_argument);
   renderer_->context_lost();
   EXPECT_EQ(renderer_->draw(10, 10).error().status, Status::gl_error);
   EXPECT_FALSE(renderer_->needs_redraw(10, 10));

@@ -70,7 +70,7 @@ class OcclusionGpu : public RendererTest {
   }
 
   /// Whether a pixel and those around it show the surface at depths that differ little: no outline.
-  static bool is_inside(const std::vector<Renderer::SurfacePixel>& pixels, int x, int y) {
+  static bool is_inside(const std::vector<SurfacePixel>& pixels, int x, int y) {
     const auto& here = pixels[size_t(y) * kSize + size_t(x)];
     if (!here.hit) return false;
     for (int j = -2; j <= 2; ++j) {

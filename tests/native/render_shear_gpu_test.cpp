@@ -86,7 +86,7 @@ class ShearGpu : public RendererTest {
     return std::move(*image);
   }
 
-  Vec3d world_normal(const Renderer::SurfacePixel& pixel) const {
+  Vec3d world_normal(const SurfacePixel& pixel) const {
     const CameraFrame frame = camera_frame(camera_);
     return frame.right * double(pixel.normal.x) + frame.up * double(pixel.normal.y) -
            frame.forward * double(pixel.normal.z);
@@ -174,7 +174,7 @@ TEST_F(ShearGpu, EveryKindDrawsTheTrueSphereOnEveryGrid) {
 // From so near that cells exceed the largest point size: drawn as points and as triangles.
 TEST_F(ShearGpu, CloseUpsAreTheSameAsPointsAndAsTriangles) {
   camera_.distance = 32;
-  std::vector<std::vector<Renderer::SurfacePixel>> as_points;
+  std::vector<std::vector<SurfacePixel>> as_points;
   for (const float max_point_size : {1024.0f, 16.0f}) {
     use(Renderer::create(max_point_size));
     auto points = as_points.begin();

@@ -16,7 +16,7 @@ namespace isosplat {
 namespace {
 
 constexpr int kSize = 320;
-using Slice = Renderer::SurfacePixel::Slice;
+using Slice = SurfacePixel::Slice;
 
 /// Waves, between 0 and 2000.
 double waves(Vec3d p) {
@@ -61,7 +61,7 @@ class SlicesGpu : public RendererTest {
                            {i % grid.blocks.x, i / grid.blocks.x % grid.blocks.y,
                             i / (grid.blocks.x * grid.blocks.y)}};
       const auto samples = block_samples(volume_, block, low, high);
-      ASSERT_TRUE(renderer_->add_chunk(next_handle_++, {block}, samples));
+      ASSERT_TRUE(renderer_->add_chunk(next_handle_++, block, samples));
     }
     levels_.emplace_back(volume_, level, low, high);
   }
@@ -70,7 +70,7 @@ class SlicesGpu : public RendererTest {
     return draw_and_keep(settings_, camera_, kSize, "slices-" + name, still);
   }
 
-  std::vector<Renderer::SurfacePixel> pixels() { return renderer_->read_surface().value(); }
+  std::vector<SurfacePixel> pixels() { return renderer_->read_surface().value(); }
 
   int count(Slice shown) {
     const auto all = pixels();
@@ -79,7 +79,7 @@ class SlicesGpu : public RendererTest {
   }
 
   /// Where the ray of a pixel (y upwards) meets the plane, in the world.
-  Vec3d on_plane(int x, int y, const SlicePlane& plane) {
+  Vec3d on_plane(int x, int y, const Plane& plane) {
     const CameraFrame frame = camera_frame(camera_);
     const double px = 2 * frame.half_height(1) / kSize;
     const Vec3d aside =
@@ -156,7 +156,7 @@ class SlicesGpu : public RendererTest {
   };
 
   /// Compares each pixel of a slice that nothing hides.
-  Comparison compare(const SlicePlane& plane) {
+  Comparison compare(const Plane& plane) {
     unpacked_.clear();
     const auto found = pixels();
     const CameraFrame frame = camera_frame(camera_);
@@ -205,7 +205,7 @@ class SlicesGpu : public RendererTest {
   std::vector<std::pair<BlockKey, std::vector<UnpackedSample>>> unpacked_;
   ChunkHandle next_handle_ = 0;
 
-  void expect_values_everywhere(const SlicePlane& plane) {
+  void expect_values_everywhere(const Plane& plane) {
     const Comparison c = compare(plane);
     EXPECT_GT(c.values, 1000);
     EXPECT_LE(c.differing, 2);
@@ -216,11 +216,11 @@ class SlicesGpu : public RendererTest {
 
 TEST_F(SlicesGpu, EachPixelShowsTheValueInAnyPlane) {
   const TestVolume volume = sampled_volume({75, 40, 52}, {1, 1, 1}, waves);
-  const SlicePlane planes[] = {{{1, 0, 0}, 37}, {{0, 1, 0}, 20.3}, {{0.36, 0.8, -0.48}, 10}};
+  const Plane planes[] = {{{1, 0, 0}, 37}, {{0, 1, 0}, 20.3}, {{0.36, 0.8, -0.48}, 10}};
   for (const bool orthographic : {false, true}) {
     show(volume, orthographic);
     add(0, 0, 2000);
-    for (const SlicePlane& plane : planes) {
+    for (const Plane& plane : planes) {
       settings_.slices = {plane};
       draw("planes");
       expect_values_everywhere(plane);
@@ -234,7 +234,7 @@ TEST_F(SlicesGpu, EachPixelShowsTheValueInAShearedGrid) {
       grid_about(centre, 22, {1, 0.5, 0.1, 0.2, 0.8, -0.4, -0.1, 0.3, 0.9}, {1, 1.3, 0.9}), waves));
   add(0, 0, 2000);
   const Vec3d normal{3, 4, 1};  // of any length
-  const SlicePlane plane{normal, dot(normal, centre) - 8};
+  const Plane plane{normal, dot(normal, centre) - 8};
   settings_.slices = {plane};
   draw("sheared");
   expect_values_everywhere(plane);
@@ -243,7 +243,7 @@ TEST_F(SlicesGpu, EachPixelShowsTheValueInAShearedGrid) {
 TEST_F(SlicesGpu, WhereNoCellsAreThePatternShowsIt) {
   show(sampled_volume({60, 60, 60}, {1, 1, 1}, waves));
   add(0, 900, 1100);
-  const SlicePlane plane{{0.6, 0.8, 0}, 40};
+  const Plane plane{{0.6, 0.8, 0}, 40};
   settings_.slices = {plane};
   draw("no-data");
   const Comparison c = compare(plane);
@@ -262,7 +262,7 @@ TEST_F(SlicesGpu, FinerLevelsReplaceCoarserOnes) {
   add(0, 900, 1000);
   add(2, 0, 2000);
   add(1, 600, 1000);
-  const SlicePlane plane{{0.28, 0.96, 0}, 45};
+  const Plane plane{{0.28, 0.96, 0}, 45};
   settings_.slices = {plane};
   draw("levels");
   const Comparison c = compare(plane);
@@ -276,7 +276,7 @@ TEST_F(SlicesGpu, LargeCellsAreDrawnAsTriangles) {
   show(sampled_volume({60, 60, 60}, {1, 1, 1}, waves));
   add(0, 0, 2000);
   camera_.distance *= 0.15;
-  const SlicePlane plane{{0.28, 0.96, 0}, 34};
+  const Plane plane{{0.28, 0.96, 0}, 34};
   settings_.slices = {plane};
   draw("large");
   const Comparison c = compare(plane);
@@ -431,7 +431,7 @@ TEST_F(SlicesGpu, APickFindsTheValue) {
   show(sampled_volume({60, 60, 60}, {1, 1, 1}, waves));
   add(0, 900, 1100);
   add(2, 0, 700);
-  const SlicePlane plane{{0.6, 0.8, 0}, 40};
+  const Plane plane{{0.6, 0.8, 0}, 40};
   settings_.slices = {plane};
   draw("pick");
   const auto found = pixels();
@@ -520,9 +520,9 @@ TEST_F(SlicesGpu, NewChunksAndPlanesChangeThePicture) {
   // Planes that are none are ignored, and so is what exceeds the number.
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
-  for (const SlicePlane& plane : {SlicePlane{{0, 0, 0}, 1}, SlicePlane{{nan, 0, 1}, 1},
-                                  SlicePlane{{0, infinity, 0}, 1}, SlicePlane{{0, 1, 0}, nan},
-                                  SlicePlane{{0, 1, 0}, infinity}, SlicePlane{{0, 1, 0}, 1e300}}) {
+  for (const Plane& plane :
+       {Plane{{0, 0, 0}, 1}, Plane{{nan, 0, 1}, 1}, Plane{{0, infinity, 0}, 1},
+        Plane{{0, 1, 0}, nan}, Plane{{0, 1, 0}, infinity}, Plane{{0, 1, 0}, 1e300}}) {
     settings_.slices.assign(7, plane);
     draw("none");
     EXPECT_EQ(count(Slice::no_data), 0);

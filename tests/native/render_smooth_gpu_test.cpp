@@ -205,8 +205,8 @@ TEST_F(RenderSmoothGpu, NormalsAreContinuousBetweenLevels) {
   const TestVolume volume = sphere_volume({129, 65, 65});
   renderer_->set_volume(volume.grid, volume.mapping);
   const BlockKey fine{0, {0, 0, 0}}, coarse{1, {0, 0, 0}};
-  ASSERT_TRUE(renderer_->add_chunk(0, {fine}, block_samples(volume, fine, 2500, 2500)));
-  ASSERT_TRUE(renderer_->add_chunk(1, {coarse}, block_samples(volume, coarse, 2500, 2500)));
+  ASSERT_TRUE(renderer_->add_chunk(0, fine, block_samples(volume, fine, 2500, 2500)));
+  ASSERT_TRUE(renderer_->add_chunk(1, coarse, block_samples(volume, coarse, 2500, 2500)));
   RegionMask coarse_regions;
   for (int z = 0; z < 8; ++z) {
     for (int y = 0; y < 8; ++y) {
@@ -357,8 +357,8 @@ TEST_F(RenderSmoothGpu, HiddenCoarseCellsLeaveSmallFineCellsTheirNormals) {
       {65, 129, 65}, {1, 1, 1}, [](Vec3d p) { return 500 * std::abs(p.y - 64) + 4 * p.x; });
   renderer_->set_volume(volume.grid, volume.mapping);
   const BlockKey fine{0, {0, 0, 0}}, coarse{1, {0, 0, 0}};
-  ASSERT_TRUE(renderer_->add_chunk(0, {fine}, block_samples(volume, fine, 400, 400)));
-  ASSERT_TRUE(renderer_->add_chunk(1, {coarse}, block_samples(volume, coarse, 400, 400)));
+  ASSERT_TRUE(renderer_->add_chunk(0, fine, block_samples(volume, fine, 400, 400)));
+  ASSERT_TRUE(renderer_->add_chunk(1, coarse, block_samples(volume, coarse, 400, 400)));
   RegionMask behind;
   for (int z = 0; z < 8; ++z) {
     for (int x = 0; x < 8; ++x) behind.insert({x, 4, z});  // coarse cells of y = 64 to 80

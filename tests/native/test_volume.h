@@ -169,7 +169,7 @@ inline uint64_t show_volume(Renderer& renderer, const TestVolume& volume, double
             block_samples(volume, block, volume.mapping.quantized_isovalue(isovalue_low),
                           volume.mapping.quantized_isovalue(isovalue_high));
         const auto handle = static_cast<ChunkHandle>(handles.size());
-        if (!renderer.add_chunk(handle, {block}, samples)) return 0;
+        if (!renderer.add_chunk(handle, block, samples)) return 0;
         handles.push_back(handle);
         count += samples.size();
       }

@@ -194,12 +194,12 @@ declare module "*/layouts.js" {
   export const clipBoxBytes: number;
   export function writeClipBox(data: DataView, at: number, record: ClipBox): void;
 
-  export interface ClipPlane {
+  export interface Plane {
     normal: [number, number, number];
     offset: number;
   }
-  export const clipPlaneBytes: number;
-  export function writeClipPlane(data: DataView, at: number, record: ClipPlane): void;
+  export const planeBytes: number;
+  export function writePlane(data: DataView, at: number, record: Plane): void;
 
   export interface Camera {
     target: [number, number, number];

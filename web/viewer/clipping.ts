@@ -2,7 +2,7 @@ import * as layouts from "../../build/wasm/web/layouts.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { Camera, Clip, ClipPlane } from "./types.ts";
 
-/** The largest number of planes besides the box (kMaxClipPlanes in shared/render/renderer.h). */
+/** The largest number of planes besides the box (kMaxClipPlanes in shared/render/render_settings.h). */
 export const maxClipPlanes: number = layouts.maxClipPlanes;
 
 export const wholeVolume: Clip = { low: [0, 0, 0], high: [1, 1, 1], planes: [] };

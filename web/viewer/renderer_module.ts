@@ -113,7 +113,7 @@ export class RendererError extends Error {
   }
 }
 
-/** FrameStatistics of shared/render/renderer.h, with the splats that were drawn. */
+/** FrameStatistics of shared/render/frame_statistics.h, with the splats that were drawn. */
 export interface DrawStatistics extends layouts.FrameStatistics, Splats {}
 
 function flagOf(projection: Projection | undefined): number {
@@ -164,8 +164,8 @@ const scratchBytes = Math.max(
   layouts.cameraBytes + layouts.projectionBytes,
   layouts.pickBytes,
   layouts.isosurfaceBytes * maxIsosurfaces,
-  layouts.clipBoxBytes + layouts.clipPlaneBytes * maxClipPlanes,
-  layouts.clipPlaneBytes * layouts.maxSlices,
+  layouts.clipBoxBytes + layouts.planeBytes * maxClipPlanes,
+  layouts.planeBytes * layouts.maxSlices,
 );
 const drawnChunkWords = layouts.drawnChunkBytes / 4;
 
@@ -344,7 +344,7 @@ export class RendererModule {
     const planesAt = this.#scratch + layouts.clipBoxBytes;
     layouts.writeClipBox(data, this.#scratch, { low, high, caps: caps ? 1 : 0 });
     used.forEach((plane, i) => {
-      layouts.writeClipPlane(data, planesAt + i * layouts.clipPlaneBytes, plane);
+      layouts.writePlane(data, planesAt + i * layouts.planeBytes, plane);
     });
     this.#exports._isosplat_renderer_set_clipping(this.#scratch, planesAt, used.length);
   }
@@ -354,7 +354,7 @@ export class RendererModule {
     const used = planes.slice(0, layouts.maxSlices);
     const data = this.#view();
     used.forEach((plane, i) => {
-      layouts.writeClipPlane(data, this.#scratch + i * layouts.clipPlaneBytes, plane);
+      layouts.writePlane(data, this.#scratch + i * layouts.planeBytes, plane);
     });
     this.#exports._isosplat_renderer_set_slices(this.#scratch, used.length, low, high);
   }

@@ -53,7 +53,7 @@ export interface Surface {
   opacity: number;
 }
 
-/** A point of a surface (SurfacePick in shared/render/renderer.h). */
+/** A point of a surface (SurfacePick in shared/render/surface_pick.h). */
 export interface SurfacePoint {
   /** World coordinates. */
   position: Triple;
@@ -75,15 +75,15 @@ export interface SurfacePoint {
   level: number;
 }
 
-/** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/renderer.h). */
+/** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/render_settings.h). */
 export const maxSurfaces: number = maxIsosurfaces;
 
 export const splatKinds = ["quad", "ellipse", "exact"] as const;
-/** What a sample is drawn as (shared/render/renderer.h, SplatKind). */
+/** What a sample is drawn as (shared/render/render_settings.h, SplatKind). */
 export type SplatKind = (typeof splatKinds)[number];
 
 export const shadings = ["smooth", "exact"] as const;
-/** The normals that surfaces are lit by (shared/render/renderer.h, Shading). */
+/** The normals that surfaces are lit by (shared/render/render_settings.h, Shading). */
 export type Shading = (typeof shadings)[number];
 
 /** A kind of splats with its shading. */
@@ -100,7 +100,7 @@ export const colourings = [
   "level",
   "projection-error",
 ] as const;
-/** The quantity that a pixel's colour shows (shared/render/renderer.h, ColourBy). */
+/** The quantity that a pixel's colour shows (shared/render/render_settings.h, ColourBy). */
 export type Colouring = (typeof colourings)[number];
 
 export const colourMaps = ["viridis", "magma", "cividis", "turbo"] as const;

@@ -167,7 +167,7 @@ class Visit {
                            chunk.cells, chunk.block.level > 0};
     std::vector<PackedSample> samples;
     need(decoder_.decode_packed(encoded, shape, samples));
-    need(renderer_.add_chunk(handle, {chunk.block}, samples));
+    need(renderer_.add_chunk(handle, chunk.block, samples));
     need(selector_.set_resident(handle, true));
     bytes[chunk.block.level] += chunk.bytes;
     return chunk.bytes;

@@ -102,7 +102,7 @@ void show_levels(Renderer& renderer, const TestVolume& volume, double isovalue) 
   const auto add = [&](BlockKey block, const RegionMask& regions) {
     const auto handle = static_cast<ChunkHandle>(drawn.size());
     const auto samples = block_samples(volume, block, quantized, quantized);
-    if (!renderer.add_chunk(handle, {block}, samples)) die("a chunk cannot be added");
+    if (!renderer.add_chunk(handle, block, samples)) die("a chunk cannot be added");
     drawn.push_back({handle, regions});
   };
   renderer.set_volume(volume.grid, volume.mapping);

@@ -1,4 +1,4 @@
-#include "shared/render/surface_pick.h"
+#include "shared/render/ray_hits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -112,7 +112,7 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& se
   PickRay ray{multiply_transposed(dual, origin - grid.origin), multiply_transposed(dual, direction),
               planes.near_plane, planes.far_plane};
   for (size_t i = 0; i < settings.clip_planes.size() && i < kMaxClipPlanes; ++i) {
-    const ClipPlane& plane = settings.clip_planes[i];
+    const Plane& plane = settings.clip_planes[i];
     clip(ray, dot(plane.normal, origin) - plane.offset, dot(plane.normal, direction), plane.normal);
   }
   const auto clip_axis = [&](double o, double d, double low, double high, int32_t voxels,

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "shared/base/vec3.h"
+
+namespace isosplat {
+
+/// A vertex of an indexed triangle mesh, which the renderer draws for comparison.
+struct MeshVertex {
+  Vec3f position;  ///< world, relative to the volume's centre (bounding_sphere(grid).centre)
+  Vec3f normal;    ///< need not be of unit length
+};
+
+}  // namespace isosplat

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+
+#include "shared/base/vec3.h"
+
+namespace isosplat {
+
+/// The plane dot(normal, position) = offset. Who has one says which frame it is in, and whether it
+/// stands for the half-space dot(normal, position) ≥ offset.
+struct Plane {
+  Vec3d normal{0, 0, 1};
+  double offset = 0;
+
+  friend bool operator==(const Plane&, const Plane&) = default;
+};
+
+/// The same plane with a normal of length 1; nothing if it is no plane, or too long or short for
+/// numbers.
+std::optional<Plane> unit_plane(const Plane& plane);
+
+}  // namespace isosplat
