@@ -89,14 +89,14 @@ int run(const RenderCall& call) {
   if (!store) return report(store.error());
   const auto pictures = picture_paths(call);
   if (auto checked = check_outputs(call, pictures); !checked) return report(checked.error());
-  if (settings->colour_by == ColourBy::isovalue && call.colour_range.size() != 2) {
+  if (settings->colour_by == render::ColourBy::isovalue && call.colour_range.size() != 2) {
     const StoreInfo& info = (*store)->info();
     settings->colour_low = info.mapping.value(info.range.min);
     settings->colour_high = info.mapping.value(info.range.max);
   }
   const auto context = EglContext::create();
   if (!context) return report(context.error());
-  auto renderer = Renderer::create();
+  auto renderer = render::Renderer::create();
   if (!renderer) return report(renderer.error());
   const auto scene = show_store(**renderer, **store, call.isovalues, call.level, call.samples);
   if (!scene) return report(scene.error());
@@ -106,9 +106,9 @@ int run(const RenderCall& call) {
   }
   (*renderer)->set_settings(*settings);
 
-  Camera camera = render_camera(call, (*store)->info().grid, double(width) / height);
+  render::Camera camera = render_camera(call, (*store)->info().grid, double(width) / height);
   const size_t frames = pictures.size();
-  FrameStatistics statistics;
+  render::FrameStatistics statistics;
   bool is_empty = true;
   for (const std::filesystem::path& picture : pictures) {
     (*renderer)->set_camera(camera);
@@ -130,7 +130,7 @@ int run(const RenderCall& call) {
   fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", call.output, width, height,
              frames > 1 ? fmt::format(", {} frames", frames) : "",
              with_commas(statistics.samples_drawn), scene->level, (*renderer)->limits().renderer);
-  if (settings->shading == Shading::smooth && !(*renderer)->limits().float_targets) {
+  if (settings->shading == render::Shading::smooth && !(*renderer)->limits().float_targets) {
     note("this OpenGL has no floating-point render targets: shading is exact instead of smooth");
   }
   return kSuccess;

@@ -81,7 +81,7 @@ void add_camera_options(CLI::App* command, RenderCall* call) {
 }
 
 void add_light_options(CLI::App* command, RenderCall* call) {
-  const LightSettings light;
+  const render::LightSettings light;
   const auto add = [&](const char* name, std::vector<double>& numbers, const std::string& text,
                        int least, int most) {
     return command->add_option(name, numbers, text)->delimiter(',')->expected(least, most);
@@ -144,10 +144,10 @@ void add_scene_options(CLI::App* command, RenderCall* call) {
       ->add_option("--clip-plane", call->clip_planes,
                    fmt::format("X,Y,Z,OFFSET: draws only points whose dot product with the normal "
                                "X,Y,Z is at least OFFSET (world units); up to {} times",
-                               kMaxClipPlanes))
+                               render::kMaxClipPlanes))
       ->delimiter(',')
       ->check(is_number())
-      ->expected(1, kMaxClipPlanes);
+      ->expected(1, render::kMaxClipPlanes);
   command->add_flag("--clip-caps", call->clip_caps,
                     "Closes the faces at which --clip-box and --clip-plane cut the part of the "
                     "volume whose values are at least the isovalue");

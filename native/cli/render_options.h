@@ -28,7 +28,7 @@ struct RenderCall {
   double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;
   std::string projection = "perspective";
   double distance = 0, zoom = 1;
-  double eye_dome = RenderSettings{}.eye_dome;
+  double eye_dome = render::RenderSettings{}.eye_dome;
   std::vector<double> light, light_strength, material, occlusion, shadow;
   std::optional<uint32_t> level;
   uint64_t samples = uint64_t{64} << 20;

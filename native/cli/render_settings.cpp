@@ -12,7 +12,7 @@ namespace {
 
 // Colours for bone and skin, then those of Okabe and Ito (2008), which people with colour vision
 // deficiency can distinguish.
-constexpr Vec3f kColours[kMaxIsosurfaces] = {
+constexpr Vec3f kColours[render::kMaxIsosurfaces] = {
     {0.90f, 0.85f, 0.74f}, {0.84f, 0.55f, 0.42f}, {0.34f, 0.71f, 0.91f}, {0.00f, 0.62f, 0.45f},
     {0.94f, 0.89f, 0.26f}, {0.00f, 0.45f, 0.70f}, {0.84f, 0.37f, 0.00f}, {0.80f, 0.47f, 0.65f}};
 
@@ -40,8 +40,8 @@ void set_floats(const std::vector<double>& numbers, std::initializer_list<float*
   }
 }
 
-LightSettings light_settings(const RenderCall& call) {
-  LightSettings light;
+render::LightSettings light_settings(const RenderCall& call) {
+  render::LightSettings light;
   set_floats(call.light, {&light.azimuth, &light.elevation});
   set_floats(call.light_strength, {&light.key, &light.sky, &light.rim});
   set_floats(call.material, {&light.highlight, &light.roughness});
@@ -51,15 +51,15 @@ LightSettings light_settings(const RenderCall& call) {
 }
 
 /// The isosurfaces with their colours and opacities.
-Result<std::vector<Isosurface>> isosurfaces_of(const RenderCall& call) {
-  std::vector<Isosurface> isosurfaces;
-  if (call.isovalues.size() > kMaxIsosurfaces) {
+Result<std::vector<render::Isosurface>> isosurfaces_of(const RenderCall& call) {
+  std::vector<render::Isosurface> isosurfaces;
+  if (call.isovalues.size() > render::kMaxIsosurfaces) {
     return fail(Status::invalid_argument,
-                fmt::format("--isovalue: expected at most {} isovalues, found {}", kMaxIsosurfaces,
-                            call.isovalues.size()));
+                fmt::format("--isovalue: expected at most {} isovalues, found {}",
+                            render::kMaxIsosurfaces, call.isovalues.size()));
   }
   for (size_t i = 0; i < call.isovalues.size(); ++i) {
-    Isosurface surface{call.isovalues[i], kColours[i], 1};
+    render::Isosurface surface{call.isovalues[i], kColours[i], 1};
     if (i < call.colours.size()) {
       const auto colour = parse_colour(call.colours[i]);
       if (!colour) {
@@ -77,12 +77,12 @@ Result<std::vector<Isosurface>> isosurfaces_of(const RenderCall& call) {
 
 }  // namespace
 
-Result<RenderSettings> render_settings(const RenderCall& call) {
-  RenderSettings settings;
-  settings.kind = call.kind == "quad"      ? SplatKind::quad
-                  : call.kind == "ellipse" ? SplatKind::ellipse
-                                           : SplatKind::exact;
-  settings.shading = call.shading == "smooth" ? Shading::smooth : Shading::exact;
+Result<render::RenderSettings> render_settings(const RenderCall& call) {
+  render::RenderSettings settings;
+  settings.kind = call.kind == "quad"      ? render::SplatKind::quad
+                  : call.kind == "ellipse" ? render::SplatKind::ellipse
+                                           : render::SplatKind::exact;
+  settings.shading = call.shading == "smooth" ? render::Shading::smooth : render::Shading::exact;
   auto isosurfaces = isosurfaces_of(call);
   if (!isosurfaces) return tl::unexpected(isosurfaces.error());
   settings.isosurfaces = *std::move(isosurfaces);
@@ -96,10 +96,10 @@ Result<RenderSettings> render_settings(const RenderCall& call) {
                                     "depth",      "level",    "error"};
   constexpr std::array kMaps = {"viridis", "magma", "cividis", "turbo"};
   for (size_t i = 0; i < kColourBy.size(); ++i) {
-    if (call.colour_by == kColourBy[i]) settings.colour_by = static_cast<ColourBy>(i);
+    if (call.colour_by == kColourBy[i]) settings.colour_by = static_cast<render::ColourBy>(i);
   }
   for (size_t i = 0; i < kMaps.size(); ++i) {
-    if (call.colour_map == kMaps[i]) settings.colour_map = static_cast<ColourMap>(i);
+    if (call.colour_map == kMaps[i]) settings.colour_map = static_cast<render::ColourMap>(i);
   }
   if (call.colour_range.size() == 2) {
     settings.colour_low = call.colour_range[0];
@@ -123,13 +123,13 @@ Result<RenderSettings> render_settings(const RenderCall& call) {
   return settings;
 }
 
-Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect) {
+render::Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect) {
   const bool orthographic = call.projection == "orthographic";
   if (const auto& c = call.camera; c.size() >= 6) {
     return {{c[3], c[4], c[5]},       c[2],        c[0], c[1], c.size() > 6 ? c[6] : 0,
             c.size() > 7 ? c[7] : 30, orthographic};
   }
-  Camera camera = default_camera(grid, aspect, orthographic);
+  render::Camera camera = render::default_camera(grid, aspect, orthographic);
   // The whole volume stays in view whatever the field of view is.
   const auto spread = [&](double degrees) {
     const double half = degrees / 2 / 57.29578;

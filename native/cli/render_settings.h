@@ -9,9 +9,9 @@ namespace isosplat::cli {
 
 /// The settings of the renderer. The ends of the colour map are those of --range, or unset. Errors:
 /// invalid_argument.
-Result<RenderSettings> render_settings(const RenderCall& call);
+Result<render::RenderSettings> render_settings(const RenderCall& call);
 
 /// The camera of the first picture. `aspect`: width / height.
-Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect);
+render::Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect);
 
 }  // namespace isosplat::cli

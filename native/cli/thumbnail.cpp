@@ -77,7 +77,7 @@ Image reduced(const Image& image) {
 
 /// Moves the camera so that what the image of it shows is in the middle, and fills the picture.
 /// Exact for what is as far away as the target.
-void frame_visible(const Image& image, Camera& camera) {
+void frame_visible(const Image& image, render::Camera& camera) {
   int left = image.width, right = -1, top = image.height, bottom = -1;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
@@ -87,7 +87,7 @@ void frame_visible(const Image& image, Camera& camera) {
     }
   }
   if (right < left) return;
-  const CameraFrame frame = camera_frame(camera);
+  const render::CameraFrame frame = render::camera_frame(camera);
   const double pixel = 2 * frame.half_height(camera.distance) / image.height;
   camera.target = camera.target +
                   frame.right * (pixel * (0.5 * (left + right + 1) - 0.5 * image.width)) -
@@ -101,25 +101,25 @@ void frame_visible(const Image& image, Camera& camera) {
 Result<Image> draw(const StoreFile& store, double isovalue) {
   const auto context = EglContext::create();
   if (!context) return tl::unexpected(context.error());
-  auto renderer = Renderer::create();
+  auto renderer = render::Renderer::create();
   if (!renderer) return tl::unexpected(renderer.error());
   const std::array isovalues{isovalue};
   const auto scene = show_store(**renderer, store, isovalues, std::nullopt, kEnoughSamples,
                                 enough_level(store.info()));
   if (!scene) return tl::unexpected(scene.error());
-  RenderSettings settings;
-  settings.kind = SplatKind::quad;
+  render::RenderSettings settings;
+  settings.kind = render::SplatKind::quad;
   settings.isosurfaces = {{isovalue, kBone, 1}};
   settings.background = {1, 1, 1, 0};
   (*renderer)->set_settings(settings);
-  Camera camera = default_camera(store.info().grid, double(kWidth) / kHeight);
+  render::Camera camera = render::default_camera(store.info().grid, double(kWidth) / kHeight);
   for (int turn = 0; turn < 3; ++turn) {  // the later ones correct what perspective leaves
     (*renderer)->set_camera(camera);
     const auto sketch = draw_image(**renderer, kWidth / 2, kHeight / 2);
     if (!sketch) return tl::unexpected(sketch.error());
     frame_visible(*sketch, camera);
   }
-  settings.kind = SplatKind::exact;
+  settings.kind = render::SplatKind::exact;
   (*renderer)->set_settings(settings);
   (*renderer)->set_camera(camera);
   auto image = draw_image(**renderer, kScale * kWidth, kScale * kHeight);

@@ -16,13 +16,13 @@ Image image_of_size(int width, int height) {
   return {width, height, std::vector<uint8_t>(4 * size_t(width) * size_t(height))};
 }
 
-Result<FrameStatistics> draw_whole(Renderer& renderer, bool smooth, Image& image) {
+Result<render::FrameStatistics> draw_whole(render::Renderer& renderer, bool smooth, Image& image) {
   const OffscreenTarget target(image.width, image.height);
   const auto drawn = smooth ? renderer.draw_still(image.width, image.height, target.framebuffer())
                             : renderer.draw(image.width, image.height, target.framebuffer());
   if (!drawn) return drawn;
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
-  read_straight_pixels(0, 0, image.width, image.height, image.rgba);
+  render::read_straight_pixels(0, 0, image.width, image.height, image.rgba);
   return drawn;
 }
 
@@ -35,12 +35,13 @@ void copy_tile(const Image& tile, int left, int top, Image& image) {
   }
 }
 
-Result<FrameStatistics> draw_in_tiles(Renderer& renderer, bool smooth, Image& image) {
+Result<render::FrameStatistics> draw_in_tiles(render::Renderer& renderer, bool smooth,
+                                              Image& image) {
   if (auto ok = renderer.begin_tiles(image.width, image.height); !ok) {
     return tl::unexpected(ok.error());
   }
-  FrameStatistics sum;
-  Result<FrameStatistics> drawn = sum;
+  render::FrameStatistics sum;
+  Result<render::FrameStatistics> drawn = sum;
   for (int top = 0; drawn && top < image.height; top += kTile) {
     for (int left = 0; drawn && left < image.width; left += kTile) {
       Image tile =
@@ -58,9 +59,9 @@ Result<FrameStatistics> draw_in_tiles(Renderer& renderer, bool smooth, Image& im
 
 }  // namespace
 
-Result<Image> draw_image(Renderer& renderer, int width, int height, FrameStatistics* statistics,
-                         bool smooth) {
-  if (width < 1 || height < 1 || width > kMaxImageSize || height > kMaxImageSize) {
+Result<Image> draw_image(render::Renderer& renderer, int width, int height,
+                         render::FrameStatistics* statistics, bool smooth) {
+  if (width < 1 || height < 1 || width > render::kMaxImageSize || height > render::kMaxImageSize) {
     return tl::unexpected(renderer.draw(width, height).error());
   }
   // Buffers without memory must not be drawn.

@@ -9,7 +9,7 @@ namespace isosplat {
 /// `statistics` may be null. `smooth`: with antialiasing (Renderer::refine). Large images are drawn
 /// in tiles (Renderer::begin_tiles); their samples are counted in each tile. Errors: as
 /// Renderer::draw.
-Result<Image> draw_image(Renderer& renderer, int width, int height,
-                         FrameStatistics* statistics = nullptr, bool smooth = false);
+Result<Image> draw_image(render::Renderer& renderer, int width, int height,
+                         render::FrameStatistics* statistics = nullptr, bool smooth = false);
 
 }  // namespace isosplat

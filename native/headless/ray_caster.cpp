@@ -122,16 +122,16 @@ CellInterval RayCaster::cell_interval(Index3 cell) const {
   return interval;
 }
 
-std::optional<RayCaster::Hit> RayCaster::cast(const Camera& camera, int width, int height, int x,
-                                              int y, double quantized_isovalue) const {
-  const CameraFrame frame = camera_frame(camera);
+std::optional<RayCaster::Hit> RayCaster::cast(const render::Camera& camera, int width, int height,
+                                              int x, int y, double quantized_isovalue) const {
+  const render::CameraFrame frame = render::camera_frame(camera);
   const double px = 2 * frame.half_height(1) / height;
   const Vec3d across =
       frame.right * ((x + 0.5 - 0.5 * width) * px) + frame.up * ((y + 0.5 - 0.5 * height) * px);
   const auto in_cells = [&](Vec3d v) { return multiply_transposed(dual_edges_, v); };
   if (frame.orthographic) {
     // The ray begins in front of the whole volume.
-    const BoundingSphere volume = bounding_sphere(grid_);
+    const render::BoundingSphere volume = render::bounding_sphere(grid_);
     const double before =
         std::min(0.0, dot(volume.centre - frame.eye, frame.forward) - 1.01 * volume.radius);
     const Vec3d from = frame.eye + across + frame.forward * before;

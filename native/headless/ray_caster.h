@@ -26,7 +26,7 @@ class RayCaster {
 
   /// The first intersection of the ray through the centre of pixel (x, y), y upwards, of an image
   /// of this size.
-  std::optional<Hit> cast(const Camera& camera, int width, int height, int x, int y,
+  std::optional<Hit> cast(const render::Camera& camera, int width, int height, int x, int y,
                           double quantized_isovalue) const;
 
  private:

@@ -31,7 +31,7 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
 
 }  // namespace
 
-Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
+Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
                               uint64_t sample_budget, uint32_t finest) {
   const StoreInfo& info = store.info();

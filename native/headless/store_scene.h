@@ -18,7 +18,7 @@ struct StoreScene {
 /// Without a level: the finest level from `finest` on with at most `sample_budget` samples, or the
 /// coarsest level.
 /// Errors: not_found (no such level), those of StoreFile, ChunkDecoder and Renderer::add_chunk.
-Result<StoreScene> show_store(Renderer& renderer, const StoreFile& store,
+Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
                               uint64_t sample_budget, uint32_t finest = 0);
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace isosplat {
+namespace isosplat::render {
 
 ImageOffset Accumulation::offset(int n) {
   // Powers of the inverse of the plastic number, the root of x³ = x + 1.
@@ -30,4 +30,4 @@ void Accumulation::abandon() {
   pictures_ = 0;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

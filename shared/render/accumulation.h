@@ -4,7 +4,7 @@
 #include "shared/render/image_target.h"
 #include "shared/render/image_tile.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The sum of pictures of one camera view, each moved by a different fraction of a pixel. Their
 /// mean has smooth edges (P. Haeberli, K. Akeley, "The accumulation buffer", SIGGRAPH 1990). Sums
@@ -36,4 +36,4 @@ class Accumulation {
   int pictures_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

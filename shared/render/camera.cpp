@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -128,4 +128,4 @@ Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, 
           far_plane};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

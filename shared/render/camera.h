@@ -4,7 +4,7 @@
 
 #include "shared/grid/grid.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A camera that orbits a target, perspective or orthographic. A URL stores these numbers, and the
 /// command line takes them. World frame of the volume (LPS for medical images: x to the patient's
@@ -80,4 +80,4 @@ struct Projection {
 Projection projection(const Camera& camera, BoundingSphere scene, Vec3d origin, int width,
                       int height);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

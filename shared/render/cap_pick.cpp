@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// The shown isosurface with the highest isovalue that is reached before this hit.
@@ -45,4 +45,4 @@ std::optional<SurfacePick> pick_cap(const VolumeGrid& grid, const RenderSettings
   return pick;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -5,7 +5,7 @@
 
 #include "shared/render/ray_hits.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The cap (RenderSettings::clip_caps) on which the ray enters the clipped volume. Which isovalues
 /// are reached there follows from the nearest hit behind it, as in shaders/caps.frag.glsl. `hits`:
@@ -13,4 +13,4 @@ namespace isosplat {
 std::optional<SurfacePick> pick_cap(const VolumeGrid& grid, const RenderSettings& settings,
                                     const PickRay& ray, std::span<const PickHit> hits);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::render {
 
 Result<void> ChunkStore::check_block(const VolumeGrid& grid, const BlockKey& block) {
   if (block.level >= level_count(grid.voxels)) {
@@ -80,4 +80,4 @@ void ChunkStore::abandon() {
   buffers_.abandon();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -12,7 +12,7 @@
 #include "shared/render/sample_buffers.h"
 #include "shared/sampling/sample_clusters.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The resident chunks by handle: their clusters, the place of their samples in GPU buffers, and
 /// which of them are visible.
@@ -65,4 +65,4 @@ class ChunkStore {
   SampleBuffers buffers_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -6,7 +6,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void bind_texture(GLenum unit, GLenum target, GLuint texture) {
@@ -217,4 +217,4 @@ void ClipCaps::abandon() {
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

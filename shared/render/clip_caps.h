@@ -6,7 +6,7 @@
 #include "shared/render/image_target.h"
 #include "shared/render/splat_passes.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Closes the faces at which the clipping cuts the solid, in a copy of the layers. Occlusion
 /// queries read the layers without caps: where a cap is follows from the surfaces behind it, which
@@ -43,4 +43,4 @@ class ClipCaps {
   int latest_ = 0;  // of nearest_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -4,7 +4,7 @@
 // perceptually uniform; turbo shows detail over a wide range.
 #include "shared/render/colour_maps.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 // clang-format off
 const uint8_t kColourMapTable[kColourMaps][256][3] = {
@@ -213,4 +213,4 @@ const uint8_t kColourMapTable[kColourMaps][256][3] = {
 };
 // clang-format on
 
-}  // namespace isosplat
+}  // namespace isosplat::render

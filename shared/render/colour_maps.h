@@ -4,9 +4,9 @@
 
 #include "shared/render/render_settings.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// sRGB colours of each ColourMap, from low to high.
 extern const uint8_t kColourMapTable[kColourMaps][256][3];
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -1,6 +1,6 @@
 #include "shared/render/cross_fade.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 Result<void> CrossFade::set_from(GLuint framebuffer, int width, int height) {
   has_from_ = false;
@@ -34,4 +34,4 @@ void CrossFade::abandon() {
   has_from_ = false;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

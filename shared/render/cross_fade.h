@@ -3,7 +3,7 @@
 #include "shared/base/status.h"
 #include "shared/render/image_target.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Two pictures of one size, for a cross-fade from the one to the other.
 class CrossFade {
@@ -32,4 +32,4 @@ class CrossFade {
   bool has_from_ = false;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

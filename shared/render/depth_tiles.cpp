@@ -2,7 +2,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 Result<void> DepthTiles::prepare(int width, int height) {
   if (!program_) {
@@ -37,4 +37,4 @@ void DepthTiles::abandon() {
   tiles_.abandon();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

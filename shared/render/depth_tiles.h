@@ -4,7 +4,7 @@
 #include "shared/render/image_target.h"
 #include "shared/render/surface_targets.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The range of depths of each tile (HIDING_TILE_PX) of the surfaces drawn so far. Vertex shaders
 /// drop splats outside of it, so that they cost no fragments.
@@ -30,4 +30,4 @@ class DepthTiles {
   ImageTarget tiles_{GL_RGBA32UI, "for the depths of tiles"};
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

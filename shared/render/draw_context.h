@@ -9,7 +9,7 @@
 #include "shared/render/shader_programs.h"
 #include "shared/render/surface_targets.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// What the passes of a frame share. Valid during one call of the renderer.
 struct DrawContext {
@@ -23,4 +23,4 @@ struct DrawContext {
   GLuint empty_vertex_array;  ///< for passes whose vertex shader only reads gl_VertexID
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -6,7 +6,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 double cells_per_cell_of_level_0(const ChunkStore::Chunk& chunk) {
@@ -174,4 +174,4 @@ const DrawItem* DrawList::find(ChunkHandle handle) const {
   return found == items_.end() ? nullptr : &*found;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -9,7 +9,7 @@
 #include "shared/render/frame.h"
 #include "shared/render/occluders.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Which clusters a pass draws. The last one needs a depth test in the vertex shader, which drops
 /// samples that are occluded by what is drawn already.
@@ -108,4 +108,4 @@ void DrawList::for_each_range(const DrawItem& item, ClusterSubset subset, Draw d
   if (count > 0) draw(first, count);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

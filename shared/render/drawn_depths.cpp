@@ -1,6 +1,6 @@
 #include "shared/render/drawn_depths.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 void DrawnDepths::copy_from(const SplatTarget& target) {
   const int width = depths_.width(), height = depths_.height();
@@ -10,4 +10,4 @@ void DrawnDepths::copy_from(const SplatTarget& target) {
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

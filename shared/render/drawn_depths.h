@@ -4,7 +4,7 @@
 #include "shared/render/image_target.h"
 #include "shared/render/surface_targets.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A copy of the depths drawn so far, since shaders cannot read the depths of the target that they
 /// draw into. Vertex shaders of quads read it at a few points to find whether they are occluded.
@@ -26,4 +26,4 @@ class DrawnDepths {
   ImageTarget depths_{GL_DEPTH_COMPONENT24, "for the drawn depths of an image"};
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -2,7 +2,7 @@
 # share with C++, as one C++ source. Without comments and indentation, which each visitor of the page would
 # download; lines keep their numbers.
 file(GLOB files ${FOLDER}/shaders/*.glsl)
-set(text "#include \"shared/render/shader_files.h\"\n\nnamespace isosplat {\n\nstd::string_view shader_file(std::string_view name) {\n")
+set(text "#include \"shared/render/shader_files.h\"\n\nnamespace isosplat::render {\n\nstd::string_view shader_file(std::string_view name) {\n")
 foreach(file ${files} ${FOLDER}/shader_constants.h)
   get_filename_component(name ${file} NAME)
   file(READ ${file} content)
@@ -10,5 +10,5 @@ foreach(file ${files} ${FOLDER}/shader_constants.h)
   string(REGEX REPLACE "\n[ ]+" "\n" content "${content}")
   string(APPEND text "  if (name == \"${name}\") return R\"GLSL(${content})GLSL\";\n")
 endforeach()
-string(APPEND text "  return {};\n}\n\n}  // namespace isosplat\n")
+string(APPEND text "  return {};\n}\n\n}  // namespace isosplat::render\n")
 file(WRITE ${OUTPUT} "${text}")

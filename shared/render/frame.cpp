@@ -5,7 +5,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 std::array<float, 4> floats(Vec3d v, double w) {
@@ -240,4 +240,4 @@ std::array<float, 9> Frame::mesh_view() const {
           static_cast<float>(r.z), static_cast<float>(u.z), static_cast<float>(-f.z)};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

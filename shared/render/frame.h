@@ -7,7 +7,7 @@
 #include "shared/render/image_tile.h"
 #include "shared/render/render_settings.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The uniform block of shaders/frame.glsl, laid out as std140.
 struct FrameBlock {
@@ -114,4 +114,4 @@ class Frame {
   Sides sides_, image_sides_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

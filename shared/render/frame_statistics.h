@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Statistics of a draw.
 struct FrameStatistics {
@@ -16,4 +16,4 @@ struct FrameStatistics {
   uint32_t programs_linked = 0;  ///< for the first time in this draw, which delays it
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

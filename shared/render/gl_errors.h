@@ -2,7 +2,7 @@
 
 #include <GLES3/gl3.h>
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The errors of a GL context since the last take(). Whoever asks the context (glGetError) does it
 /// here, or calls collect() before, so that no error is lost to others. Asking waits for all that
@@ -38,4 +38,4 @@ class GlErrors {
   Found found_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

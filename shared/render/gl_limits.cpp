@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// Upper limit of the guard band, wider than any useful point.
@@ -53,4 +53,4 @@ GlLimits query_gl_limits(float max_point_size) {
   return limits;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Limits of the GL implementation.
 struct RendererLimits {
@@ -28,4 +28,4 @@ struct GlLimits {
 /// larger ones.
 GlLimits query_gl_limits(float max_point_size);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

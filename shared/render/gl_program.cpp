@@ -4,7 +4,7 @@
 
 #include "shared/render/shader_files.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void attach(GLuint program, GLenum stage, const std::string& text) {
@@ -98,4 +98,4 @@ Result<GlProgram> GlProgram::link(std::string_view defines,
   return program;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

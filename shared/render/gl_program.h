@@ -8,7 +8,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A GL program. Movable. Owns the GL object until abandon().
 class GlProgram {
@@ -53,4 +53,4 @@ class GlProgram {
 /// The source text of a shader: version, precision, defines, constants, files.
 std::string shader_text(std::string_view defines, std::initializer_list<std::string_view> files);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

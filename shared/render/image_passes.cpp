@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void bind_texture(GLenum unit, GLenum target, GLuint texture) {
@@ -117,4 +117,4 @@ Result<void> show_fade(const DrawContext& context, const CrossFade& cross_fade, 
   return {};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -8,7 +8,7 @@
 
 /// Passes over all pixels of an image. Each draws one triangle into a framebuffer, and leaves it
 /// bound. Errors of all: gl_error, if a shader does not compile.
-namespace isosplat {
+namespace isosplat::render {
 
 /// Lights the surface pixels of `layers` layers, and blends them by depth. `still`: for
 /// accumulation, with linear colours, ambient occlusion and shadows; else null.
@@ -31,4 +31,4 @@ Result<void> show_fade(const DrawContext& context, const CrossFade& cross_fade, 
 /// of frame space. Errors: gl_error also if the GPU has no room for the image.
 Result<std::vector<SurfacePixel>> read_surface_pixels(const DrawContext& context, float world_unit);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

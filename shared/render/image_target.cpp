@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace isosplat {
+namespace isosplat::render {
 
 Result<void> ImageTarget::prepare(int width, int height) {
   if (has_size(width, height)) return {};
@@ -51,4 +51,4 @@ void ImageTarget::abandon() {
   width_ = height_ = 0;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

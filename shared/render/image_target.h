@@ -4,7 +4,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A render target that shaders read afterwards: a texture without mipmaps, as the only attachment
 /// of a framebuffer. It is allocated for a size, and kept until prepare() requests another one.
@@ -39,4 +39,4 @@ class ImageTarget {
   int width_ = 0, height_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

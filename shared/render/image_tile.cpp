@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace isosplat {
+namespace isosplat::render {
 
 ImageTile with_margin(const ImageTile& tile, int margin) {
   const int left = std::max(tile.left - margin, 0), bottom = std::max(tile.bottom - margin, 0);
@@ -21,4 +21,4 @@ ImageTile reduced_image(const ImageTile& tile, int most) {
   return {reduced(tile.image_width), reduced(tile.image_height)};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace isosplat {
+namespace isosplat::render {
 
 inline constexpr int kMaxImageSize = 16384;  ///< px, width and height
 inline constexpr int kTileMargin = 128;      ///< px; Renderer::draw_tile
@@ -26,4 +26,4 @@ ImageTile with_margin(const ImageTile& tile, int margin);
 /// The whole image in fewer pixels, if it has more than `most` to a side.
 ImageTile reduced_image(const ImageTile& tile, int most);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

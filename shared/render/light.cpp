@@ -5,7 +5,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr float kPi = 3.14159265f;
@@ -138,4 +138,4 @@ float disc_share(float height) {
   return 0.5f + x * (0.6366f - 0.1366f * x * x);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -5,7 +5,7 @@
 
 #include "shared/base/vec3.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The light on isosurfaces, and their material. Directions are those of the camera's frame, so
 /// that the light stays where it is when the volume is turned. All numbers are limited to the
@@ -101,4 +101,4 @@ float with_reflections(float open, float albedo);
 /// disc's centre above the edge, in radii of the disc: 0 below −1, 1 above 1.
 float disc_share(float height);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -9,7 +9,7 @@
 #include "shared/render/colour_maps.h"
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 namespace {
 
@@ -130,4 +130,4 @@ void Lighting::abandon() {
   loaded_map_ = -1;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

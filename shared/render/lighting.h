@@ -7,7 +7,7 @@
 #include "shared/render/render_settings.h"
 #include "shared/render/surface_targets.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Isosurfaces of at least this opacity are drawn as opaque.
 inline constexpr float kOpaque = 0.999f;
@@ -55,4 +55,4 @@ class Lighting {
   int loaded_map_ = -1;  // index of the ColourMap in the texture; −1: none
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

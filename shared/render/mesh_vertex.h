@@ -2,7 +2,7 @@
 
 #include "shared/base/vec3.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A vertex of an indexed triangle mesh, which the renderer draws for comparison.
 struct MeshVertex {
@@ -10,4 +10,4 @@ struct MeshVertex {
   Vec3f normal;    ///< need not be of unit length
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -6,7 +6,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr float kFarthest = std::numeric_limits<float>::infinity();
@@ -101,4 +101,4 @@ bool Occluders::occlude(const Box& box) const {
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

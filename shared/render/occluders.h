@@ -5,7 +5,7 @@
 #include "shared/base/vec3.h"
 #include "shared/render/frame.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A coarse depth image (one texel per OCCLUDER_PX² px) of boxes that contain parts of a surface.
 /// It is drawn on the CPU. Boxes behind it are likely to be occluded. It can be wrong both ways, so
@@ -50,4 +50,4 @@ class Occluders {
   std::vector<float> distances_;  // along the view
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -12,7 +12,7 @@
 extern "C" void glGetBufferSubData(GLenum target, GLintptr offset, GLsizeiptr size, void* data);
 #endif
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr size_t kMaxItems = 1024;
@@ -174,4 +174,4 @@ void OcclusionQuery::abandon() {
   results_.clear();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -10,7 +10,7 @@
 #include "shared/render/gl_program.h"
 #include "shared/render/image_target.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Tests on the GPU which regions of chunks are visible in a picture. It either counts the pixels
 /// whose surface lies in the boxes of active cells, or tests whether any part of these boxes is in
@@ -72,4 +72,4 @@ class OcclusionQuery {
   std::vector<ChunkVisibility> results_;  // of the query in progress, by item
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::render {
 
 void read_straight_pixels(GLint left, GLint bottom, int width, int height,
                           std::span<uint8_t> rgba) {
@@ -22,4 +22,4 @@ void read_straight_pixels(GLint left, GLint bottom, int width, int height,
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

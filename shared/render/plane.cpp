@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace isosplat {
+namespace isosplat::render {
 
 std::optional<Plane> unit_plane(const Plane& plane) {
   const auto& [n, offset] = plane;
@@ -12,4 +12,4 @@ std::optional<Plane> unit_plane(const Plane& plane) {
   return size > 0 && is_plane ? std::optional(unit) : std::nullopt;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

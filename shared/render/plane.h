@@ -4,7 +4,7 @@
 
 #include "shared/base/vec3.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The plane dot(normal, position) = offset. Who has one says which frame it is in, and whether it
 /// stands for the half-space dot(normal, position) ≥ offset.
@@ -19,4 +19,4 @@ struct Plane {
 /// numbers.
 std::optional<Plane> unit_plane(const Plane& plane);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

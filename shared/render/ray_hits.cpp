@@ -7,7 +7,7 @@
 #include "shared/render/thin_structure.h"
 #include "shared/sampling/exact_projection.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 Vec3f to_floats(Vec3d v) {
@@ -204,4 +204,4 @@ std::optional<SurfacePick> nearest_pick(const VolumeGrid& grid, const ValueMappi
   return pick;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -10,7 +10,7 @@
 #include "shared/render/surface_pick.h"
 #include "shared/sampling/packed_sample.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The ray of a place in the image, in voxels of level 0: origin + t · direction. t is the distance
 /// along the view, in world units, from the eye's plane.
@@ -57,4 +57,4 @@ void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedS
 std::optional<SurfacePick> nearest_pick(const VolumeGrid& grid, const ValueMapping& mapping,
                                         const PickRay& ray, std::vector<PickHit> hits);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

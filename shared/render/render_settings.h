@@ -9,7 +9,7 @@
 #include "shared/render/plane.h"
 #include "shared/sampling/projection.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// What a projected sample is drawn as.
 enum class SplatKind : uint8_t {
@@ -84,4 +84,4 @@ struct RenderSettings {
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -14,7 +14,7 @@
 #include "shared/render/slice_pick.h"
 #include "shared/sampling/sample_neighbours.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 static_assert(KIND_QUAD == static_cast<int>(SplatKind::quad));
@@ -314,4 +314,4 @@ Result<void> Renderer::context_restored() {
   return {};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -18,7 +18,7 @@
 #include "shared/sampling/packed_sample.h"
 #include "shared/sampling/sample_clusters.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Draws chunks of packed samples with OpenGL ES 3.0 or WebGL 2. One source for both.
 ///
@@ -180,4 +180,4 @@ class Renderer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -5,7 +5,7 @@
 
 #include "shared/render/image_passes.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 const VolumeGrid kNoVolume{{2, 2, 2}};
@@ -365,4 +365,4 @@ Result<void> Renderer::State::begin_occlusion_query(std::span<const ChunkHandle>
   return occlusion_query.begin(picture, items, min_px, kFrameBinding);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

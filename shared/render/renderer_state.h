@@ -19,7 +19,7 @@
 #include "shared/render/splat_passes.h"
 #include "shared/render/triangle_mesh.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Which layer of surface pixels each isosurface is drawn into.
 struct LayerAssignment {
@@ -115,4 +115,4 @@ struct Renderer::State {
   Result<FrameStatistics> finish_frame();
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -9,7 +9,7 @@
 extern "C" void glGetBufferSubData(GLenum target, GLintptr offset, GLsizeiptr size, void* data);
 #endif
 
-namespace isosplat {
+namespace isosplat::render {
 
 SampleRange SampleBuffers::add(std::span<const PackedSample> samples) {
   const SampleRange range = reserve(static_cast<uint32_t>(samples.size()));
@@ -118,4 +118,4 @@ void SampleBuffers::abandon() {
   samples_ = 0;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

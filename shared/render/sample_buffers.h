@@ -9,7 +9,7 @@
 #include "shared/base/status.h"
 #include "shared/sampling/packed_sample.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A range of samples in one of the buffers.
 struct SampleRange {
@@ -76,4 +76,4 @@ class SampleBuffers {
   uint64_t samples_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

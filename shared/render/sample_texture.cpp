@@ -4,7 +4,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 void SampleTexture::load(const SampleBuffers& buffers, const SampleRange& range) {
   constexpr int kMinRows = 64;
@@ -48,4 +48,4 @@ void SampleTexture::abandon() {
   rows_ = 0;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

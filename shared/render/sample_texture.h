@@ -6,7 +6,7 @@
 
 #include "shared/render/sample_buffers.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A texture with the samples of one chunk, from which vertex shaders fetch them by index. It
 /// serves splats that are too large for points.
@@ -31,4 +31,4 @@ class SampleTexture {
   int rows_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -5,7 +5,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse};
@@ -281,4 +281,4 @@ void ShaderPrograms::abandon() {
   for (Set& set : sets_) set.abandon();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

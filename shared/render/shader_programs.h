@@ -10,7 +10,7 @@
 #include "shared/base/status.h"
 #include "shared/render/gl_program.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Binding point of the uniform block Frame.
 inline constexpr GLuint kFrameBinding = 0;
@@ -146,4 +146,4 @@ class ShaderPrograms {
   uint32_t linked_count_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

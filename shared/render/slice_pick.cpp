@@ -9,7 +9,7 @@
 #include "shared/render/shader_constants.h"
 #include "shared/sampling/trilinear.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// The quantized value of the chunk's cell at a place, in voxels of level 0.
@@ -86,4 +86,4 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
   return pick;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

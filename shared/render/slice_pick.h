@@ -5,7 +5,7 @@
 #include "shared/render/chunk_store.h"
 #include "shared/render/ray_hits.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The nearest place on the ray, before the distance `before`, at which a slice shows a value: that
 /// of the finest resident cell there, visible or not. Where it shows none, one sees what is behind
@@ -14,4 +14,4 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
                                       const RenderSettings& settings, const ChunkStore& chunks,
                                       const PickRay& ray, double before);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

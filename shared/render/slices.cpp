@@ -4,7 +4,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void set_vector(const GlProgram& program, const char* name, Vec3d v) {
@@ -131,4 +131,4 @@ void Slices::abandon() {
   sample_texture_.abandon();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

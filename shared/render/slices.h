@@ -7,7 +7,7 @@
 #include "shared/render/sample_texture.h"
 #include "shared/render/vertex_runs.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Draws the slices of the settings into the layer of opaque surfaces: a pattern, and over it the
 /// resident cells that the plane cuts, finer ones over coarser ones. The README's decision 26
@@ -33,4 +33,4 @@ class Slices {
   VertexRuns runs_;  // reused between chunks, to avoid allocations
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -1,6 +1,6 @@
 #include "shared/render/smooth_normals.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void bind_texture(GLenum unit, GLenum target, GLuint texture) {
@@ -72,4 +72,4 @@ void SmoothNormals::abandon() {
   sums_16_.abandon();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -3,7 +3,7 @@
 #include "shared/render/draw_context.h"
 #include "shared/render/image_target.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Which cells have smooth normals, by the side in px of the finest cells at their place: up to
 /// `from_px` none, from `full_px` on all; between, normals are mixed.
@@ -42,4 +42,4 @@ class SmoothNormals {
   bool float_blend_ = false;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -6,7 +6,7 @@
 #include "shared/render/image_passes.h"
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// Where the CPU rasterises, a flush after this many samples lets its threads rasterise while this
@@ -353,4 +353,4 @@ void SplatPasses::abandon() {
   smooth_normals_.abandon();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -10,7 +10,7 @@
 #include "shared/render/smooth_normals.h"
 #include "shared/render/vertex_runs.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// What the splats of a frame are drawn from, and how.
 struct SplatFrame {
@@ -90,4 +90,4 @@ class SplatPasses {
   VertexRuns runs_;  // reused between chunks, to avoid allocations
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -4,7 +4,7 @@
 
 #include "shared/base/vec3.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A point of a surface: where a ray meets the trilinear function of a cell.
 struct SurfacePick {
@@ -23,4 +23,4 @@ struct SurfacePick {
   double value = 0;  ///< of the volume there; on a surface, its isovalue
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

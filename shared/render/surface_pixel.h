@@ -4,7 +4,7 @@
 
 #include "shared/base/vec3.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// The surface at a pixel of the last draw, for tests and for picking. y points up, as in OpenGL.
 struct SurfacePixel {
@@ -19,4 +19,4 @@ struct SurfacePixel {
   float scalar = 0;  ///< place in the colour map, 0 … 1; of slices, that of the value
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -4,7 +4,7 @@
 #include "shared/render/image_passes.h"
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// The inverse of encode_normal in shaders/surface_pixel.glsl.
@@ -71,4 +71,4 @@ Result<std::vector<SurfacePixel>> read_surface_pixels(const DrawContext& context
   return pixels;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

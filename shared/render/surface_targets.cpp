@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void set_nearest_and_clamped(GLenum target) {
@@ -99,4 +99,4 @@ void SurfaceTargets::abandon() {
   bytes_ = 0;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -6,7 +6,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A framebuffer for splats, and its depth attachment: a layer of a texture array.
 struct SplatTarget {
@@ -54,4 +54,4 @@ class SurfaceTargets {
   uint64_t bytes_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

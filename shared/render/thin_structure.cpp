@@ -5,7 +5,7 @@
 
 #include "shared/render/shader_constants.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 struct CornerValues {
@@ -90,4 +90,4 @@ ThinBox thin_box(const UnpackedSample& cell, NeighbourBits neighbours, float qua
   return box;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

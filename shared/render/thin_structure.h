@@ -4,7 +4,7 @@
 #include "shared/sampling/packed_sample.h"
 #include "shared/sampling/sample_neighbours.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 // How coarse cells are drawn that contain structures thinner than a cell: what shaders/thin.glsl
 // computes, which has the reasons.
@@ -26,4 +26,4 @@ struct ThinBox {
 ThinBox thin_box(const UnpackedSample& cell, NeighbourBits neighbours, float quantized_isovalue,
                  double voxel);
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -5,7 +5,7 @@
 
 /// Pictures in tiles. A tile is drawn with a margin, since edge shading and occlusion read the
 /// depths around a pixel. What is farther away is read from the whole image in few pixels.
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// Width and height of the image that has the depths beyond the margins, px.
@@ -87,4 +87,4 @@ void Renderer::State::end_tiles() {
   accumulation.release();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

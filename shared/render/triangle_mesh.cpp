@@ -1,6 +1,6 @@
 #include "shared/render/triangle_mesh.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 Result<void> TriangleMesh::upload(std::span<const MeshVertex> vertices,
                                   std::span<const uint32_t> triangles) {
@@ -48,4 +48,4 @@ void TriangleMesh::abandon() {
   bytes_ = 0;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -8,7 +8,7 @@
 #include "shared/base/status.h"
 #include "shared/render/mesh_vertex.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// An indexed triangle mesh in GPU buffers.
 class TriangleMesh {
@@ -38,4 +38,4 @@ class TriangleMesh {
   uint64_t bytes_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -6,7 +6,7 @@
 #include <webgl/webgl1_ext.h>
 #endif
 
-namespace isosplat {
+namespace isosplat::render {
 
 void VertexRuns::add(uint32_t first, uint32_t count) {
   firsts_.push_back(static_cast<GLint>(first));
@@ -28,4 +28,4 @@ uint32_t VertexRuns::draw(GLenum mode, [[maybe_unused]] bool multi_draw) {
   return calls;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::render

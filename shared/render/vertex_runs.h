@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// Ranges of vertices of the bound vertex array that are drawn with the same GL state.
 class VertexRuns {
@@ -21,4 +21,4 @@ class VertexRuns {
   std::vector<GLsizei> counts_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

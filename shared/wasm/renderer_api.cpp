@@ -12,6 +12,7 @@
 #include "shared/render/renderer.h"
 
 using namespace isosplat;
+using namespace isosplat::render;
 
 namespace {
 

@@ -23,6 +23,7 @@
 namespace {
 
 using namespace isosplat;
+using namespace isosplat::render;
 
 struct Field {
   const char* name;

@@ -34,7 +34,8 @@ inline GLuint compile(GLenum stage, const std::string& text) {
 inline std::vector<std::array<std::array<float, 4>, 4>> run_shader(
     const std::vector<PackedSample>& samples, const std::string& body) {
   const std::string fragment =
-      shader_text("", {"cell.glsl", "crossings.glsl", "thin.glsl", "cubic.glsl", "smooth.glsl"}) +
+      render::shader_text(
+          "", {"cell.glsl", "crossings.glsl", "thin.glsl", "cubic.glsl", "smooth.glsl"}) +
       "uniform highp usampler2D u_samples;\n"
       "layout(location = 0) out vec4 o_0;\nlayout(location = 1) out vec4 o_1;\n"
       "layout(location = 2) out vec4 o_2;\nlayout(location = 3) out vec4 o_3;\n"
@@ -42,7 +43,7 @@ inline std::vector<std::array<std::array<float, 4>, 4>> run_shader(
       "  uvec4 bits = texelFetch(u_samples, ivec2(gl_FragCoord.xy), 0);\n" +
       body + "}\n";
   const GLuint program = glCreateProgram();
-  glAttachShader(program, compile(GL_VERTEX_SHADER, shader_text("", {"image.vert.glsl"})));
+  glAttachShader(program, compile(GL_VERTEX_SHADER, render::shader_text("", {"image.vert.glsl"})));
   glAttachShader(program, compile(GL_FRAGMENT_SHADER, fragment));
   glLinkProgram(program);
   glUseProgram(program);

@@ -11,7 +11,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kSize = 320;
@@ -384,4 +384,4 @@ TEST_F(CapsGpu, APickFindsTheCap) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

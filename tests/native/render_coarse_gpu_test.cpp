@@ -9,7 +9,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::exact};
@@ -73,4 +73,4 @@ TEST_F(RenderCoarseGpu, PlatesThinnerThanCellsStayClosed) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

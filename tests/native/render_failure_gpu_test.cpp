@@ -56,7 +56,7 @@ extern "C" GLenum glGetError() {
   return error != GL_NO_ERROR ? error : driver();
 }
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 TEST(RenderFailureGpu, AFailedProgramLinkLeavesNoState) {
@@ -145,4 +145,4 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

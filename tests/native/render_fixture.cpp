@@ -9,6 +9,7 @@
 #include "tests/native/test_volume.h"
 
 using namespace isosplat;
+using namespace isosplat::render;
 
 namespace {
 

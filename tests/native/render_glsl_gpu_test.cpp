@@ -8,7 +8,7 @@
 #include "shared/sampling/trilinear.h"
 #include "tests/native/cell_shader.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 using RenderGlslGpu = CellShaderTest;
@@ -262,4 +262,4 @@ TEST_F(RenderGlslGpu, SumsGradientsAsTheCoreDoes) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

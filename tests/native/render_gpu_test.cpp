@@ -14,7 +14,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 class RenderGpu : public RendererTest {
@@ -676,4 +676,4 @@ TEST_F(RenderGpu, RefusesInvalidInput) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

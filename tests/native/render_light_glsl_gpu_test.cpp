@@ -11,7 +11,7 @@
 #include "shared/render/gl_program.h"
 #include "shared/render/lighting.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kCases = 512;
@@ -276,4 +276,4 @@ TEST(Light, DiscShareIsNearTheAreaOfASegment) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

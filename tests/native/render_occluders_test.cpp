@@ -6,7 +6,7 @@
 #include "shared/render/occluders.h"
 #include "shared/sampling/sample_clusters.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 TEST(SampleClusters, HoldEachSampleOnceInTheRegionOfItsCell) {
@@ -108,4 +108,4 @@ TEST(Occluders, TestWhetherABoxIsInTheImage) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -11,7 +11,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kSize = 200;
@@ -320,4 +320,4 @@ TEST_F(OcclusionGpu, ValueColoursStayReadable) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

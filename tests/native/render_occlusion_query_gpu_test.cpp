@@ -9,7 +9,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
@@ -196,4 +196,4 @@ TEST_F(OcclusionQueryGpu, RequiresAPictureWithTheCurrentCamera) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -11,7 +11,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kSize = 320;
@@ -233,4 +233,4 @@ TEST_F(OrthographicGpu, KeepsTheProgramsOfBothCameras) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

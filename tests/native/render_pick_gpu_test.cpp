@@ -9,7 +9,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kWidth = 200, kHeight = 150;
@@ -133,4 +133,4 @@ TEST(SurfacePick, ToleratesSamplesOfAnyBytes) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

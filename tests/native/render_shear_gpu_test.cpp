@@ -11,7 +11,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr Vec3d kCentre{120, -80, 40};
@@ -388,4 +388,4 @@ TEST_F(ShearGpu, OcclusionQueriesFindTheVisibleRegions) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

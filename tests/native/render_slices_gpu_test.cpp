@@ -12,7 +12,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kSize = 320;
@@ -536,4 +536,4 @@ TEST_F(SlicesGpu, NewChunksAndPlanesChangeThePicture) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -13,7 +13,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 constexpr int kSize = 256;
@@ -408,4 +408,4 @@ TEST_F(RenderSmoothGpu, PointsAndTrianglesAreTheSame) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

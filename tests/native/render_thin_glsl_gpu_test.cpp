@@ -5,7 +5,7 @@
 #include "shared/render/thin_structure.h"
 #include "tests/native/cell_shader.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// Coarse cells whose intervals reach beyond their corners, with random neighbours.
@@ -73,4 +73,4 @@ TEST_F(RenderThinGlslGpu, BoundsThinStructuresByTheirNeighbours) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -10,7 +10,7 @@
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// Balls on a plane.
@@ -174,4 +174,4 @@ TEST_F(TilesGpu, RefusePartsOutsideOfThePicture) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -8,7 +8,7 @@
 #include "shared/render/shader_constants.h"
 #include "tests/native/test_volume.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 void attach(GLuint program, GLenum stage, const std::string& text) {
@@ -115,4 +115,4 @@ TEST(RenderWorkGpu, CloseUpsCastFewRaysForEachPixel) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

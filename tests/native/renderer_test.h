@@ -10,7 +10,7 @@
 #include "native/headless/egl_context.h"
 #include "shared/render/renderer.h"
 
-namespace isosplat {
+namespace isosplat::render {
 
 /// A test with an EGL context and a renderer in it.
 class RendererTest : public testing::Test {
@@ -54,4 +54,4 @@ class RendererTest : public testing::Test {
   std::unique_ptr<Renderer> renderer_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -155,8 +155,8 @@ inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKe
 }
 
 /// Hands a level's chunks to the renderer and makes them visible; returns the samples added.
-inline uint64_t show_volume(Renderer& renderer, const TestVolume& volume, double isovalue_low,
-                            double isovalue_high, uint32_t level = 0) {
+inline uint64_t show_volume(render::Renderer& renderer, const TestVolume& volume,
+                            double isovalue_low, double isovalue_high, uint32_t level = 0) {
   renderer.set_volume(volume.grid, volume.mapping);
   const LevelGrid grid = level_grid(volume.grid.voxels, level);
   std::vector<ChunkHandle> handles;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 VolumeGrid grid() {
@@ -177,4 +177,4 @@ TEST(Camera, BoundedIsNearTheVolumeForEveryLink) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -11,7 +11,7 @@
 
 #include "shared/sampling/sample_neighbours.h"
 
-namespace isosplat {
+namespace isosplat::render {
 namespace {
 
 /// Distances along the ray of the hits in these samples, ascending.
@@ -111,4 +111,4 @@ TEST(SurfacePick, FindsALineThinnerThanCoarseCells) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::render

@@ -30,11 +30,12 @@ constexpr uint64_t kCoarseBytes = 160 * 1024;
 /// The occlusion queries of a view, and when one is repeated: as in
 /// web/stream/occlusion_queries.ts.
 struct Step {
-  SplatKind kind;
+  render::SplatKind kind;
   int min_px;
 };
-constexpr std::array<Step, 3> kSteps = {
-    Step{SplatKind::quad, 255}, {SplatKind::quad, 0}, {SplatKind::exact, 0}};
+constexpr std::array<Step, 3> kSteps = {Step{render::SplatKind::quad, 255},
+                                        {render::SplatKind::quad, 0},
+                                        {render::SplatKind::exact, 0}};
 constexpr uint64_t kManyBytes = 256 * 1024;
 
 struct Difference {
@@ -70,9 +71,9 @@ Difference compare(const Image& ours, const Image& truth) {
   return d;
 }
 
-RenderSettings settings_of(double isovalue) {
-  RenderSettings settings;
-  settings.kind = SplatKind::exact;
+render::RenderSettings settings_of(double isovalue) {
+  render::RenderSettings settings;
+  settings.kind = render::SplatKind::exact;
   settings.isosurfaces = {{isovalue, {0.85f, 0.8f, 0.7f}, 1}};
   settings.background = {1, 1, 1, 1};
   return settings;
@@ -81,7 +82,8 @@ RenderSettings settings_of(double isovalue) {
 /// What a visitor to one view fetches.
 class Visit {
  public:
-  Visit(const StoreFile& file, Renderer& renderer, const Camera& camera, double isovalue)
+  Visit(const StoreFile& file, render::Renderer& renderer, const render::Camera& camera,
+        double isovalue)
       : file_(file),
         renderer_(renderer),
         store_(need(StoreReader::open(file.header()))),
@@ -91,7 +93,8 @@ class Visit {
     renderer.set_settings(settings_of(isovalue));
     renderer.set_camera(camera);
     view_.view_projection =
-        projection(camera, bounding_sphere(info.grid), {0, 0, 0}, kWidth, kHeight).clip_from_world;
+        projection(camera, render::bounding_sphere(info.grid), {0, 0, 0}, kWidth, kHeight)
+            .clip_from_world;
     view_.width_px = kWidth;
     view_.height_px = kHeight;
     view_.quantized_isovalues = {info.mapping.quantized_isovalue(isovalue)};
@@ -133,7 +136,7 @@ class Visit {
 
   uint64_t bytes_shown() {
     const Selection selection = need(selector_.select(view_));
-    show(selection, SplatKind::exact);
+    show(selection, render::SplatKind::exact);
     std::vector<ChunkHandle> handles;
     for (const DrawnChunk& drawn : selection.draw) handles.push_back(drawn.handle);
     uint64_t sum = 0;
@@ -181,9 +184,9 @@ class Visit {
     return sum;
   }
 
-  void show(const Selection& selection, SplatKind kind) {
+  void show(const Selection& selection, render::SplatKind kind) {
     renderer_.set_visible(std::span<const DrawnChunk>(selection.draw));
-    RenderSettings settings = renderer_.settings();
+    render::RenderSettings settings = renderer_.settings();
     settings.kind = kind;
     renderer_.set_settings(settings);
     if (renderer_.needs_redraw(kWidth, kHeight)) need(draw_image(renderer_, kWidth, kHeight));
@@ -202,14 +205,14 @@ class Visit {
   }
 
   const StoreFile& file_;
-  Renderer& renderer_;
+  render::Renderer& renderer_;
   StoreReader store_;
   Selector selector_;
   ChunkDecoder decoder_;
   SelectionView view_;
 };
 
-Camera parse_camera(const std::string& text) {
+render::Camera parse_camera(const std::string& text) {
   std::vector<double> c;
   for (size_t at = 0; at <= text.size();) {
     const size_t end = std::min(text.find(',', at), text.size());
@@ -227,10 +230,10 @@ int run(int argc, char** argv) {
   const auto file = need(StoreFile::open(argv[1]));
   const double isovalue = std::atof(argv[2]);
   const auto context = need(EglContext::create());
-  const auto renderer = need(Renderer::create());
+  const auto renderer = need(render::Renderer::create());
   int wrong = 0;
   for (int i = 3; i < argc; ++i) {
-    const Camera camera = parse_camera(argv[i]);
+    const render::Camera camera = parse_camera(argv[i]);
     Visit visit(*file, *renderer, camera, isovalue);
     visit.run();
     const Image ours = visit.picture();

@@ -27,7 +27,7 @@ struct Reference {
   int count = 0;
 };
 
-Reference cast_reference(const RayCaster& caster, const Camera& camera, int size,
+Reference cast_reference(const RayCaster& caster, const render::Camera& camera, int size,
                          double quantized_isovalue, double cell) {
   Reference reference;
   const size_t n = size_t(size);
@@ -87,11 +87,11 @@ Reference cast_reference(const RayCaster& caster, const Camera& camera, int size
 constexpr std::array<uint8_t, 4> kBoth{200, 200, 200, 255}, kExcess{220, 0, 0, 255},
     kMissed{0, 0, 220, 255}, kHole{0, 160, 0, 255}, kNeither{255, 255, 255, 255};
 
-void compare(Renderer& renderer, const Reference& reference, double cell, const char* view,
-             const char* kind, const FrameStatistics& statistics, Image& difference) {
+void compare(render::Renderer& renderer, const Reference& reference, double cell, const char* view,
+             const char* kind, const render::FrameStatistics& statistics, Image& difference) {
   const auto pixels = renderer.read_surface();
   if (!pixels) return;
-  const CameraFrame frame = camera_frame(renderer.camera());
+  const render::CameraFrame frame = render::camera_frame(renderer.camera());
   double depth = 0, depth_all = 0, normal = 0;
   int holes = 0, missed = 0, excess = 0, both = 0, deep = 0;
   for (size_t i = 0; i < pixels->size(); ++i) {
@@ -186,8 +186,8 @@ struct Subject {
 
 /// A camera so near to the surface, close to the centre of the picture, that a cell covers about 20
 /// pixels. The same camera if the surface is not found.
-Camera close_camera(const Subject& subject, const Camera& camera, int size) {
-  Camera close = camera;
+render::Camera close_camera(const Subject& subject, const render::Camera& camera, int size) {
+  render::Camera close = camera;
   for (int ring = 0; ring < size / 2; ring += 8) {
     for (int turn = 0; turn < 8; ++turn) {
       const double angle = turn * 0.785398;
@@ -195,7 +195,7 @@ Camera close_camera(const Subject& subject, const Camera& camera, int size) {
       const int x = size / 2 + static_cast<int>(right), y = size / 2 + static_cast<int>(up);
       const auto hit = subject.caster.cast(camera, size, size, x, y, subject.quantized_isovalue);
       if (!hit) continue;
-      const CameraFrame frame = camera_frame(camera);
+      const render::CameraFrame frame = render::camera_frame(camera);
       const double px = 2 * frame.tan_half_field_of_view / size;
       close.target =
           frame.eye +
@@ -208,20 +208,20 @@ Camera close_camera(const Subject& subject, const Camera& camera, int size) {
 }
 
 /// Compares the pictures of all kinds from one camera. Exits if one cannot be drawn.
-void compare_view(Renderer& renderer, const Subject& subject, const char* view,
-                  const Camera& camera, const Options& options) {
+void compare_view(render::Renderer& renderer, const Subject& subject, const char* view,
+                  const render::Camera& camera, const Options& options) {
   const int size = options.size;
   renderer.set_camera(camera);
   const Reference reference =
       cast_reference(subject.caster, camera, size, subject.quantized_isovalue, subject.cell);
-  RenderSettings settings;
+  render::RenderSettings settings;
   settings.isosurfaces = {{subject.isovalue, {0.85f, 0.8f, 0.7f}, 1}};
   settings.splat_scale = options.scale;
   settings.displaced = options.displaced;
   const auto draw = [&](const char* kind) {
     if (!options.kind.empty() && options.kind != kind) return;
     renderer.set_settings(settings);
-    FrameStatistics statistics;
+    render::FrameStatistics statistics;
     const auto image = draw_image(renderer, size, size, &statistics);
     if (!image) {
       std::fprintf(stderr, "%s\n", image.error().message.c_str());
@@ -235,9 +235,9 @@ void compare_view(Renderer& renderer, const Subject& subject, const char* view,
     (void)write_png(path + "-difference.png", difference);
   };
   constexpr const char* kKinds[] = {"quad", "ellipse", "exact"};
-  settings.shading = Shading::exact;  // the reference has each cell's own gradient
+  settings.shading = render::Shading::exact;  // the reference has each cell's own gradient
   for (int kind = 0; kind < 3; ++kind) {
-    settings.kind = static_cast<SplatKind>(kind);
+    settings.kind = static_cast<render::SplatKind>(kind);
     draw(kKinds[kind]);
   }
   if (!options.mesh.empty()) {
@@ -248,7 +248,8 @@ void compare_view(Renderer& renderer, const Subject& subject, const char* view,
 }
 
 /// Shows a level of the store.
-Result<StoreScene> show_level(Renderer& renderer, const Subject& subject, const Options& options) {
+Result<StoreScene> show_level(render::Renderer& renderer, const Subject& subject,
+                              const Options& options) {
   auto store = StoreFile::open(options.store);
   if (!store) return tl::unexpected(store.error());
   return show_store(renderer, **store, std::span(&subject.isovalue, 1), options.level,
@@ -263,13 +264,14 @@ int run(int argc, char** argv) {
   const Options options = parse_options(argc, argv);
   const Subject subject(argv[1], std::atof(argv[2]));
   const auto context = EglContext::create();
-  auto created = context ? Renderer::create()
-                         : Result<std::unique_ptr<Renderer>>(tl::unexpected(context.error()));
+  auto created = context
+                     ? render::Renderer::create()
+                     : Result<std::unique_ptr<render::Renderer>>(tl::unexpected(context.error()));
   if (!created) {
     std::fprintf(stderr, "%s\n", created.error().message.c_str());
     return 1;
   }
-  Renderer& renderer = **created;
+  render::Renderer& renderer = **created;
   if (options.store.empty()) {
     show_volume(renderer, subject.volume, subject.isovalue, subject.isovalue);
   } else if (const auto shown = show_level(renderer, subject, options); !shown) {
@@ -277,12 +279,12 @@ int run(int argc, char** argv) {
     return 1;
   }
 
-  Camera front = default_camera(subject.volume.grid);
+  render::Camera front = render::default_camera(subject.volume.grid);
   front.distance *= 0.7;
-  Camera back = front;
+  render::Camera back = front;
   back.azimuth = 160;
   back.elevation = -25;
-  const std::pair<const char*, Camera> views[] = {
+  const std::pair<const char*, render::Camera> views[] = {
       {"front", front}, {"back", back}, {"close", close_camera(subject, front, options.size)}};
   for (const auto& [name, camera] : views) {
     if (!options.view.empty() && options.view != name) continue;

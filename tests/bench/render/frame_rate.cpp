@@ -81,7 +81,7 @@ struct Times {
 
 /// Draws a frame, or with `still` the third picture of a mean. Returns nullopt if it cannot be
 /// drawn.
-std::optional<Times> time_frame(Renderer& renderer, int size, GLuint framebuffer,
+std::optional<Times> time_frame(render::Renderer& renderer, int size, GLuint framebuffer,
                                 bool still = false) {
   if (still &&
       (!renderer.draw(size, size, framebuffer) || !renderer.refine(size, size, framebuffer))) {
@@ -104,12 +104,12 @@ std::optional<Times> time_frame(Renderer& renderer, int size, GLuint framebuffer
 
 /// Adds the times of the stages to those of a frame that was drawn last. Without rasterization, the
 /// depths of that frame stay, so that the vertex shaders drop the samples that it occludes.
-bool time_stages(Renderer& renderer, int size, GLuint framebuffer, Times& times) {
+bool time_stages(render::Renderer& renderer, int size, GLuint framebuffer, Times& times) {
   glEnable(GL_RASTERIZER_DISCARD);
   const auto vertices = time_frame(renderer, size, framebuffer);
   glDisable(GL_RASTERIZER_DISCARD);
-  const RenderSettings settings = renderer.settings();
-  RenderSettings empty = settings;
+  const render::RenderSettings settings = renderer.settings();
+  render::RenderSettings empty = settings;
   empty.isosurfaces[0].opacity = 0;
   renderer.set_settings(empty);
   const auto picture = time_frame(renderer, size, framebuffer);
@@ -121,11 +121,11 @@ bool time_stages(Renderer& renderer, int size, GLuint framebuffer, Times& times)
 }
 
 /// Draws all kinds in turn at each view. Returns nullopt if a picture cannot be drawn.
-std::optional<std::array<Times, 5>> draw_views(Renderer& splats, Renderer& mesh,
-                                               const Options& options, Camera camera) {
+std::optional<std::array<Times, 5>> draw_views(render::Renderer& splats, render::Renderer& mesh,
+                                               const Options& options, render::Camera camera) {
   const OffscreenTarget target(options.size, options.size);
   const GLuint framebuffer = target.framebuffer();
-  RenderSettings settings;
+  render::RenderSettings settings;
   settings.isosurfaces = {{options.isovalue, {0.85f, 0.8f, 0.7f}, 1}};
   settings.eye_dome = 0;
   std::array<Times, 5> sums;
@@ -133,10 +133,10 @@ std::optional<std::array<Times, 5>> draw_views(Renderer& splats, Renderer& mesh,
     camera.azimuth = 360.0 * view / options.views;
     for (size_t kind = 0; kind < sums.size(); ++kind) {
       if (kind != kMesh && !options.kind.empty() && options.kind != kNames[kind]) continue;
-      Renderer& renderer = kind == kMesh ? mesh : splats;
-      settings.kind =
-          kind == kMesh ? SplatKind::quad : static_cast<SplatKind>(std::min<size_t>(kind, 2));
-      settings.shading = kind == 3 ? Shading::smooth : Shading::exact;
+      render::Renderer& renderer = kind == kMesh ? mesh : splats;
+      settings.kind = kind == kMesh ? render::SplatKind::quad
+                                    : static_cast<render::SplatKind>(std::min<size_t>(kind, 2));
+      settings.shading = kind == 3 ? render::Shading::smooth : render::Shading::exact;
       renderer.set_settings(settings);
       renderer.set_camera(camera);
       auto times = time_frame(renderer, options.size, framebuffer, options.still && kind != kMesh);
@@ -176,20 +176,21 @@ int run(int argc, char** argv) {
   const Options options = parse_options(argc, argv);
   const TestVolume volume = load_volume(argv[1]);
   const auto context = EglContext::create();
-  auto created = context ? Renderer::create()
-                         : Result<std::unique_ptr<Renderer>>(tl::unexpected(context.error()));
+  auto created = context
+                     ? render::Renderer::create()
+                     : Result<std::unique_ptr<render::Renderer>>(tl::unexpected(context.error()));
   // The mesh has a renderer of its own, so that switching costs nothing.
-  auto other = created ? Renderer::create()
-                       : Result<std::unique_ptr<Renderer>>(tl::unexpected(created.error()));
+  auto other = created ? render::Renderer::create()
+                       : Result<std::unique_ptr<render::Renderer>>(tl::unexpected(created.error()));
   if (!other) {
     std::fprintf(stderr, "%s\n", other.error().message.c_str());
     return 1;
   }
-  Renderer &splats = **created, &mesh = **other;
+  render::Renderer &splats = **created, &mesh = **other;
   const uint64_t samples = show_volume(splats, volume, options.low, options.high);
   mesh.set_volume(volume.grid, volume.mapping);
   const uint64_t triangles = show_mesh(mesh, volume.grid, argv[3]);
-  Camera camera = default_camera(volume.grid);
+  render::Camera camera = render::default_camera(volume.grid);
   camera.distance *= 0.7;
   const double degree = std::acos(-1.0) / 180;
   const double half = std::tan(camera.field_of_view / 2 * degree) / options.close_up;

@@ -29,11 +29,12 @@ struct Pixel {
   double depth = 0;
 };
 
-std::vector<Pixel> draw(Renderer& renderer, const VolumeGrid& grid, const Camera& camera) {
+std::vector<Pixel> draw(render::Renderer& renderer, const VolumeGrid& grid,
+                        const render::Camera& camera) {
   renderer.set_camera(camera);
   need(draw_image(renderer, kSize, kSize));
   const auto pixels = need(renderer.read_surface());
-  const CameraFrame frame = camera_frame(camera);
+  const render::CameraFrame frame = render::camera_frame(camera);
   const Matrix3d dual = grid.dual_edges();
   std::vector<Pixel> result(pixels.size());
   for (size_t i = 0; i < pixels.size(); ++i) {
@@ -95,7 +96,7 @@ void add_jumps(const std::vector<Pixel>& pixels, double depth_step, IsCoarse is_
 }
 
 /// Shows the volume with blocks of level 0 and of level 1 in turn, as while a view loads.
-void show_levels(Renderer& renderer, const TestVolume& volume, double isovalue) {
+void show_levels(render::Renderer& renderer, const TestVolume& volume, double isovalue) {
   const double quantized = volume.mapping.quantized_isovalue(isovalue);
   const LevelGrid fine = level_grid(volume.grid.voxels, 0);
   std::vector<DrawnChunk> drawn;
@@ -122,16 +123,16 @@ void show_levels(Renderer& renderer, const TestVolume& volume, double isovalue) 
 
 /// Close-ups of points that are seen from two sides. at_borders: only points near the border of a
 /// block.
-std::vector<Camera> close_ups(Renderer& renderer, const VolumeGrid& grid, double px_per_cell,
-                              bool at_borders) {
-  std::vector<Camera> cameras;
+std::vector<render::Camera> close_ups(render::Renderer& renderer, const VolumeGrid& grid,
+                                      double px_per_cell, bool at_borders) {
+  std::vector<render::Camera> cameras;
   const double cell = std::cbrt(grid.spacing.x * grid.spacing.y * grid.spacing.z);
   for (const double azimuth : {30.0, 200.0}) {
-    Camera camera = default_camera(grid);
+    render::Camera camera = render::default_camera(grid);
     camera.distance *= 0.7;
     camera.azimuth = azimuth;
     const auto pixels = draw(renderer, grid, camera);
-    const double focal_px = 0.5 * kSize / camera_frame(camera).tan_half_field_of_view;
+    const double focal_px = 0.5 * kSize / render::camera_frame(camera).tan_half_field_of_view;
     size_t found = 0;
     for (size_t i = 0; i < pixels.size() && found < 8; ++i) {
       const size_t at = i * 7919 % pixels.size();  // in an order that covers the image evenly
@@ -139,7 +140,7 @@ std::vector<Camera> close_ups(Renderer& renderer, const VolumeGrid& grid, double
       const auto distance = [](double x) { return std::abs(x - 64 * std::round(x / 64)); };
       const Vec3d p = pixels[at].index;
       if (at_borders && std::min({distance(p.x), distance(p.y), distance(p.z)}) > 2) continue;
-      Camera close = camera;
+      render::Camera close = camera;
       close.target = grid.world(pixels[at].index);
       close.distance = focal_px * cell / px_per_cell;
       cameras.push_back(close);
@@ -160,9 +161,9 @@ int run(int argc, char** argv) {
   const TestVolume volume = load_volume(argv[2]);
   const VolumeGrid& grid = volume.grid;
   const auto context = need(EglContext::create());
-  const auto renderer = need(Renderer::create());
-  RenderSettings settings;
-  settings.kind = SplatKind::exact;
+  const auto renderer = need(render::Renderer::create());
+  render::RenderSettings settings;
+  settings.kind = render::SplatKind::exact;
   settings.isosurfaces = {{isovalue, {1, 1, 1}, 1}};
   renderer->set_settings(settings);
 
@@ -177,8 +178,8 @@ int run(int argc, char** argv) {
     const auto is_coarse = [mixed](Vec3d block) {
       return mixed && static_cast<int64_t>(block.x + block.y + block.z) % 2 != 0;
     };
-    for (const Camera& camera : close_ups(*renderer, grid, px_per_cell, mixed)) {
-      for (const Shading shading : {Shading::smooth, Shading::exact}) {
+    for (const render::Camera& camera : close_ups(*renderer, grid, px_per_cell, mixed)) {
+      for (const render::Shading shading : {render::Shading::smooth, render::Shading::exact}) {
         settings.shading = shading;
         renderer->set_settings(settings);
         const auto pixels = draw(*renderer, grid, camera);

@@ -51,7 +51,7 @@ TestVolume load_volume(const std::string& path) {
   return volume;
 }
 
-uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string& path) {
+uint64_t show_mesh(render::Renderer& renderer, const VolumeGrid& grid, const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   uint64_t counts[2] = {0, 0};
   file.read(reinterpret_cast<char*>(counts), 16);
@@ -72,8 +72,8 @@ uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string
   const auto single = [](Vec3d v) {
     return Vec3f{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
   };
-  const Vec3d shift = grid.origin - bounding_sphere(grid).centre;
-  std::vector<MeshVertex> vertices(counts[0]);
+  const Vec3d shift = grid.origin - render::bounding_sphere(grid).centre;
+  std::vector<render::MeshVertex> vertices(counts[0]);
   for (size_t i = 0; i < vertices.size(); ++i) {
     vertices[i] = {single(turned(grid.direction, positions[i]) + shift),
                    single(turned(dual, normals[i]))};

@@ -12,6 +12,6 @@ TestVolume load_volume(const std::string& path);
 
 /// A mesh file of tests/evidence/peers/flying_edges_mesh.py, handed to the renderer; returns the
 /// number of triangles.
-uint64_t show_mesh(Renderer& renderer, const VolumeGrid& grid, const std::string& path);
+uint64_t show_mesh(render::Renderer& renderer, const VolumeGrid& grid, const std::string& path);
 
 }  // namespace isosplat

@@ -11,14 +11,14 @@ Checker::Checker(int cells, int square_cells) : square(square_cells) {
   });
 }
 
-RenderSettings Checker::settings() const {
-  RenderSettings settings;
+render::RenderSettings Checker::settings() const {
+  render::RenderSettings settings;
   settings.isosurfaces = {{kIsovalue, {1, 1, 1}, 1}};
   settings.background = {0, 0, 0, 1};
-  settings.colour_by = ColourBy::gradient;
+  settings.colour_by = render::ColourBy::gradient;
   // From entry 40 to 88 of 255, the luminance of this map is linear to within 2 % of its contrast,
   // so that a mean of colours has the luminance of the mean's colour.
-  settings.colour_map = ColourMap::turbo;
+  settings.colour_map = render::ColourMap::turbo;
   const double per_entry = (kHigh - kLow) / (88 - 40);
   settings.colour_low = kLow - 40 * per_entry;
   settings.colour_high = settings.colour_low + 255 * per_entry;
@@ -27,14 +27,15 @@ RenderSettings Checker::settings() const {
   return settings;
 }
 
-Signal Checker::signal(const Camera& camera) const {
-  return [settings = settings(), frame = camera_frame(camera)](Vec3d position, Vec3d gradient) {
+Signal Checker::signal(const render::Camera& camera) const {
+  return [settings = settings(), frame = render::camera_frame(camera)](Vec3d position,
+                                                                       Vec3d gradient) {
     return lit_colour(settings, frame, position, {0, 0, 1}, length(gradient));
   };
 }
 
 std::optional<Vec3d> Checker::point_at(const ImagePlane& image, Vec2d place) const {
-  const CameraFrame& frame = image.frame();
+  const render::CameraFrame& frame = image.frame();
   const double px = 2 * frame.half_height(1) / image.height();
   const Vec3d across = frame.right * ((place.x - 0.5 * image.width()) * px) +
                        frame.up * ((0.5 * image.height() - place.y) * px);

@@ -21,8 +21,8 @@ struct Checker {
   /// The z of the plane, in the world.
   double plane() const { return 1.5; }
   /// Settings whose colour shows the pattern, without edge shading, occlusion or shadows.
-  RenderSettings settings() const;
-  Signal signal(const Camera& camera) const;
+  render::RenderSettings settings() const;
+  Signal signal(const render::Camera& camera) const;
 
   /// Where the ray through a place in the image (px from its upper left corner) meets the plane.
   std::optional<Vec3d> point_at(const ImagePlane& image, Vec2d place) const;

@@ -41,7 +41,7 @@ bool is_inside(const Checker& checker, const ImagePlane& image, int x, int y) {
 
 }  // namespace
 
-CheckerLevels levels_of(const Checker& checker, const Camera& camera) {
+CheckerLevels levels_of(const Checker& checker, const render::Camera& camera) {
   const Signal signal = checker.signal(camera);
   CheckerLevels levels;
   levels.dark = luminance_at(checker, signal, Checker::kLow);

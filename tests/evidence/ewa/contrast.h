@@ -10,7 +10,7 @@ namespace isosplat {
 struct CheckerLevels {
   double dark = 0, bright = 0, mean = 0;
 };
-CheckerLevels levels_of(const Checker& checker, const Camera& camera);
+CheckerLevels levels_of(const Checker& checker, const render::Camera& camera);
 
 /// Alias of a picture of the checker: the root mean square of its difference to the pattern's mean,
 /// by half the pattern's contrast, over the pixels in which the pattern has no frequency that the

@@ -18,8 +18,8 @@ namespace {
 constexpr Vec3f kColour{0.25f, 0.5f, 0.75f};
 
 /// From the front of the plane z = 0, or at an angle to it.
-Camera camera_at(double elevation, double distance = 100) {
-  Camera camera;
+render::Camera camera_at(double elevation, double distance = 100) {
+  render::Camera camera;
   camera.azimuth = 25;
   camera.elevation = elevation;
   camera.distance = distance;
@@ -50,7 +50,7 @@ TEST(EwaFilter, KeepsAConstantColour) {
   const auto surfels = plane(60, 0, 0.5, constant);
   for (const double elevation : {90.0, 40.0, 10.0}) {
     for (const bool orthographic : {false, true}) {
-      Camera camera = camera_at(elevation);
+      render::Camera camera = camera_at(elevation);
       camera.orthographic = orthographic;
       const EwaPicture picture = draw_ewa(surfels, ImagePlane(camera, 48, 48));
       for (int y = 20; y < 28; ++y) {
@@ -72,7 +72,7 @@ TEST(EwaFilter, WeightsOfAnEvenPlaneAddUpToOne) {
     for (const double elevation : {90.0, 35.0}) {
       // Large cells, of 8 px: the low-pass filter hides nothing. Parallel rays: the affine
       // approximation is exact.
-      Camera camera = camera_at(elevation, 22);
+      render::Camera camera = camera_at(elevation, 22);
       camera.orthographic = true;
       const EwaPicture picture = draw_ewa(surfels, ImagePlane(camera, 96, 96));
       for (int y = 30; y < 66; ++y) {
@@ -89,7 +89,7 @@ TEST(EwaFilter, SplatHasTheEnergyAndVarianceOfTheory) {
   for (const double elevation : {90.0, 30.0, 8.0}) {
     // Far away, so that the affine approximation is exact enough to state V in closed form: across
     // the view σ s, along it σ s sin(elevation), each squared and plus 1.
-    Camera camera = camera_at(elevation, 400);
+    render::Camera camera = camera_at(elevation, 400);
     camera.field_of_view = 10;
     constexpr int kSize = 256;
     const ImagePlane image(camera, kSize, kSize);
@@ -139,10 +139,10 @@ TEST(EwaFilter, MinifiedCheckerIsMidGrey) {
     return (((x + 300) / 2 + (y + 300) / 2) % 2) ? Vec3f{1, 1, 1} : Vec3f{0, 0, 0};
   });
   // A square of the pattern covers 0.8 px: its lowest waves have 0.9 cycles per px.
-  Camera camera = camera_at(90);
+  render::Camera camera = camera_at(90);
   camera.orthographic = true;
   camera.azimuth = 0;
-  camera.distance = 80 / camera_frame(camera).tan_half_field_of_view;
+  camera.distance = 80 / render::camera_frame(camera).tan_half_field_of_view;
   const EwaPicture picture = draw_ewa(surfels, ImagePlane(camera, 64, 64));
   for (const Vec3f colour : picture.colour) EXPECT_NEAR(colour.x, 0.5, 0.01);
 }
@@ -166,10 +166,10 @@ TEST(EwaFilter, CoverageAtAnOutlineIsThatOfTheLowPassFilter) {
   // Half of a plane: a step, convolved with the kernel and the low-pass filter. A sphere: its disc.
   auto half = plane(60, 0, 0.5, constant);
   std::erase_if(half, [](const Surfel& surfel) { return surfel.position.x < 0; });
-  Camera camera = camera_at(90);
+  render::Camera camera = camera_at(90);
   camera.orthographic = true;
   camera.azimuth = 0;
-  camera.distance = 8 / camera_frame(camera).tan_half_field_of_view;  // 4 px per cell
+  camera.distance = 8 / render::camera_frame(camera).tan_half_field_of_view;  // 4 px per cell
   const EwaPicture edge = draw_ewa(half, ImagePlane(camera, 64, 64));
   const double deviation = std::sqrt(0.5 * 0.5 * 16 + 1);
   for (int x = 16; x < 48; ++x) {
@@ -182,7 +182,7 @@ TEST(EwaFilter, CoverageAtAnOutlineIsThatOfTheLowPassFilter) {
   const TestVolume volume = sphere_volume({41, 41, 41});
   const auto sphere = surfels_of(volume, 1500, 0.5, [](Vec3d, Vec3d) { return kColour; });
   camera.target = {20, 20, 20};
-  camera.distance = 20 / camera_frame(camera).tan_half_field_of_view;
+  camera.distance = 20 / render::camera_frame(camera).tan_half_field_of_view;
   const EwaPicture disc = draw_ewa(sphere, ImagePlane(camera, 40, 40));  // 1 px per cell
   double area = 0;
   for (const double coverage : disc.coverage) area += coverage;
@@ -201,7 +201,7 @@ TEST(EwaFilter, SurfelsBehindTheEyeOrSeenFromTheSideHaveNoSplat) {
 TEST(Checker, IsAPlaneWhoseGradientHasThePattern) {
   const Checker checker(24, 4);
   const RayCaster caster(checker.volume.grid, checker.volume.quantized_values, false);
-  Camera camera;
+  render::Camera camera;
   camera.target = {12, 12, checker.plane()};
   camera.distance = 40;
   camera.elevation = 40;
@@ -228,7 +228,7 @@ TEST(Checker, IsAPlaneWhoseGradientHasThePattern) {
 TEST(Contrast, IsThatOfAKnownBlur) {
   // Pictures of the wave with order (1, 1) itself, attenuated, around the mean.
   const Checker checker(400, 4);
-  Camera camera;
+  render::Camera camera;
   camera.target = {200, 200, checker.plane()};
   camera.distance = 150;
   camera.elevation = 25;
@@ -257,7 +257,7 @@ TEST(Contrast, IsThatOfAKnownBlur) {
 
 TEST(Contrast, AliasIsWhatDiffersFromTheMeanWhereNothingCanBeSeen) {
   const Checker checker(1024, 4);
-  Camera camera;
+  render::Camera camera;
   camera.azimuth = 30;
   camera.elevation = 16;
   camera.field_of_view = 40;
@@ -278,14 +278,14 @@ TEST(Contrast, AliasIsWhatDiffersFromTheMeanWhereNothingCanBeSeen) {
 
 TEST(Contrast, EdgeWidthIsThatOfAKnownRamp) {
   const Checker checker(64, 8);
-  Camera camera;
+  render::Camera camera;
   camera.orthographic = true;
   camera.azimuth = 0;
   camera.elevation = 90;
   camera.roll = 10;
   camera.target = {32, 32, checker.plane()};
   constexpr int kSize = 256;
-  camera.distance = 16 / camera_frame(camera).tan_half_field_of_view;  // 8 px per cell
+  camera.distance = 16 / render::camera_frame(camera).tan_half_field_of_view;  // 8 px per cell
   const ImagePlane image(camera, kSize, kSize);
   const CheckerLevels levels = levels_of(checker, camera);
   for (const double width_px : {4.0, 12.0}) {

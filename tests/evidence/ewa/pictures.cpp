@@ -10,7 +10,7 @@ namespace isosplat {
 namespace {
 
 uint8_t encoded_channel(double linear) {
-  const float srgb = linear_to_srgb(static_cast<float>(std::clamp(linear, 0.0, 1.0)));
+  const float srgb = render::linear_to_srgb(static_cast<float>(std::clamp(linear, 0.0, 1.0)));
   return static_cast<uint8_t>(std::lround(255 * srgb));
 }
 
@@ -34,7 +34,7 @@ Image over_black(const EwaPicture& picture) {
 
 Luminance decoded(const Image& image) {
   std::array<float, 256> linear{};
-  for (size_t i = 0; i < linear.size(); ++i) linear[i] = srgb_to_linear(float(i) / 255);
+  for (size_t i = 0; i < linear.size(); ++i) linear[i] = render::srgb_to_linear(float(i) / 255);
   Luminance luminance{image.width, image.height, {}};
   luminance.value.resize(size_t(image.width) * size_t(image.height));
   for (size_t i = 0; i < luminance.value.size(); ++i) {

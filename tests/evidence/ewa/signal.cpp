@@ -16,12 +16,12 @@ Vec3f as_float(Vec3d v) {
 }
 
 /// As a texture with linear filtering of decoded sRGB colours yields it.
-Vec3f mapped_colour(ColourMap map, double scalar) {
+Vec3f mapped_colour(render::ColourMap map, double scalar) {
   const double place = 255 * std::clamp(scalar, 0.0, 1.0);
   const auto low = std::min<size_t>(static_cast<size_t>(place), 254);
   const auto linear = [&](size_t entry) {
-    const uint8_t* c = kColourMapTable[static_cast<size_t>(map)][entry];
-    return to_linear({float(c[0]) / 255, float(c[1]) / 255, float(c[2]) / 255});
+    const uint8_t* c = render::kColourMapTable[static_cast<size_t>(map)][entry];
+    return render::to_linear({float(c[0]) / 255, float(c[1]) / 255, float(c[2]) / 255});
   };
   const auto t = static_cast<float>(place - double(low));
   return linear(low) * (1 - t) + linear(low + 1) * t;
@@ -41,20 +41,20 @@ double luminance_of(Vec3f linear) {
   return 0.2126 * double(linear.x) + 0.7152 * double(linear.y) + 0.0722 * double(linear.z);
 }
 
-Vec3f lit_colour(const RenderSettings& settings, const CameraFrame& frame, Vec3d position,
-                 Vec3d normal, double gradient) {
-  const bool shows_gradient = settings.colour_by == ColourBy::gradient;
+Vec3f lit_colour(const render::RenderSettings& settings, const render::CameraFrame& frame,
+                 Vec3d position, Vec3d normal, double gradient) {
+  const bool shows_gradient = settings.colour_by == render::ColourBy::gradient;
   const double scalar =
       (gradient - settings.colour_low) / (settings.colour_high - settings.colour_low);
   const Vec3f base = shows_gradient ? mapped_colour(settings.colour_map, scalar)
-                                    : to_linear(settings.isosurfaces.at(0).colour);
+                                    : render::to_linear(settings.isosurfaces.at(0).colour);
   const auto in_camera = [&](Vec3d v) {
     return as_float({dot(v, frame.right), dot(v, frame.up), -dot(v, frame.forward)});
   };
   const Vec3d to_eye = frame.eye - position;
   const Vec3f eye = frame.orthographic ? Vec3f{0, 0, 1} : in_camera(to_eye * (1 / length(to_eye)));
   const Vec3f colour =
-      lit(light_terms(settings.light, shows_gradient), in_camera(normal), eye, base);
+      lit(render::light_terms(settings.light, shows_gradient), in_camera(normal), eye, base);
   return {std::clamp(colour.x, 0.0f, 1.0f), std::clamp(colour.y, 0.0f, 1.0f),
           std::clamp(colour.z, 0.0f, 1.0f)};
 }
@@ -92,10 +92,10 @@ std::vector<Surfel> surfels_of(const TestVolume& volume, double isovalue, double
   return surfels;
 }
 
-Luminance cast_signal(const TestVolume& volume, double isovalue, const Camera& camera, int width,
-                      int height, int per_px, const Signal& signal, double background) {
+Luminance cast_signal(const TestVolume& volume, double isovalue, const render::Camera& camera,
+                      int width, int height, int per_px, const Signal& signal, double background) {
   const RayCaster caster(volume.grid, volume.quantized_values, volume.mapping.has_missing);
-  const CameraFrame frame = camera_frame(camera);
+  const render::CameraFrame frame = render::camera_frame(camera);
   const double quantized = (isovalue - volume.mapping.offset) / volume.mapping.scale;
   Luminance picture{width * per_px, height * per_px, {}};
   picture.value.assign(size_t(picture.width) * size_t(picture.height), background);

@@ -27,8 +27,8 @@ using Signal = std::function<Vec3f(Vec3d position, Vec3d gradient)>;
 /// The colour that settings give to a point of the surface with this normal (world) and length of
 /// the gradient, as the renderer computes it (shared/render/light.h, shaders/light.glsl), without
 /// occlusion and shadows. Colours stand for the isosurface or for the gradient.
-Vec3f lit_colour(const RenderSettings& settings, const CameraFrame& frame, Vec3d position,
-                 Vec3d normal, double gradient);
+Vec3f lit_colour(const render::RenderSettings& settings, const render::CameraFrame& frame,
+                 Vec3d position, Vec3d normal, double gradient);
 
 /// The surface in the volume's own resolution: a surfel for each active cell, at the exact
 /// projection of its centre, with the normal by central differences. `deviation`: of the
@@ -39,8 +39,9 @@ std::vector<Surfel> surfels_of(const TestVolume& volume, double isovalue, double
 
 /// The surface of the ray caster at the centres of `per_px` × `per_px` squares of each pixel, as
 /// one picture of that many pixels; `background` where there is none.
-Luminance cast_signal(const TestVolume& volume, double isovalue, const Camera& camera, int width,
-                      int height, int per_px, const Signal& signal, double background = 0);
+Luminance cast_signal(const TestVolume& volume, double isovalue, const render::Camera& camera,
+                      int width, int height, int per_px, const Signal& signal,
+                      double background = 0);
 
 /// The mean of the squares of each pixel, after the pixels were moved by that many squares to the
 /// right and down. Beyond the picture's end its last squares are repeated.

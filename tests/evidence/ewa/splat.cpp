@@ -23,8 +23,8 @@ Tangents tangents_of(Vec3d normal) {
 
 }  // namespace
 
-ImagePlane::ImagePlane(const Camera& camera, int width, int height)
-    : frame_(camera_frame(camera)),
+ImagePlane::ImagePlane(const render::Camera& camera, int width, int height)
+    : frame_(render::camera_frame(camera)),
       width_(width),
       height_(height),
       scale_(height / (2 * frame_.half_height(1))) {}

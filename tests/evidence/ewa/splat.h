@@ -37,9 +37,9 @@ struct Variance2 {
 /// Where points of the world are in an image, and how the image changes with them.
 class ImagePlane {
  public:
-  ImagePlane(const Camera& camera, int width, int height);
+  ImagePlane(const render::Camera& camera, int width, int height);
 
-  const CameraFrame& frame() const { return frame_; }
+  const render::CameraFrame& frame() const { return frame_; }
   int width() const { return width_; }
   int height() const { return height_; }
 
@@ -59,7 +59,7 @@ class ImagePlane {
  private:
   Vec3d in_view(Vec3d direction) const;  // right, up, along the view
 
-  CameraFrame frame_;
+  render::CameraFrame frame_;
   int width_, height_;
   double scale_;  // px per world unit, with perspective at distance 1
 };

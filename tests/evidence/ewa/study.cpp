@@ -35,22 +35,22 @@ constexpr const char* kBandNames[] = {"0.1", "0.2", "0.3", "0.4"};
 struct Way {
   const char* name;
   double deviation;  ///< of EWA's kernels, relative to the distance of samples; 0: the renderer
-  SplatKind kind = SplatKind::exact;
-  Shading shading = Shading::smooth;
+  render::SplatKind kind = render::SplatKind::exact;
+  render::Shading shading = render::Shading::smooth;
   bool still = false;
 };
 
 constexpr Way kWays[] = {
     {"EWA, kernels of 0.5", 0.5},
     {"EWA, kernels of 0.7", 0.7},
-    {"exact, smooth, still", 0, SplatKind::exact, Shading::smooth, true},
-    {"exact, smooth", 0, SplatKind::exact, Shading::smooth, false},
-    {"exact, still", 0, SplatKind::exact, Shading::exact, true},
-    {"exact", 0, SplatKind::exact, Shading::exact, false},
-    {"ellipses, smooth, still", 0, SplatKind::ellipse, Shading::smooth, true},
-    {"ellipses, smooth", 0, SplatKind::ellipse, Shading::smooth, false},
-    {"squares, still", 0, SplatKind::quad, Shading::exact, true},
-    {"squares", 0, SplatKind::quad, Shading::exact, false},
+    {"exact, smooth, still", 0, render::SplatKind::exact, render::Shading::smooth, true},
+    {"exact, smooth", 0, render::SplatKind::exact, render::Shading::smooth, false},
+    {"exact, still", 0, render::SplatKind::exact, render::Shading::exact, true},
+    {"exact", 0, render::SplatKind::exact, render::Shading::exact, false},
+    {"ellipses, smooth, still", 0, render::SplatKind::ellipse, render::Shading::smooth, true},
+    {"ellipses, smooth", 0, render::SplatKind::ellipse, render::Shading::smooth, false},
+    {"squares, still", 0, render::SplatKind::quad, render::Shading::exact, true},
+    {"squares", 0, render::SplatKind::quad, render::Shading::exact, false},
 };
 constexpr const char* kMean = "mean of 8 × 8 rays";
 
@@ -67,23 +67,24 @@ void report(const std::string& scene, const char* way, const std::string& measur
 struct Subject {
   const TestVolume& volume;
   double isovalue;
-  RenderSettings settings;
-  std::function<Signal(const Camera&)> signal;
+  render::RenderSettings settings;
+  std::function<Signal(const render::Camera&)> signal;
 };
 
 /// The surfels of a way that has some. With an orthographic camera, colours do not depend on its
 /// target.
-std::vector<Surfel> surfels_of(const Subject& subject, const Way& way, const Camera& camera) {
+std::vector<Surfel> surfels_of(const Subject& subject, const Way& way,
+                               const render::Camera& camera) {
   if (!(way.deviation > 0)) return {};
   return surfels_of(subject.volume, subject.isovalue, way.deviation, subject.signal(camera));
 }
 
-Image draw(Renderer& renderer, const Subject& subject, const Way& way,
-           std::span<const Surfel> surfels, const Camera& camera, int size) {
+Image draw(render::Renderer& renderer, const Subject& subject, const Way& way,
+           std::span<const Surfel> surfels, const render::Camera& camera, int size) {
   if (way.deviation > 0) {
     return over_black(draw_ewa(surfels, ImagePlane(camera, size, size)));
   }
-  RenderSettings settings = subject.settings;
+  render::RenderSettings settings = subject.settings;
   settings.kind = way.kind;
   settings.shading = way.shading;
   renderer.set_settings(settings);
@@ -106,7 +107,7 @@ const char* picture_name(const char* way) {
   return found == names.end() ? nullptr : found->second;
 }
 
-void show_checker(Renderer& renderer, const Checker& checker) {
+void show_checker(render::Renderer& renderer, const Checker& checker) {
   if (show_volume(renderer, checker.volume, Checker::kIsovalue, Checker::kIsovalue) == 0) {
     die("The renderer does not take the checker's samples");
   }
@@ -114,7 +115,7 @@ void show_checker(Renderer& renderer, const Checker& checker) {
 
 Subject subject_of(const Checker& checker) {
   return {checker.volume, Checker::kIsovalue, checker.settings(),
-          [&checker](const Camera& camera) { return checker.signal(camera); }};
+          [&checker](const render::Camera& camera) { return checker.signal(camera); }};
 }
 
 /// Ends the program unless exact splats show the ray caster's surface at the pixels' centres: if
@@ -129,13 +130,13 @@ void check_truth(const Luminance& exact, const Luminance& cast, double contrast)
   }
 }
 
-void study_plane(Renderer& renderer, const std::string& folder) {
+void study_plane(render::Renderer& renderer, const std::string& folder) {
   constexpr int kSize = 384;
   const Checker checker(1024, 4);
   show_checker(renderer, checker);
   const Subject subject = subject_of(checker);
   // 40 cells above the plane; the horizon is near the upper edge.
-  Camera camera;
+  render::Camera camera;
   camera.azimuth = 30;
   camera.elevation = 16;
   camera.field_of_view = 40;
@@ -179,19 +180,19 @@ void study_plane(Renderer& renderer, const std::string& folder) {
 }
 
 /// Edges of the pattern from the front, turned by 10° so that they cross pixels at all places.
-void study_edges(Renderer& renderer, int cells, int square, double px_per_cell,
+void study_edges(render::Renderer& renderer, int cells, int square, double px_per_cell,
                  const char* measure) {
   constexpr int kSize = 256;
   const Checker checker(cells, square);
   show_checker(renderer, checker);
   const Subject subject = subject_of(checker);
-  Camera camera;
+  render::Camera camera;
   camera.orthographic = true;
   camera.azimuth = 0;
   camera.elevation = 90;
   camera.roll = 10;
   camera.target = {0.5 * cells, 0.5 * cells, checker.plane()};
-  camera.distance = 0.5 * kSize / px_per_cell / camera_frame(camera).tan_half_field_of_view;
+  camera.distance = 0.5 * kSize / px_per_cell / render::camera_frame(camera).tan_half_field_of_view;
   const ImagePlane image(camera, kSize, kSize);
   const CheckerLevels levels = levels_of(checker, camera);
   const Luminance fine = cast_signal(checker.volume, Checker::kIsovalue, camera, kSize, kSize,
@@ -209,15 +210,16 @@ void study_edges(Renderer& renderer, int cells, int square, double px_per_cell,
 
 /// The camera with the image moved so that pixels show what is this far to the right of and below
 /// them, in px. Orthographic cameras only: exact for all pixels.
-Camera moved(Camera camera, double right_px, double down_px, int size) {
-  const CameraFrame frame = camera_frame(camera);
+render::Camera moved(render::Camera camera, double right_px, double down_px, int size) {
+  const render::CameraFrame frame = render::camera_frame(camera);
   const double px = 2 * frame.half_height(1) / size;
   camera.target = camera.target + frame.right * (right_px * px) - frame.up * (down_px * px);
   return camera;
 }
 
-void study_view(Renderer& renderer, const Subject& subject, const std::string& scene,
-                const char* picture_scene, const Camera& camera, const std::string& folder) {
+void study_view(render::Renderer& renderer, const Subject& subject, const std::string& scene,
+                const char* picture_scene, const render::Camera& camera,
+                const std::string& folder) {
   constexpr int kSize = 256;
   const Luminance surface = cast_signal(subject.volume, subject.isovalue, camera, kSize, kSize,
                                         kPlaces, subject.signal(camera));
@@ -248,7 +250,7 @@ void study_view(Renderer& renderer, const Subject& subject, const std::string& s
   keep(kMean, encoded(mean_of_squares(finer, kTruthPerPx)));
   for (const Way& way : kWays) {
     const auto surfels = surfels_of(subject, way, camera);
-    const auto draw_at = [&](const Camera& at) {
+    const auto draw_at = [&](const render::Camera& at) {
       return draw(renderer, subject, way, surfels, at, kSize);
     };
     std::vector<Luminance> pictures;
@@ -263,11 +265,12 @@ void study_view(Renderer& renderer, const Subject& subject, const std::string& s
 }
 
 /// From so near that a cell covers `px_per_cell`, to a point of the surface near the middle.
-Camera close_camera(const TestVolume& volume, double isovalue, Camera camera, double px_per_cell) {
+render::Camera close_camera(const TestVolume& volume, double isovalue, render::Camera camera,
+                            double px_per_cell) {
   constexpr int kSize = 256;
   const RayCaster caster(volume.grid, volume.quantized_values, volume.mapping.has_missing);
   const double quantized = (isovalue - volume.mapping.offset) / volume.mapping.scale;
-  const CameraFrame frame = camera_frame(camera);
+  const render::CameraFrame frame = render::camera_frame(camera);
   const auto hit = caster.cast(camera, kSize, kSize, kSize / 2, kSize / 2, quantized);
   if (!hit) die("Expected a surface in the middle of the picture, found none");
   camera.target = frame.eye + frame.forward * hit->depth;
@@ -283,20 +286,20 @@ int run(int argc, char** argv) {
   const std::string folder = argv[4];
   const double isovalue = std::atof(argv[3]);
   const auto context = need(EglContext::create());
-  const auto renderer = need(Renderer::create());
+  const auto renderer = need(render::Renderer::create());
   study_plane(*renderer, folder);
   study_edges(*renderer, 64, 8, 8, "edge width, cells of 8 px");
   study_edges(*renderer, 768, 32, 0.5, "edge width, cells of 0.5 px");
 
   const TestVolume volume = load_volume(argv[1]);
-  RenderSettings settings;
+  render::RenderSettings settings;
   settings.isosurfaces = {{isovalue, {0.75f, 0.75f, 0.75f}, 1}};
   settings.background = {0, 0, 0, 1};
   settings.light.occlusion = settings.light.shadow = 0;
   settings.eye_dome = 0;
   const Subject subject{
-      volume, isovalue, settings, [&](const Camera& camera) -> Signal {
-        return [&, frame = camera_frame(camera)](Vec3d position, Vec3d gradient) {
+      volume, isovalue, settings, [&](const render::Camera& camera) -> Signal {
+        return [&, frame = render::camera_frame(camera)](Vec3d position, Vec3d gradient) {
           const Vec3d index =
               multiply_transposed(volume.grid.dual_edges(), position - volume.grid.origin);
           const Vec3d smooth = reference_gradient(volume, index);
@@ -307,8 +310,8 @@ int run(int argc, char** argv) {
       }};
   const auto store = need(StoreFile::open(argv[2]));
   need(show_store(*renderer, *store, std::span(&isovalue, 1), 0, ~uint64_t{0}));
-  const Camera whole = default_camera(volume.grid, 1, true);
-  const Camera close = close_camera(volume, isovalue, whole, 6);
+  const render::Camera whole = render::default_camera(volume.grid, 1, true);
+  const render::Camera close = close_camera(volume, isovalue, whole, 6);
   study_view(*renderer, subject, "whole", "whole", whole, folder);
   study_view(*renderer, subject, "close up", "close", close, folder);
   return 0;
