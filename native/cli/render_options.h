@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/render/render_settings.h"
+#include "shared/render/settings/render_settings.h"
 
 namespace isosplat::cli {
 

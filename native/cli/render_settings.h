@@ -2,8 +2,8 @@
 
 #include "native/cli/render_options.h"
 #include "shared/base/status.h"
-#include "shared/render/camera.h"
-#include "shared/render/render_settings.h"
+#include "shared/render/settings/camera.h"
+#include "shared/render/settings/render_settings.h"
 
 namespace isosplat::cli {
 

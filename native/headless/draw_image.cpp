@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "native/headless/offscreen_target.h"
-#include "shared/render/image_tile.h"
-#include "shared/render/pixel_reader.h"
+#include "shared/render/frame/image_tile.h"
+#include "shared/render/gl/pixel_reader.h"
 
 namespace isosplat {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/render/camera.h"
+#include "shared/render/settings/camera.h"
 #include "shared/sampling/cell.h"
 
 namespace isosplat {

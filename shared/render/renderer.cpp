@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "shared/render/cap_pick.h"
-#include "shared/render/image_passes.h"
-#include "shared/render/ray_hits.h"
+#include "shared/render/passes/image_passes.h"
+#include "shared/render/pick/cap_pick.h"
+#include "shared/render/pick/ray_hits.h"
+#include "shared/render/pick/slice_pick.h"
 #include "shared/render/renderer_state.h"
-#include "shared/render/shader_constants.h"
-#include "shared/render/slice_pick.h"
+#include "shared/render/shaders/shader_constants.h"
 #include "shared/sampling/sample_neighbours.h"
 
 namespace isosplat::render {

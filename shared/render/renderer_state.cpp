@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "shared/render/image_passes.h"
+#include "shared/render/passes/image_passes.h"
 
 namespace isosplat::render {
 namespace {

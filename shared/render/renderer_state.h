@@ -5,19 +5,19 @@
 #include <array>
 #include <optional>
 
-#include "shared/render/accumulation.h"
-#include "shared/render/chunk_store.h"
-#include "shared/render/clip_caps.h"
-#include "shared/render/cross_fade.h"
-#include "shared/render/draw_context.h"
-#include "shared/render/gl_errors.h"
-#include "shared/render/image_target.h"
-#include "shared/render/image_tile.h"
-#include "shared/render/occlusion_query.h"
+#include "shared/render/frame/image_tile.h"
+#include "shared/render/gl/gl_errors.h"
+#include "shared/render/gl/image_target.h"
+#include "shared/render/passes/accumulation.h"
+#include "shared/render/passes/clip_caps.h"
+#include "shared/render/passes/cross_fade.h"
+#include "shared/render/passes/draw_context.h"
+#include "shared/render/passes/occlusion_query.h"
+#include "shared/render/passes/slices.h"
+#include "shared/render/passes/splat_passes.h"
+#include "shared/render/passes/triangle_mesh.h"
 #include "shared/render/renderer.h"
-#include "shared/render/slices.h"
-#include "shared/render/splat_passes.h"
-#include "shared/render/triangle_mesh.h"
+#include "shared/render/samples/chunk_store.h"
 
 namespace isosplat::render {
 

@@ -1,6 +1,6 @@
 #include <string>
 
-#include "shared/render/pixel_reader.h"
+#include "shared/render/gl/pixel_reader.h"
 #include "shared/render/renderer_state.h"
 
 /// Pictures in tiles. A tile is drawn with a margin, since edge shading and occlusion read the

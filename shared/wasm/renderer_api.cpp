@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/render/colour_maps.h"
 #include "shared/render/renderer.h"
+#include "shared/render/settings/colour_maps.h"
 
 using namespace isosplat;
 using namespace isosplat::render;

@@ -79,7 +79,8 @@ void isosplat_renderer_set_camera(const IsosplatCamera* camera);
 /// `orthographic` of the record, and keeps it.
 void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect);
 
-/// These change the camera: orbited(), panned(), zoomed() and bounded() in shared/render/camera.h.
+/// These change the camera: orbited(), panned(), zoomed() and bounded() in
+/// shared/render/settings/camera.h.
 void isosplat_renderer_orbit(IsosplatCamera* camera, double right_degrees, double up_degrees);
 void isosplat_renderer_pan(IsosplatCamera* camera, double right_px, double down_px,
                            double image_height_px);

@@ -15,8 +15,8 @@
 
 #include "shared/grid/region_mask.h"
 #include "shared/include/isosplat/store.h"
-#include "shared/render/colour_maps.h"
-#include "shared/render/render_settings.h"
+#include "shared/render/settings/colour_maps.h"
+#include "shared/render/settings/render_settings.h"
 #include "shared/sampling/packed_sample.h"
 #include "shared/wasm/core_api.h"
 

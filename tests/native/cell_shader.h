@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "native/headless/egl_context.h"
-#include "shared/render/gl_program.h"
+#include "shared/render/gl/gl_program.h"
 #include "shared/sampling/packed_sample.h"
 
 namespace isosplat {

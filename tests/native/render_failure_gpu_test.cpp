@@ -9,7 +9,7 @@
 
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
-#include "shared/render/sample_buffers.h"
+#include "shared/render/samples/sample_buffers.h"
 #include "tests/native/test_volume.h"
 
 namespace {

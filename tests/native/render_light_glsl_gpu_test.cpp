@@ -8,8 +8,8 @@
 #include <random>
 
 #include "native/headless/egl_context.h"
-#include "shared/render/gl_program.h"
-#include "shared/render/lighting.h"
+#include "shared/render/gl/gl_program.h"
+#include "shared/render/passes/lighting.h"
 
 namespace isosplat::render {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "shared/render/occluders.h"
+#include "shared/render/frame/occluders.h"
 #include "shared/sampling/sample_clusters.h"
 
 namespace isosplat::render {

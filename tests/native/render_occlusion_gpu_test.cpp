@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "native/headless/draw_image.h"
-#include "shared/render/colour_maps.h"
-#include "shared/render/lighting.h"
+#include "shared/render/passes/lighting.h"
+#include "shared/render/settings/colour_maps.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "native/headless/ray_caster.h"
-#include "shared/render/ray_hits.h"
+#include "shared/render/pick/ray_hits.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "native/headless/draw_image.h"
-#include "shared/render/colour_maps.h"
+#include "shared/render/settings/colour_maps.h"
 #include "shared/sampling/trilinear.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"

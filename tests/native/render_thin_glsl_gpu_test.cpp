@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/render/thin_structure.h"
+#include "shared/render/pick/thin_structure.h"
 #include "tests/native/cell_shader.h"
 
 namespace isosplat::render {

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "native/headless/draw_image.h"
-#include "shared/render/image_tile.h"
+#include "shared/render/frame/image_tile.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 

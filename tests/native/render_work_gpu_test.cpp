@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "native/headless/egl_context.h"
-#include "shared/render/frame.h"
-#include "shared/render/gl_program.h"
-#include "shared/render/shader_constants.h"
+#include "shared/render/frame/frame.h"
+#include "shared/render/gl/gl_program.h"
+#include "shared/render/shaders/shader_constants.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat::render {

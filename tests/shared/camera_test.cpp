@@ -1,4 +1,4 @@
-#include "shared/render/camera.h"
+#include "shared/render/settings/camera.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Intersections of a ray with the surfaces of single cells. render_pick_gpu_test.cpp picks in whole
 // volumes.
-#include "shared/render/ray_hits.h"
+#include "shared/render/pick/ray_hits.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@ import type { Progress } from "../stream/index.ts";
 import type { PictureInParts, PictureSize, PictureView, Viewer } from "../viewer/index.ts";
 import { PngStream } from "./png_stream.ts";
 
-/** Longest width and height of a picture, in pixels: kMaxImageSize of shared/render/image_tile.h. */
+/** Longest width and height of a picture, in pixels: kMaxImageSize of shared/render/frame/image_tile.h. */
 export const mostPixels = 16384;
 /** Size of the parts that are drawn at a time: about 0.1 GB of the GPU's memory. */
 const partWidth = 1024;

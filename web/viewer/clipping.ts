@@ -2,7 +2,7 @@ import * as layouts from "../../build/wasm/web/layouts.js";
 import type { StoreInfo, Triple } from "../stream/types.ts";
 import type { Camera, Clip, ClipPlane } from "./types.ts";
 
-/** The largest number of planes besides the box (kMaxClipPlanes in shared/render/render_settings.h). */
+/** The largest number of planes besides the box (kMaxClipPlanes in shared/render/settings/render_settings.h). */
 export const maxClipPlanes: number = layouts.maxClipPlanes;
 
 export const wholeVolume: Clip = { low: [0, 0, 0], high: [1, 1, 1], planes: [] };
@@ -37,7 +37,7 @@ export function extentAlong(normal: Triple, info: StoreInfo): [number, number] {
 export function planeFacing(camera: Camera, info: StoreInfo): ClipPlane {
   const azimuth = (camera.azimuth * Math.PI) / 180;
   const elevation = (camera.elevation * Math.PI) / 180;
-  // The viewing direction, as in camera_frame of shared/render/camera.cpp.
+  // The viewing direction, as in camera_frame of shared/render/settings/camera.cpp.
   const normal: Triple = [
     -Math.sin(azimuth) * Math.cos(elevation),
     Math.cos(azimuth) * Math.cos(elevation),

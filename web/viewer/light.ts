@@ -1,5 +1,5 @@
 /**
- * The light on the surfaces, and their material: the numbers of shared/render/light.h. The key light
+ * The light on the surfaces, and their material: the numbers of shared/render/settings/light.h. The key light
  * keeps its place in the camera's frame.
  */
 export interface Light {

@@ -113,7 +113,7 @@ export class RendererError extends Error {
   }
 }
 
-/** FrameStatistics of shared/render/frame_statistics.h, with the splats that were drawn. */
+/** FrameStatistics of shared/render/passes/frame_statistics.h, with the splats that were drawn. */
 export interface DrawStatistics extends layouts.FrameStatistics, Splats {}
 
 function flagOf(projection: Projection | undefined): number {

@@ -6,7 +6,7 @@ export const projections = ["perspective", "orthographic"] as const;
 /** Orthographic: rays are parallel, and sizes in the picture do not depend on the distance. */
 export type Projection = (typeof projections)[number];
 
-/** A view of the volume, as in shared/render/camera.h. Angles in degrees. */
+/** A view of the volume, as in shared/render/settings/camera.h. Angles in degrees. */
 export interface Camera {
   /** The point, in world coordinates, that the camera looks at and orbits. */
   target: Triple;
@@ -53,7 +53,7 @@ export interface Surface {
   opacity: number;
 }
 
-/** A point of a surface (SurfacePick in shared/render/surface_pick.h). */
+/** A point of a surface (SurfacePick in shared/render/pick/surface_pick.h). */
 export interface SurfacePoint {
   /** World coordinates. */
   position: Triple;
@@ -75,15 +75,15 @@ export interface SurfacePoint {
   level: number;
 }
 
-/** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/render_settings.h). */
+/** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/settings/render_settings.h). */
 export const maxSurfaces: number = maxIsosurfaces;
 
 export const splatKinds = ["quad", "ellipse", "exact"] as const;
-/** What a sample is drawn as (shared/render/render_settings.h, SplatKind). */
+/** What a sample is drawn as (shared/render/settings/render_settings.h, SplatKind). */
 export type SplatKind = (typeof splatKinds)[number];
 
 export const shadings = ["smooth", "exact"] as const;
-/** The normals that surfaces are lit by (shared/render/render_settings.h, Shading). */
+/** The normals that surfaces are lit by (shared/render/settings/render_settings.h, Shading). */
 export type Shading = (typeof shadings)[number];
 
 /** A kind of splats with its shading. */
@@ -100,7 +100,7 @@ export const colourings = [
   "level",
   "projection-error",
 ] as const;
-/** The quantity that a pixel's colour shows (shared/render/render_settings.h, ColourBy). */
+/** The quantity that a pixel's colour shows (shared/render/settings/render_settings.h, ColourBy). */
 export type Colouring = (typeof colourings)[number];
 
 export const colourMaps = ["viridis", "magma", "cividis", "turbo"] as const;
@@ -121,7 +121,7 @@ export interface Look {
   eyeDome: number;
 }
 
-/** The meaning of colours (shared/render/splat_passes.cpp, scalar_weights). */
+/** The meaning of colours (shared/render/passes/splat_passes.cpp, scalar_weights). */
 export interface Legend {
   colourBy: Exclude<Colouring, "isosurface">;
   /** CSS colours, evenly spaced from low to high; of slices alone: greys. */

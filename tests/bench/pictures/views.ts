@@ -10,7 +10,7 @@ export interface View {
   camera: Camera;
 }
 
-/** As in shared/render/camera.h, without roll: degrees, and world units. */
+/** As in shared/render/settings/camera.h, without roll: degrees, and world units. */
 export interface Camera {
   azimuth: number;
   elevation: number;
@@ -79,7 +79,7 @@ function orbit(azimuth: number, elevation: number, distance: number, target: Vec
   return { azimuth, elevation, distance, target };
 }
 
-/** The place of the eye and the upward direction: camera_frame() of shared/render/camera.cpp. */
+/** The place of the eye and the upward direction: camera_frame() of shared/render/settings/camera.cpp. */
 export function eyeAndUp({ azimuth, elevation, distance, target }: Camera): {
   eye: Vector;
   up: Vector;

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "shared/render/light.h"
+#include "shared/render/settings/light.h"
 
 namespace isosplat {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "native/headless/ray_caster.h"
-#include "shared/render/colour_maps.h"
+#include "shared/render/settings/colour_maps.h"
 #include "tests/bench/render/reference_normals.h"
 #include "tests/evidence/sampling/methods.h"
 

@@ -25,8 +25,8 @@ double luminance_of(Vec3f linear);
 using Signal = std::function<Vec3f(Vec3d position, Vec3d gradient)>;
 
 /// The colour that settings give to a point of the surface with this normal (world) and length of
-/// the gradient, as the renderer computes it (shared/render/light.h, shaders/light.glsl), without
-/// occlusion and shadows. Colours stand for the isosurface or for the gradient.
+/// the gradient, as the renderer computes it (shared/render/settings/light.h, shaders/light.glsl),
+/// without occlusion and shadows. Colours stand for the isosurface or for the gradient.
 Vec3f lit_colour(const render::RenderSettings& settings, const render::CameraFrame& frame,
                  Vec3d position, Vec3d normal, double gradient);
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "shared/render/camera.h"
+#include "shared/render/settings/camera.h"
 
 namespace isosplat {
 

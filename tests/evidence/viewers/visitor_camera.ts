@@ -1,4 +1,4 @@
-/** The camera of a scripted visitor: what gestures do in shared/render/camera.h, in perspective. */
+/** The camera of a scripted visitor: what gestures do in shared/render/settings/camera.h, in perspective. */
 import type { StoreInfo, Triple } from "../../../web/core/index.ts";
 
 const degree = Math.PI / 180;

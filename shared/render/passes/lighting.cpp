@@ -1,0 +1,133 @@
+#include "shared/render/passes/lighting.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "shared/base/matrix3.h"
+#include "shared/render/passes/accumulation.h"
+#include "shared/render/settings/colour_maps.h"
+#include "shared/render/shaders/shader_constants.h"
+
+namespace isosplat::render {
+
+namespace {
+
+static_assert(int(STILL_PICTURES) == Accumulation::kPictures);
+
+void set(const GlProgram& program, const char* name, Vec3f v) {
+  glUniform3f(program.uniform(name), v.x, v.y, v.z);
+}
+
+void set(const GlProgram& program, const char* name, Vec3f v, float w) {
+  glUniform4f(program.uniform(name), v.x, v.y, v.z, w);
+}
+
+bool shows_values(const RenderSettings& settings) {
+  return settings.colour_by != ColourBy::isosurface;
+}
+
+}  // namespace
+
+double visible_radius(const VolumeGrid& grid, const RenderSettings& settings) {
+  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  const auto cells = [](int32_t voxels, double from, double to) {
+    return (voxels - 1) * std::clamp(to - from, 0.01, 1.0);
+  };
+  const Vec3d shown{cells(grid.voxels.x, low.x, high.x), cells(grid.voxels.y, low.y, high.y),
+                    cells(grid.voxels.z, low.z, high.z)};
+  return 0.5 * longest_diagonal(scale_columns(grid.cell_edges(), shown));
+}
+
+void Lighting::bind_colour_map(ColourMap map) {
+  const int index = std::clamp(static_cast<int>(map), 0, kColourMaps - 1);
+  if (!colour_map_) glGenTextures(1, &colour_map_);
+  glActiveTexture(GL_TEXTURE3);
+  glBindTexture(GL_TEXTURE_2D, colour_map_);
+  if (index == loaded_map_) return;
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE,
+               kColourMapTable[index]);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  loaded_map_ = index;
+}
+
+void Lighting::apply(const GlProgram& program, const RenderSettings& settings) {
+  bind_colour_map(settings.colour_map);
+  glUniform1i(program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
+                                              : settings.colour_by == ColourBy::depth    ? 2
+                                                                                         : 1);
+  glUniform1i(program.uniform("u_cap_colour_by"), settings.colour_by == ColourBy::isovalue ? 1
+                                                  : settings.colour_by == ColourBy::depth  ? 2
+                                                                                           : 0);
+  std::array<float, 4 * kMaxIsosurfaces> colours{};
+  const size_t surfaces = std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
+  for (size_t i = 0; i < surfaces; ++i) {
+    const Isosurface& surface = settings.isosurfaces[i];
+    const Vec3f linear = to_linear(surface.colour);
+    const float opacity = surface.opacity >= kOpaque ? 1.0f : surface.opacity;
+    std::copy_n(std::array{linear.x, linear.y, linear.z, opacity}.begin(), 4,
+                colours.begin() + static_cast<std::ptrdiff_t>(4 * i));
+  }
+  glUniform4fv(program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
+
+  const LightTerms terms = light_terms(settings.light, shows_values(settings));
+  set(program, "u_key_direction", terms.key_direction, terms.roughness_4);
+  set(program, "u_key", terms.key);
+  glUniform3fv(program.uniform("u_sky"), 3, &terms.sky[0].x);
+  set(program, "u_rim", terms.rim_direction, terms.rim);
+  set(program, "u_shading", {terms.highlight, terms.least, terms.most});
+}
+
+void Lighting::apply_edges(const GlProgram& program, const RenderSettings& settings,
+                           int image_height) {
+  // Where colours stand for values, edge shading stops at kLeastEdgeShading.
+  const float most = shows_values(settings) ? -std::log2(kLeastEdgeShading) /
+                                                  float(EDGE_SHADING_SLOPE * EDGE_SHADING_MOST)
+                                            : 1.0f;
+  // The radius grows with the image: 1 px up to a height of 700 px.
+  glUniform2f(program.uniform("u_edges"), std::min(settings.eye_dome, most),
+              std::max(1.0f, static_cast<float>(image_height) / 700));
+}
+
+bool Lighting::has_occlusion(const LightSettings& light) {
+  return light.occlusion > 0 || light.shadow > 0;
+}
+
+void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& light,
+                               const StillPicture& picture) {
+  // In close-ups, occluders reach over a fifth of the image's height, so that folds are seen there.
+  constexpr float kMostOfImage = 0.2f;
+  const float radius = limited(light.occlusion_radius, 0.001f, 1) * picture.scene_radius;
+  glUniform4f(program.uniform("u_ambient"), limited(light.occlusion, 0, 1), radius,
+              kMostOfImage * picture.image_height, 0);
+  // Shadows reach as far as the visible part's radius, or half of the image.
+  glUniform4f(program.uniform("u_shadow"), limited(light.shadow, 0, 1),
+              limited(light.shadow_softness, 0.01f, 0.5f), picture.scene_radius,
+              0.5f * picture.image_height);
+  // The same sequence as that of the offsets in the image, with another phase, and points of the
+  // disc by H. Vogel's spiral (1979).
+  const ImageOffset noise = Accumulation::offset(picture.index);
+  constexpr float kGoldenAngle = 2.39996323f;
+  const float index = static_cast<float>(picture.index);
+  const float from_middle = std::sqrt((index + 0.5f) / float(Accumulation::kPictures));
+  glUniform4f(program.uniform("u_sample"), static_cast<float>(noise.right) + 0.5f,
+              static_cast<float>(noise.up) + 0.5f, from_middle * std::cos(kGoldenAngle * index),
+              from_middle * std::sin(kGoldenAngle * index));
+}
+
+void Lighting::release() {
+  if (colour_map_) glDeleteTextures(1, &colour_map_);
+  abandon();
+}
+
+void Lighting::abandon() {
+  colour_map_ = 0;
+  loaded_map_ = -1;
+}
+
+}  // namespace isosplat::render

@@ -1,0 +1,75 @@
+#include "shared/render/passes/smooth_normals.h"
+
+namespace isosplat::render {
+namespace {
+
+void bind_texture(GLenum unit, GLenum target, GLuint texture) {
+  glActiveTexture(GL_TEXTURE0 + unit);
+  glBindTexture(target, texture);
+}
+
+void draw_image_triangle(const DrawContext& context) {
+  glBindVertexArray(context.empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  ++context.statistics.draw_calls;
+}
+
+}  // namespace
+
+Result<void> SmoothNormals::prepare(int width, int height, bool float_blend) {
+  float_blend_ = float_blend;
+  if (auto ok = places_.prepare(width, height); !ok) return ok;
+  return sums().prepare(width, height);
+}
+
+Result<void> SmoothNormals::begin(const DrawContext& context, int layer) {
+  const auto program = context.programs.image(ImagePass::places);
+  if (!program) return tl::unexpected(program.error());
+  const SurfaceTargets& targets = context.targets;
+  glBindFramebuffer(GL_FRAMEBUFFER, places_.framebuffer());
+  glViewport(0, 0, places_.width(), places_.height());
+  glUseProgram((*program)->name());
+  glUniform1i((*program)->uniform("u_layer"), layer);
+  bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
+  bind_texture(0, GL_TEXTURE_2D_ARRAY, targets.surfaces());
+  draw_image_triangle(context);
+  // Textures that are drawn into may not be bound.
+  bind_texture(1, GL_TEXTURE_2D_ARRAY, 0);
+  bind_texture(0, GL_TEXTURE_2D_ARRAY, 0);
+
+  glBindFramebuffer(GL_FRAMEBUFFER, sums().framebuffer());
+  glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, targets.depths(), 0, layer);
+  const float zero[4] = {0, 0, 0, 0};
+  glClearBufferfv(GL_COLOR, 0, zero);
+  return {};
+}
+
+Result<void> SmoothNormals::finish(const DrawContext& context, int layer) {
+  // The depths may be deleted before the sums.
+  glBindFramebuffer(GL_FRAMEBUFFER, sums().framebuffer());
+  glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, 0, 0, 0);
+  const auto program = context.programs.image(ImagePass::smooth_normals);
+  if (!program) return tl::unexpected(program.error());
+  const SurfaceTargets& targets = context.targets;
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.layer_framebuffer(layer));
+  glViewport(0, 0, targets.width(), targets.height());
+  glUseProgram((*program)->name());
+  bind_texture(1, GL_TEXTURE_2D, sums().texture());
+  bind_texture(0, GL_TEXTURE_2D, places());
+  glDisable(GL_DEPTH_TEST);
+  glColorMask(GL_TRUE, GL_TRUE, GL_FALSE, GL_FALSE);  // the two components of the normal
+  draw_image_triangle(context);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glEnable(GL_DEPTH_TEST);
+  bind_texture(1, GL_TEXTURE_2D, 0);
+  bind_texture(0, GL_TEXTURE_2D, 0);
+  return {};
+}
+
+void SmoothNormals::abandon() {
+  places_.abandon();
+  sums_32_.abandon();
+  sums_16_.abandon();
+}
+
+}  // namespace isosplat::render

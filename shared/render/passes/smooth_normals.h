@@ -1,0 +1,45 @@
+#pragma once
+
+#include "shared/render/gl/image_target.h"
+#include "shared/render/passes/draw_context.h"
+
+namespace isosplat::render {
+
+/// Which cells have smooth normals, by the side in px of the finest cells at their place: up to
+/// `from_px` none, from `full_px` on all; between, normals are mixed.
+struct SmoothSizes {
+  float from_px, full_px;
+};
+/// Smaller cells cost more and show less: draw() smooths cells of some pixels. In a still picture,
+/// stripes are visible down to the size of a pixel.
+inline constexpr SmoothSizes kDrawnSmooth{3, 4}, kStillSmooth{0.5f, 1};
+
+/// The images of the smooth normals of one layer: where each pixel's surface is, and the sums of
+/// the gradients around it, which SplatPasses::smooth_normals() draws (README.md, decision 22).
+class SmoothNormals {
+ public:
+  /// Allocates the images. float_blend: 32-bit sums, else 16-bit. Errors: gl_error.
+  Result<void> prepare(int width, int height, bool float_blend);
+
+  /// Computes the places of a layer's surface pixels, clears the sums, and binds the framebuffer of
+  /// the sums, which has the layer's depths. Errors: gl_error.
+  Result<void> begin(const DrawContext& context, int layer);
+
+  /// Replaces the normals of the layer's surface pixels by those of the sums. Errors: gl_error.
+  Result<void> finish(const DrawContext& context, int layer);
+
+  GLuint places() const { return places_.texture(); }  ///< RGBA32UI: shaders/places.frag.glsl
+  uint64_t bytes() const { return places_.bytes() + sums_32_.bytes() + sums_16_.bytes(); }
+
+  void abandon();
+
+ private:
+  ImageTarget& sums() { return float_blend_ ? sums_32_ : sums_16_; }
+
+  ImageTarget places_{GL_RGBA32UI, "for the places of surfaces"};
+  ImageTarget sums_32_{GL_RGBA32F, "for smooth normals"};
+  ImageTarget sums_16_{GL_RGBA16F, "for smooth normals"};
+  bool float_blend_ = false;
+};
+
+}  // namespace isosplat::render

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "shared/render/pick/ray_hits.h"
+
+namespace isosplat::render {
+
+/// The cap (RenderSettings::clip_caps) on which the ray enters the clipped volume. Which isovalues
+/// are reached there follows from the nearest hit behind it, as in shaders/caps.frag.glsl. `hits`:
+/// all of the ray, in any order. Returns nothing if there is no cap.
+std::optional<SurfacePick> pick_cap(const VolumeGrid& grid, const RenderSettings& settings,
+                                    const PickRay& ray, std::span<const PickHit> hits);
+
+}  // namespace isosplat::render

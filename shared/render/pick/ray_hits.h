@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "shared/grid/grid.h"
+#include "shared/render/pick/surface_pick.h"
+#include "shared/render/settings/camera.h"
+#include "shared/render/settings/render_settings.h"
+#include "shared/sampling/packed_sample.h"
+
+namespace isosplat::render {
+
+/// The ray of a place in the image, in voxels of level 0: origin + t · direction. t is the distance
+/// along the view, in world units, from the eye's plane.
+struct PickRay {
+  Vec3d origin, direction;
+  double begin = 0, end = 0;  ///< the part in front of the near plane, inside of the clipping
+  /// If a clip plane cuts at `begin`: its normal in the world, towards the part that is kept.
+  std::optional<Vec3d> cut = {};
+};
+
+/// The ray through a place of an image, which is `x`, `y` px to the right of and below its upper
+/// left corner, as events of a pointer have it. Returns nothing if everything on it is clipped.
+std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& settings,
+                                const Camera& camera, double x, double y, int width, int height);
+
+/// Whether the ray meets the box [low, high] (voxels of level 0) in its part.
+bool meets_box(const PickRay& ray, Vec3d low, Vec3d high);
+
+/// Whether low ≤ voxel ≤ high along each axis, up to rounding: a place on a face counts on both
+/// sides.
+bool is_in_box(Vec3d low, Vec3d voxel, Vec3d high);
+
+/// Whether a place (voxels of level 0) is in the volume, up to rounding.
+bool is_in_volume(const VolumeGrid& grid, Vec3d voxel);
+
+/// An intersection of the ray with the isosurface of a cell.
+struct PickHit {
+  double distance = 0;  ///< t of the ray
+  Vec3d voxel;          ///< place in voxels of level 0
+  Vec3d gradient;       ///< of the cell's trilinear function, quantized values per voxel of level 0
+  uint32_t isosurface = 0;
+  uint32_t level = 0;
+  bool crosses = true;  ///< false for a box of a thin structure: the ray crosses no surface
+};
+
+/// Adds the intersections with the cells of these samples, in no order. Coarse cells have the
+/// surface that is drawn of them (thin_structure.h). Samples may be of any bytes.
+/// `quantized_isovalues`: of each isosurface; NaN for those that are not shown.
+void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedSample> samples,
+              std::span<const float> quantized_isovalues, std::vector<PickHit>& hits);
+
+/// The nearest of the hits, and its distance to the next surface behind it. Intersections in cells
+/// that touch count once. Returns nothing if there are no hits.
+std::optional<SurfacePick> nearest_pick(const VolumeGrid& grid, const ValueMapping& mapping,
+                                        const PickRay& ray, std::vector<PickHit> hits);
+
+}  // namespace isosplat::render

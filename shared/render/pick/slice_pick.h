@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+
+#include "shared/render/pick/ray_hits.h"
+#include "shared/render/samples/chunk_store.h"
+
+namespace isosplat::render {
+
+/// The nearest place on the ray, before the distance `before`, at which a slice shows a value: that
+/// of the finest resident cell there, visible or not. Where it shows none, one sees what is behind
+/// it. Reads samples back from the GPU.
+std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping& mapping,
+                                      const RenderSettings& settings, const ChunkStore& chunks,
+                                      const PickRay& ray, double before);
+
+}  // namespace isosplat::render

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shared/base/vec3.h"
+#include "shared/render/settings/light.h"
+#include "shared/render/settings/plane.h"
+#include "shared/sampling/projection.h"
+
+namespace isosplat::render {
+
+/// What a projected sample is drawn as.
+enum class SplatKind : uint8_t {
+  quad,     ///< squares of one depth (QSplat), cut to a strip where seen edge-on; the fastest
+  ellipse,  ///< pieces of the tangent plane, moved to the cell's surface at each pixel
+  exact,    ///< intersection of the pixel's ray with the cell's trilinear surface
+};
+
+/// The normals of exact splats and ellipses.
+enum class Shading : uint8_t {
+  /// Continuous across cells, chunks and levels: gradients of the cells around each lattice point
+  /// are averaged, and interpolated. Needs float targets. Cells below 3 px have exact ones, and in
+  /// still pictures (refine) those below half a pixel.
+  smooth,
+  exact,  ///< the gradient of the cell's trilinear function, which jumps from cell to cell
+};
+
+/// The quantity that a pixel's colour shows.
+enum class ColourBy : uint8_t {
+  isosurface,        ///< Isosurface::colour
+  isovalue,          ///< the isovalue, in values, within [colour_low, colour_high]
+  gradient,          ///< |∇f| in values per world unit, within [colour_low, colour_high]
+  depth,             ///< distance from the eye along the view, from near plane to far plane
+  level,             ///< level of detail, 0 to 7
+  projection_error,  ///< distance of the projected sample from the isosurface, 0 to ½ cell
+};
+
+enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
+inline constexpr int kColourMaps = 4;
+
+inline constexpr int kMaxIsosurfaces = 8;
+inline constexpr int kMaxClipPlanes = 6;
+inline constexpr int kMaxSlices = 4;
+
+struct Isosurface {
+  double isovalue = 0;              ///< in the volume's values
+  Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB, 0 … 1
+  float opacity = 1;                ///< 0 … 1
+
+  friend bool operator==(const Isosurface&, const Isosurface&) = default;
+};
+
+/// All settings of the picture except for the camera. Plain data that can be compared and copied.
+struct RenderSettings {
+  std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces; more are ignored
+  SplatKind kind = SplatKind::ellipse;
+  Shading shading = Shading::smooth;
+  ColourBy colour_by = ColourBy::isosurface;
+  ColourMap colour_map = ColourMap::viridis;
+  double colour_low = 0, colour_high = 1;
+  std::array<float, 4> background{1, 1, 1, 1};  ///< sRGB, not premultiplied
+  LightSettings light;
+  float eye_dome = 0.15f;  ///< strength of edge shading (eye-dome lighting), 0: none … 1
+  float splat_scale = 1;   ///< multiplies the footprint; 1 closes all holes
+  bool projected = true;   ///< false: draws samples at their cells' centres (paper, figure 4)
+  Displaced displaced = Displaced::clamp;
+  /// Each keeps the half-space dot(normal, position) ≥ offset. At most kMaxClipPlanes; more are
+  /// ignored.
+  std::vector<Plane> clip_planes;
+  Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};  ///< fractions of the volume's extent
+  /// Closes the faces at which the clipping cuts the solid: the part of the volume whose values are
+  /// at least the isovalue. The border of the volume stays open. Not for `projected` = false.
+  bool clip_caps = false;
+  /// Planes in which the volume's values are shown. At most kMaxSlices; more are ignored, as are
+  /// planes without a unit_plane(). They show the values of all resident cells, whether
+  /// these are visible or not, of the finest level that is resident at each place; elsewhere lines,
+  /// between which one sees what is behind. Where colours show isovalues, slices have the same
+  /// colours; else they are grey, from black at slice_low to white at slice_high. They are not lit.
+  std::vector<Plane> slices;
+  double slice_low = 0, slice_high = 1;
+
+  friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
+};
+
+}  // namespace isosplat::render
