@@ -1,5 +1,5 @@
 import { fileURLToPath } from "node:url";
-import { build, type Plugin, type Rollup } from "vite";
+import { build, type Rollup } from "vite";
 
 const web = fileURLToPath(new URL("../web", import.meta.url));
 
@@ -7,12 +7,6 @@ const web = fileURLToPath(new URL("../web", import.meta.url));
 const policy =
   "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob: data:; " +
   "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:";
-
-/** A single page opens no other files. */
-const withoutDeviceFiles: Plugin = {
-  name: "isosplat-without-device-files",
-  load: (id) => (id.endsWith("/device_files.ts") ? "export class DeviceFiles {}" : null),
-};
 
 /**
  * The HTML of a page that needs no other file, without its store. Workers and WebAssembly are in it as
@@ -24,7 +18,6 @@ export async function singlePage(): Promise<string> {
     root: web,
     base: "./",
     logLevel: "error",
-    plugins: [withoutDeviceFiles],
     build: {
       write: false,
       target: "es2022",

@@ -1,6 +1,6 @@
 import type { KeptStore } from "../device/index.ts";
 import { BlobSource } from "../stream/index.ts";
-import type { Target } from "./volume_page.ts";
+import type { Target } from "./target.ts";
 
 /** What the address of a store on this device begins with, in `src=`; its content id follows. */
 export const deviceAddress = "device:";

@@ -34,7 +34,7 @@ try {
       page.firstContent,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
-    await loadAll([page.loadOverlay(), import("./components.ts"), page.loadDeviceFiles()]);
+    await loadAll([page.loadOverlay(), import("./components.ts"), loadDeviceFiles(page)]);
   }
 } catch (error) {
   showLoadError();
@@ -47,6 +47,12 @@ for (const type of ["dragover", "drop"]) {
     // Text may be dropped into fields.
     if ((event as DragEvent).dataTransfer?.types.includes("Files")) event.preventDefault();
   });
+}
+
+/** Opening files of this device is loaded after the first surface as well. */
+async function loadDeviceFiles(page: VolumePage): Promise<void> {
+  const { DeviceFiles } = await import("./device_files.ts");
+  new DeviceFiles(page.root, page);
 }
 
 /** Each part works without the others: the picture and the keyboard without any of them. */

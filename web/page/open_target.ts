@@ -1,6 +1,6 @@
 import { FileSource } from "../stream/index.ts";
 import { volumeSource } from "./site.ts";
-import type { Target } from "./volume_page.ts";
+import type { Target } from "./target.ts";
 
 /** How the addresses of volumes end, which are not stores: see start.ts. */
 const volumeEnding =

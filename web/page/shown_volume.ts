@@ -1,9 +1,10 @@
 import { type KeptStore, keptBlob } from "../device/index.ts";
 import { deviceAddress, deviceTarget } from "./device_target.ts";
 import { SaveButton } from "./save_button.ts";
+import type { Target } from "./target.ts";
 import { readUrl } from "./url_state.ts";
 import { prepareView } from "./view.ts";
-import { type Target, VolumePage } from "./volume_page.ts";
+import { VolumePage } from "./volume_page.ts";
 
 /**
  * The volume that the page shows, among stores of this device.

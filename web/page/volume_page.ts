@@ -1,14 +1,7 @@
 import { render } from "lit";
 import type { ClipHandles } from "../overlay/clip_handles.ts";
 import type { Overlay } from "../overlay/overlay.ts";
-import {
-  faults,
-  type Progress,
-  type Source,
-  type StoreInfo,
-  StreamError,
-  slowWait,
-} from "../stream/index.ts";
+import { faults, type Progress, type StoreInfo, StreamError, slowWait } from "../stream/index.ts";
 import { listed } from "../texts/numbers.ts";
 import { pageTexts } from "../texts/page.ts";
 import {
@@ -29,6 +22,7 @@ import { AddressBar, type AddressState, addressOf } from "./page_address.ts";
 import { handlePageKey, historyStep } from "./page_keys.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "./problems.ts";
 import { StatusLine } from "./status_line.ts";
+import type { Target } from "./target.ts";
 import { onTheme, toggleTheme } from "./theme.ts";
 import { keepThumbnailWhenIdle } from "./thumbnails.ts";
 import { Toast } from "./toast.ts";
@@ -43,20 +37,12 @@ import {
 } from "./volume_layout.ts";
 import { fetchVolumes } from "./volumes_api.ts";
 
-export interface Target {
-  /** The volume's name or the store's address. */
-  name: string;
-  source: () => Source;
-  /** Of a provisional store (shown_volume.ts): what it is, in words for the visitor. */
-  provisional?: string;
-}
-
 /**
  * The page of one volume: opens it, shows its progress and lays out the page. Owns the viewer and
  * the address.
  */
 export class VolumePage {
-  readonly #root: HTMLElement;
+  readonly root: HTMLElement;
   #target: Target;
   readonly #view = takeView(() => this.#reset());
   readonly #canvas = this.#view.canvas;
@@ -133,7 +119,7 @@ export class VolumePage {
   #resolveFirstContent = () => {};
 
   constructor(root: HTMLElement, target: Target) {
-    this.#root = root;
+    this.root = root;
     this.#target = target;
     this.#listen();
     this.firstContent = new Promise((resolve) => {
@@ -414,7 +400,7 @@ export class VolumePage {
       this.#settings.actions.removeSurface(index);
       this.#renderNow();
       // The focused button was removed, or now belongs to another surface.
-      const rows = this.#root.querySelectorAll<HTMLElement>(".surface-value");
+      const rows = this.root.querySelectorAll<HTMLElement>(".surface-value");
       rows[Math.min(index, rows.length - 1)]?.focus();
     },
   };
@@ -542,12 +528,6 @@ export class VolumePage {
     return this.#loadingMeasure;
   }
 
-  /** What opens files of this device is loaded after the first surface as well. */
-  async loadDeviceFiles(): Promise<void> {
-    const { DeviceFiles } = await import("./device_files.ts");
-    new DeviceFiles(this.#root, this);
-  }
-
   /** The volume, once it is open. */
   get info(): StoreInfo | null {
     return this.#info;
@@ -573,7 +553,7 @@ export class VolumePage {
     this.#isSheetOpen = isOpen;
     this.#renderNow();
     // The focused element may now be hidden.
-    if (!isOpen) this.#root.querySelector<HTMLElement>(".sheet-handle")?.focus();
+    if (!isOpen) this.root.querySelector<HTMLElement>(".sheet-handle")?.focus();
   }
 
   #togglePanel(): void {
@@ -707,7 +687,7 @@ export class VolumePage {
     };
     this.#overlay?.show(settings.show);
     this.#clipHandles?.request();
-    render(volumeLayout(layout, this.#actions), this.#root);
+    render(volumeLayout(layout, this.#actions), this.root);
     if (info) {
       const { scale, isLogarithmic } = settings;
       const { suggestions, marks } = this.#settings;
