@@ -58,7 +58,7 @@ test("a segment of a segmentation", async ({ page }) => {
   for (const name of ["Segment 1 · part 1", "Segment 2 · part 2"]) {
     await choose(page, "parts.dcm", segmentation);
     await expect(dialog(page)).toHaveAttribute("label", "Which segment?");
-    await expect(dialog(page).locator(".device-form wa-button")).toHaveCount(2);
+    await expect(dialog(page).locator(".dialog-form wa-button")).toHaveCount(2);
     await page.getByRole("button", { name }).click();
     await complete(page);
     await expect(page.locator(".volume-name")).toHaveText("parts");

@@ -1,3 +1,4 @@
+import "./dialog_form.css";
 import { html, render, type TemplateResult } from "lit";
 import {
   isBuildable,
@@ -122,7 +123,7 @@ function buttons<T>(
   end: (chosen: T) => void,
   problem: string,
 ): TemplateResult {
-  return html`<div class="device-form">
+  return html`<div class="dialog-form">
     ${problem && html`<p>${problem}</p>`}
     ${offered.map(
       (each) =>
@@ -144,7 +145,7 @@ function list<T>(
     const form = event.currentTarget as HTMLFormElement;
     end(offered[form.querySelector("select")?.selectedIndex ?? 0]);
   };
-  return html`<form class="device-form" @submit=${submit}>
+  return html`<form class="dialog-form" @submit=${submit}>
     <select aria-label=${label} autofocus>
       ${offered.map((each) => html`<option>${text(each)}</option>`)}
     </select>

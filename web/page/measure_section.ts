@@ -199,6 +199,7 @@ function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): Temp
         </button>
         ${more ? html`<span class="measurement-facts quiet">${more}</span>` : nothing}
         <input
+          class="small-input"
           type="text"
           aria-label=${measureTexts.textOf(name)}
           placeholder=${measureTexts.text}

@@ -1,3 +1,4 @@
+import "./dialog_form.css";
 import { html, render } from "lit";
 import type { VoxelType } from "../builder/types.ts";
 import {
@@ -52,7 +53,7 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
           }}
         >
           <form
-            class="device-form"
+            class="dialog-form"
             @submit=${(event: Event) => {
               event.preventDefault();
               if (!problem) end(layout);

@@ -70,6 +70,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
                 showVoxel(Number((event.currentTarget as ValueElement).value))}
             ></wa-slider>
             <input
+              class="small-input"
               type="text"
               inputmode="decimal"
               autocomplete="off"
@@ -128,6 +129,7 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
     return html`<label
       >${label}
       <input
+        class="small-input"
         type="text"
         inputmode="decimal"
         autocomplete="off"

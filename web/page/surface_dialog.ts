@@ -1,4 +1,4 @@
-import "./device.css";
+import "./dialog_form.css";
 import "./components.ts";
 import { html, nothing, render } from "lit";
 import {
@@ -154,7 +154,7 @@ class SurfaceDialog {
         @wa-after-hide=${(event: Event) => this.#closed(event)}
       >
         <form
-          class="device-form"
+          class="dialog-form"
           @submit=${(event: Event) => {
             event.preventDefault();
             if (isReady) void this.#make();
