@@ -185,7 +185,7 @@ export default defineConfig({
             // All that index.html loads at once, with what it imports.
             {
               name: "page",
-              test: /\/web\/page\/(volume_page|open_target)\.ts|\/web\/texts\/language\.ts/,
+              test: /\/web\/page\/(volume\/volume_page|address\/open_target)\.ts|\/web\/texts\/language\.ts/,
             },
           ],
         },

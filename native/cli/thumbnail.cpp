@@ -28,7 +28,7 @@ constexpr int kScale = 2;
 constexpr int32_t kEnoughCells = 640;
 constexpr uint64_t kEnoughSamples = uint64_t{2} << 20;
 
-/// As in the page (web/viewer/surfaces.ts, web/page/previews.ts).
+/// As in the page (web/viewer/surfaces.ts, web/page/catalog/previews.ts).
 constexpr Vec3f kBone{0xd9 / 255.0f, 0xcc / 255.0f, 0xb3 / 255.0f};
 
 /// The surface fills this share of the picture's width or height.

@@ -1,11 +1,11 @@
 // The isovalue that moves by itself, and what ends it; the first isovalue of another store.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { DisplaySettings } from "../../web/page/display_settings.ts";
+import { DisplaySettings } from "../../web/page/panel/display_settings.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 import type { Viewer } from "../../web/viewer/index.ts";
 
 // It reads the colour scheme of the browser.
-vi.mock("../../web/page/theme.ts", () => ({ theme: () => "light", themeBackground: {} }));
+vi.mock("../../web/page/shell/theme.ts", () => ({ theme: () => "light", themeBackground: {} }));
 
 const viewer = {
   setLook() {},

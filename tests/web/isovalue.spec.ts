@@ -1,9 +1,9 @@
 // What the page says of isovalues, and how it moves them by itself.
 import { describe, expect, it, vi } from "vitest";
 import { activeCellsAt } from "../../web/core/active_cells.ts";
-import { costText } from "../../web/page/isovalue_cost.ts";
-import { isovalueScale, roundToScale, sliderEnds } from "../../web/page/isovalue_scale.ts";
-import { backAndForth, IsovalueSweep } from "../../web/page/isovalue_sweep.ts";
+import { costText } from "../../web/page/panel/isovalue_cost.ts";
+import { isovalueScale, roundToScale, sliderEnds } from "../../web/page/panel/isovalue_scale.ts";
+import { backAndForth, IsovalueSweep } from "../../web/page/panel/isovalue_sweep.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 import { fakeClock } from "./fake_clock.ts";
 

@@ -1,7 +1,7 @@
 // When the address bar is brought up to date.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { defaultParts } from "../../web/overlay/parts.ts";
-import { AddressBar, type AddressState, addressOf } from "../../web/page/page_address.ts";
+import { AddressBar, type AddressState, addressOf } from "../../web/page/address/page_address.ts";
 import { defaultLook } from "../../web/viewer/types.ts";
 
 const replaceState = vi.fn();

@@ -1,14 +1,14 @@
 import { describe, expect, it } from "vitest";
+import { isovalueScale, roundStep, roundToScale } from "../../web/page/panel/isovalue_scale.ts";
+import { withAddedSurface } from "../../web/page/panel/surfaces.ts";
 import {
   formatAxes,
   formatBytes,
   formatCount,
   formatValue,
   parseValue,
-} from "../../web/page/format.ts";
-import { isovalueScale, roundStep, roundToScale } from "../../web/page/isovalue_scale.ts";
-import { levelText, stateText } from "../../web/page/status_text.ts";
-import { withAddedSurface } from "../../web/page/surfaces.ts";
+} from "../../web/page/shell/format.ts";
+import { levelText, stateText } from "../../web/page/volume/status_text.ts";
 import type { Progress } from "../../web/stream/types.ts";
 import { surfacesAt } from "../../web/viewer/surfaces.ts";
 import { completeText } from "../support/complete_text.ts";

@@ -2,7 +2,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterEach, describe, expect, it, vi } from "vitest";
-import { formatBytes, formatValue, parseValue } from "../../web/page/format.ts";
+import { formatBytes, formatValue, parseValue } from "../../web/page/shell/format.ts";
 import { translation } from "../../web/texts/de.ts";
 import { element } from "../../web/texts/element.de.ts";
 import { firstKnown } from "../../web/texts/languages.ts";

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { readSession, writeSession } from "../../web/measure/session_file.ts";
-import { readUrl, type UrlState, writeUrl } from "../../web/page/url_state.ts";
+import { readUrl, type UrlState, writeUrl } from "../../web/page/address/url_state.ts";
 import { defaultLight } from "../../web/viewer/light.ts";
 
 const everything: UrlState = {

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { ViewHistory } from "../../web/page/view_history.ts";
+import { ViewHistory } from "../../web/page/address/view_history.ts";
 
 it("goes back and forth through the views at rest", () => {
   const history = new ViewHistory<number>();

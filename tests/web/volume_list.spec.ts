@@ -4,7 +4,11 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { type ListQuery, selectVolumes, type VolumeList } from "../../web/page/volumes_api.ts";
+import {
+  type ListQuery,
+  selectVolumes,
+  type VolumeList,
+} from "../../web/page/shell/volumes_api.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));

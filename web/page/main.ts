@@ -2,10 +2,10 @@ import "./style.css";
 import { startLanguage } from "../texts/language.ts";
 import { pageTexts } from "../texts/page.ts";
 import { compiledRenderer } from "../viewer/index.ts";
-import { openTarget } from "./open_target.ts";
-import { startTheme } from "./theme.ts";
-import { readUrl } from "./url_state.ts";
-import { VolumePage } from "./volume_page.ts";
+import { openTarget } from "./address/open_target.ts";
+import { readUrl } from "./address/url_state.ts";
+import { startTheme } from "./shell/theme.ts";
+import { VolumePage } from "./volume/volume_page.ts";
 
 /** After this time (ms) the controls load even if there is no picture yet. */
 const latestControls = 2000;
@@ -34,7 +34,7 @@ try {
       page.firstContent,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
-    await loadAll([page.loadOverlay(), import("./components.ts"), loadDeviceFiles(page)]);
+    await loadAll([page.loadOverlay(), import("./shell/components.ts"), loadDeviceFiles(page)]);
   }
 } catch (error) {
   showLoadError();
@@ -51,7 +51,7 @@ for (const type of ["dragover", "drop"]) {
 
 /** Opening files of this device is loaded after the first surface as well. */
 async function loadDeviceFiles(page: VolumePage): Promise<void> {
-  const { DeviceFiles } = await import("./device_files.ts");
+  const { DeviceFiles } = await import("./device/device_files.ts");
   new DeviceFiles(page.root, page);
 }
 

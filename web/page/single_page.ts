@@ -1,11 +1,11 @@
 // The program of a single page: viewer, WebAssembly and store in one HTML file, opened from file://.
 // The build makes single.html of it; web/device/save_single_page.ts adds the store.
 import "./style.css";
-import "./components.ts";
+import "./shell/components.ts";
 import { BlobSource } from "../stream/index.ts";
 import { startLanguage } from "../texts/language.ts";
-import { startTheme } from "./theme.ts";
-import { VolumePage } from "./volume_page.ts";
+import { startTheme } from "./shell/theme.ts";
+import { VolumePage } from "./volume/volume_page.ts";
 
 const root = document.querySelector<HTMLElement>("#page");
 if (!root) throw new Error("the page has no #page");

@@ -1,17 +1,17 @@
 import { StreamError } from "../stream/index.ts";
 import { startTexts } from "../texts/start.ts";
-import { Catalog } from "./catalog.ts";
-import { DeviceFiles } from "./device_files.ts";
-import { deviceAddress } from "./device_target.ts";
-import { addressIn } from "./open_target.ts";
-import { VolumePage } from "./volume_page.ts";
+import { addressIn } from "./address/open_target.ts";
+import { Catalog } from "./catalog/catalog.ts";
+import { DeviceFiles } from "./device/device_files.ts";
+import { deviceAddress } from "./device/device_target.ts";
+import { VolumePage } from "./volume/volume_page.ts";
 
 /**
  * Shows what is not a store of a server or of another host: the start page, a store on this device
  * (`src=device:CONTENT-ID`), or a volume at an address.
  */
 export async function start(root: HTMLElement, src: string | undefined): Promise<void> {
-  const components = import("./components.ts");
+  const components = import("./shell/components.ts");
   const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
   const address = src !== undefined && id === undefined ? addressIn(src) : undefined;
   if (address) {

@@ -1,0 +1,45 @@
+import { FileSource } from "../../stream/index.ts";
+import { volumeSource } from "../shell/site.ts";
+import type { Target } from "./target.ts";
+
+/** How the addresses of volumes end, which are not stores: see start.ts. */
+const volumeEnding =
+  /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
+
+/**
+ * What the page's address refers to: a volume of its server or site, or a store on any host. Undefined
+ * for everything else: see start.ts.
+ */
+export function openTarget(
+  volume: string | undefined,
+  src: string | undefined,
+): Target | undefined {
+  if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
+  const address = src === undefined ? undefined : addressIn(src);
+  if (!address || isOfVolume(address)) return undefined;
+  return { name: fileName(address), source: () => new FileSource(address.href) };
+}
+
+/** Whether what is at an address is a volume, by its ending; if not, it is a store. */
+function isOfVolume({ pathname }: URL): boolean {
+  return volumeEnding.test(pathname);
+}
+
+/** Undefined if the text is not an address from which something can be fetched. */
+export function addressIn(text: string): URL | undefined {
+  try {
+    const address = new URL(text, location.href);
+    return /^https?:$/.test(address.protocol) ? address : undefined;
+  } catch {
+    return undefined;
+  }
+}
+
+function fileName(address: URL): string {
+  const name = address.pathname.slice(address.pathname.lastIndexOf("/") + 1);
+  try {
+    return decodeURIComponent(name) || address.href;
+  } catch {
+    return name; // a % that is not a valid escape
+  }
+}

@@ -1,0 +1,132 @@
+import { defaultParts, type OverlayPart, overlayParts } from "../../overlay/parts.ts";
+import { isDefaultClip } from "../../viewer/clipping.ts";
+import { isDefaultSlices } from "../../viewer/slices.ts";
+import { surfaceColours } from "../../viewer/surfaces.ts";
+import {
+  type Camera,
+  type Clip,
+  defaultLook,
+  type Look,
+  type Slices,
+  type Surface,
+} from "../../viewer/types.ts";
+import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
+
+/**
+ * The address is written after this time without changes (ms). Writing it takes browser time that
+ * gestures need, and browsers limit it to about 100 calls in 30 s.
+ */
+const restMs = 300;
+
+export interface AddressState {
+  volume: string | undefined;
+  src: string | undefined;
+  surfaces: readonly Surface[];
+  look: Look;
+  isThemeBackground: boolean;
+  clip: Clip;
+  slices: Slices;
+  show: ReadonlySet<OverlayPart>;
+  camera: Camera | undefined;
+  /** The camera is what the page shows without one in the address: it depends on the window. */
+  isDefaultCamera: boolean;
+  measures: readonly string[];
+}
+
+/** The address of a camera view: only the settings that differ from the page's defaults. */
+export function addressOf(view: AddressState): UrlState {
+  const { surfaces, look, clip } = view;
+  const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
+  if (view.volume) state.volume = view.volume;
+  else if (view.src) state.src = view.src;
+  if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
+    state.colours = surfaces.map((surface) => surface.colour);
+  }
+  if (surfaces.some((surface) => surface.opacity !== 1)) {
+    state.opacities = surfaces.map((surface) => surface.opacity);
+  }
+  if (view.camera) {
+    const { projection, ...camera } = view.camera;
+    if (!view.isDefaultCamera) state.camera = camera;
+    if (projection === "orthographic") state.projection = projection;
+  }
+  if (look.kind !== defaultLook.kind) state.kind = look.kind;
+  if (look.shading !== defaultLook.shading) state.shading = look.shading;
+  if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;
+  if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
+  if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
+  if (look.light !== defaultLook.light) state.light = look.light;
+  if (!view.isThemeBackground) state.background = look.background;
+  if (!isDefaultClip(clip)) state.clip = clip;
+  if (!isDefaultSlices(view.slices)) state.slices = view.slices;
+  const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
+  if (!isDefault) state.show = view.show;
+  if (view.measures.length > 0) state.measures = view.measures;
+  return state;
+}
+
+/** Updates the address bar when the view rests, without a new history entry for each change. */
+export class AddressBar {
+  readonly #view: () => AddressState | null;
+  readonly #pendingChanged: () => void;
+  readonly #rested: (settings: string, view: AddressState, hasMeasures: boolean) => void;
+  #timer = 0;
+  #changedAt = 0;
+
+  /**
+   * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`: called
+   * with a view that the address has, its settings without measurements, and whether the address has
+   * all measurements: more than fit are left out.
+   */
+  constructor(
+    view: () => AddressState | null,
+    pendingChanged: () => void,
+    rested: (settings: string, view: AddressState, hasMeasures: boolean) => void,
+  ) {
+    this.#rested = rested;
+    this.#view = view;
+    this.#pendingChanged = pendingChanged;
+  }
+
+  /** The address bar does not show the current view yet. */
+  get isPending(): boolean {
+    return this.#timer !== 0;
+  }
+
+  get view(): AddressState | null {
+    return this.#view();
+  }
+
+  changed(): void {
+    this.#changedAt = performance.now();
+    if (this.isPending) return;
+    this.#writeAfter(restMs);
+    this.#pendingChanged();
+  }
+
+  /** The timer is not restarted for every change, since that is also a browser call. */
+  #writeAfter(milliseconds: number): void {
+    this.#timer = window.setTimeout(() => {
+      const left = this.#changedAt + restMs - performance.now();
+      if (left > 0) this.#writeAfter(left);
+      else this.write();
+    }, milliseconds);
+  }
+
+  write(): void {
+    clearTimeout(this.#timer);
+    this.#timer = 0;
+    const view = this.#view();
+    if (view) {
+      const { measures: _, ...state } = addressOf(view);
+      const { volume: __, src: ___, ...settings } = state;
+      const rest = writeUrl(state);
+      const whole = writeUrl(addressOf(view));
+      const fits = whole.length <= longestQuery;
+      const query = fits ? whole : rest;
+      if (query !== location.search) history.replaceState(null, "", location.pathname + query);
+      this.#rested(writeUrl(settings), view, fits);
+    }
+    this.#pendingChanged();
+  }
+}

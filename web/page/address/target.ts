@@ -1,0 +1,10 @@
+import type { Source } from "../../stream/index.ts";
+
+/** What a volume page shows: a store of a server, of another host, or of this device. */
+export interface Target {
+  /** The volume's name or the store's address. */
+  name: string;
+  source: () => Source;
+  /** Of a provisional store (shown_volume.ts): a description for the visitor. */
+  provisional?: string;
+}

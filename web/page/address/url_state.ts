@@ -1,0 +1,248 @@
+import { type OverlayPart, overlayParts } from "../../overlay/parts.ts";
+import { pageTexts } from "../../texts/page.ts";
+import { isWhole, maxClipPlanes, wholeVolume } from "../../viewer/clipping.ts";
+import { defaultLight, type Light } from "../../viewer/light.ts";
+import {
+  readBox,
+  readCamera,
+  readColour,
+  readColours,
+  readNumbers,
+  readOpacities,
+  readPlane,
+  readProjection,
+  readSlices,
+  writeCamera,
+  writeSlices,
+} from "../../viewer/setting_text.ts";
+import { noSlices } from "../../viewer/slices.ts";
+import {
+  type Camera,
+  type Clip,
+  type Colouring,
+  type ColourMap,
+  colourings,
+  colourMaps,
+  maxSurfaces,
+  type Projection,
+  projections,
+  type Shading,
+  type Slices,
+  type SplatKind,
+  shadings,
+  splatKinds,
+} from "../../viewer/types.ts";
+import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
+
+/** A longer query (letters) is not written: servers refuse addresses of more than about 8 KiB. */
+export const longestQuery = 7000;
+
+/** Of sessionStorage: the session that belongs to the address (open_session.ts). */
+export const keptSessionKey = "isosplat-session";
+
+/** A fainter surface looks invisible; the panel's slider starts here. */
+export const minOpacity = 0.05;
+
+/**
+ * The settings in the address. Missing settings have the page's defaults. Invalid settings are
+ * treated as missing, so that an old or mistyped link still opens the volume; `notes` lists them.
+ *
+ *   volume=engine                  a volume of this server, or
+ *   src=https://…/engine.isosplat  a store on any host with Range
+ *   isovalue=60.5,180              one for each isosurface
+ *   colour=d9ccb3,c65b4e  opacity=1,0.4
+ *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
+ *   projection=orthographic        parallel rays
+ *   kind=exact  shading=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
+ *   light=azimuth,elevation        of the key light, in degrees
+ *   light-strength=key,sky,rim  material=highlight,roughness
+ *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
+ *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
+ *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts
+ *   show=axes,scale,box            what lies above the picture; none: nothing
+ *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
+ *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
+ *   clip-caps=on                   closes the cut faces
+ *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
+ *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
+ *   slice-range=0,255              the values that are black and white in slices
+ */
+export interface UrlState {
+  volume?: string;
+  src?: string;
+  isovalues?: number[];
+  colours?: string[];
+  opacities?: number[];
+  /** Without `projection`, which may be there alone. */
+  camera?: Camera;
+  projection?: Projection;
+  kind?: SplatKind | "automatic";
+  shading?: Shading;
+  colourBy?: Colouring;
+  colourMap?: ColourMap;
+  background?: string;
+  eyeDome?: number;
+  light?: Light;
+  clip?: Clip;
+  slices?: Slices;
+  show?: ReadonlySet<OverlayPart>;
+  /** One for each measurement, not checked: web/measure reads them. */
+  measures?: readonly string[];
+  /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
+  notes?: string[];
+}
+
+function oneOf<T extends string>(text: string | null, values: readonly T[]): T | undefined {
+  return values.find((value) => value === text);
+}
+
+function readClip(query: URLSearchParams): Clip | undefined {
+  const box = readBox(query.get("clip"));
+  const planes = query.getAll("plane").map(readPlane);
+  const known = planes.filter((plane) => plane !== undefined).slice(0, maxClipPlanes);
+  const caps = query.get("clip-caps") === "on";
+  if (!box && known.length === 0 && !caps) return undefined;
+  return { ...wholeVolume, ...box, planes: known, ...(caps && { caps }) };
+}
+
+function readShare(text: string): number | undefined {
+  const n = readNumbers(text);
+  const [share = Number.NaN] = n ?? [];
+  return n?.length === 1 && share >= 0 && share <= 1 ? share : undefined;
+}
+
+function readRange(text: string): [number, number] | undefined {
+  const [low = 0, high = 0, ...more] = readNumbers(text) ?? [];
+  return low < high && more.length === 0 ? [low, high] : undefined;
+}
+
+function readShow(text: string): ReadonlySet<OverlayPart> | undefined {
+  if (text === "none") return new Set();
+  const parts = text.split(",").map((name) => oneOf(name, overlayParts));
+  return parts.every((part) => part !== undefined) ? new Set(parts) : undefined;
+}
+
+export function readUrl(search: string): UrlState {
+  const query = new URLSearchParams(search);
+  const state: UrlState = {};
+  const notes: string[] = [];
+  /** The parameter's value, if it exists and is valid; adds a note if it is invalid. */
+  const read = <T>(name: string, parse: (text: string) => T | undefined, expected: string) => {
+    const text = query.get(name);
+    if (text === null || text === "") return undefined;
+    const value = parse(text);
+    if (value === undefined) notes.push(ignored(name, text, expected));
+    return value;
+  };
+  const volume = query.get("volume");
+  if (volume) state.volume = volume;
+  const src = query.get("src");
+  if (src) state.src = src;
+
+  const isovalues = read("isovalue", readNumbers, pageTexts.isNumbers);
+  if (isovalues) state.isovalues = isovalues.slice(0, maxSurfaces);
+  const colours = read("colour", readColours, pageTexts.isColours);
+  if (colours) state.colours = colours;
+  const opacities = read("opacity", readOpacities, pageTexts.isShares);
+  if (opacities) state.opacities = opacities.map((o) => Math.max(o, minOpacity));
+  if (opacities?.some((o) => o < minOpacity)) {
+    notes.push(pageTexts.invisible(String(100 * minOpacity)));
+  }
+
+  const camera = read("camera", readCamera, "azimuth,elevation,distance,x,y,z");
+  if (camera) state.camera = camera;
+  const expectedProjection = pageTexts.isEither(...projections);
+  const projection = read("projection", readProjection, expectedProjection);
+  if (projection) state.projection = projection;
+  const kinds = ["automatic", ...splatKinds] as const;
+  const kind = read("kind", (text) => oneOf(text, kinds), kinds.join(", "));
+  if (kind) state.kind = kind;
+  const shading = read("shading", (text) => oneOf(text, shadings), shadings.join(", "));
+  if (shading) state.shading = shading;
+  const colourBy = read("colour-by", (text) => oneOf(text, colourings), colourings.join(", "));
+  if (colourBy) state.colourBy = colourBy;
+  const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
+  if (colourMap) state.colourMap = colourMap;
+  const background = read("background", readColour, pageTexts.isColour);
+  if (background) state.background = background;
+  const shade = read("shade", readShare, pageTexts.isShare);
+  if (shade !== undefined) state.eyeDome = shade;
+  for (const name of Object.keys(lightParameters)) {
+    const light = read(name, (text) => readLight(name, text), expectedOfLight(name));
+    if (light) state.light = { ...(state.light ?? defaultLight), ...light };
+  }
+  const show = read("show", readShow, pageTexts.isParts(overlayParts.join(",")));
+  if (show) state.show = show;
+  const measures = query.getAll("measure");
+  if (measures.length > 0) state.measures = measures;
+  read("clip", readBox, pageTexts.isBox);
+  const switches = ["on", "off"] as const;
+  read("clip-caps", (text) => oneOf(text, switches), pageTexts.isEither(...switches));
+  for (const text of query.getAll("plane")) {
+    if (!readPlane(text)) notes.push(ignored("plane", text, "x,y,z,offset"));
+  }
+  const clip = readClip(query);
+  if (clip) state.clip = clip;
+  const along = read("slices", readSlices, "x,y,z (0 … 1)");
+  const plane = read("slice-plane", readPlane, "x,y,z,offset");
+  const range = read("slice-range", readRange, "low,high");
+  if (along || plane || range) {
+    state.slices = {
+      along: along ?? noSlices.along,
+      ...(plane && { plane }),
+      ...(range && { range }),
+    };
+  }
+  if (notes.length > 0) state.notes = notes;
+  return state;
+}
+
+function ignored(name: string, text: string, expected: string): string {
+  const shown = text.length > 40 ? `${text.slice(0, 40)}…` : text;
+  return pageTexts.ignored(`${name}=${shown}`, expected);
+}
+
+/**
+ * The query, with its question mark. Commas are not escaped, everything else is. Numbers have as
+ * many digits as are needed to read the same numbers: the address then gives the same picture,
+ * pixel by pixel, on the page and with `isosplat render`.
+ */
+export function writeUrl(state: UrlState): string {
+  const parts: string[] = [];
+  const add = (name: string, value: string | undefined) => {
+    if (value !== undefined)
+      parts.push(`${name}=${encodeURIComponent(value).replace(/%2C/g, ",")}`);
+  };
+  add("volume", state.volume);
+  add("src", state.src);
+  add("isovalue", state.isovalues?.join(","));
+  add("colour", state.colours?.map((c) => c.slice(1)).join(","));
+  add("opacity", state.opacities?.join(","));
+  if (state.camera) add("camera", writeCamera(state.camera));
+  add("projection", state.projection);
+  add("kind", state.kind);
+  add("shading", state.shading);
+  add("colour-by", state.colourBy);
+  add("map", state.colourMap);
+  add("background", state.background?.slice(1));
+  add("shade", state.eyeDome?.toString());
+  for (const name of Object.keys(lightParameters)) {
+    if (state.light) add(name, writeLight(name, state.light));
+  }
+  if (state.clip) {
+    const { low, high, planes, caps } = state.clip;
+    const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
+    if (!isWhole({ low, high, planes: [] })) add("clip", n.join(","));
+    for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
+    if (caps) add("clip-caps", "on");
+  }
+  if (state.slices) {
+    const { along, plane, range } = state.slices;
+    add("slices", writeSlices(along));
+    if (plane) add("slice-plane", [...plane.normal, plane.offset].join(","));
+    add("slice-range", range?.join(","));
+  }
+  if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
+  for (const line of state.measures ?? []) add("measure", line);
+  return parts.length === 0 ? "" : `?${parts.join("&")}`;
+}

@@ -1,0 +1,180 @@
+import "./capture.css";
+import { html, nothing, render } from "lit";
+import { captureFilm } from "../../capture/film.ts";
+import { type CaptureProgress, capturePng } from "../../capture/picture.ts";
+import { pngSequence } from "../../capture/png_sequence.ts";
+import { canEncode, webmFile } from "../../capture/webm_file.ts";
+import { captureTexts } from "../../texts/capture.ts";
+import type { Viewer } from "../../viewer/index.ts";
+import { formatBytes } from "../shell/format.ts";
+import { captureFields, forecast } from "./capture_form.ts";
+import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";
+
+type Dialog = HTMLElement & { open: boolean };
+
+export interface CaptureHost {
+  viewer: Viewer;
+  /** The surface that the panel's isovalue belongs to. */
+  activeSurface(): number;
+  /** Saves a file whose name begins with that of the volume. */
+  save(ending: string, content: Blob): void;
+}
+
+/** The dialog that saves pictures of any size, and films. */
+export class CaptureDialog {
+  readonly #host: CaptureHost;
+  readonly #holder = document.createElement("div");
+  #settings: CaptureSettings;
+  #running: AbortController | null = null;
+  #progress: CaptureProgress = {};
+  #message = "";
+
+  constructor(host: CaptureHost) {
+    this.#host = host;
+    const [from, to] = host.viewer.info?.range ?? [0, 1];
+    this.#settings = {
+      what: "picture",
+      sizeName: "shown",
+      own: { width: 4096, height: 4096 },
+      transparent: false,
+      seconds: 6,
+      framesPerSecond: 30,
+      format: canEncode() ? "webm" : "png",
+      from,
+      to,
+      cameras: [],
+    };
+  }
+
+  async open(): Promise<void> {
+    await import("../shell/components.ts");
+    document.body.append(this.#holder);
+    this.#message = "";
+    this.#render();
+    (this.#holder.firstElementChild as Dialog).open = true;
+  }
+
+  #change(change: Partial<CaptureSettings>): void {
+    this.#settings = { ...this.#settings, ...change };
+    this.#message = "";
+    this.#render();
+  }
+
+  #addView(): void {
+    const { camera } = this.#host.viewer;
+    if (camera) this.#change({ cameras: [...this.#settings.cameras, camera] });
+  }
+
+  #render(): void {
+    const settings = this.#settings;
+    const { canvas } = this.#host.viewer;
+    const isRunning = this.#running !== null;
+    const problem = problemOf(settings, canvas);
+    const text = isRunning ? this.#progressText : this.#message || forecast(settings, canvas);
+    render(
+      html`<wa-dialog
+        label=${captureTexts.title}
+        @wa-after-hide=${(event: Event) => {
+          if (event.target === this.#holder.firstElementChild) this.#running?.abort();
+        }}
+      >
+        <form
+          class="capture-form"
+          @submit=${(event: Event) => {
+            event.preventDefault();
+            if (!problem && !isRunning) void this.#run();
+          }}
+        >
+          <fieldset ?disabled=${isRunning}>
+            ${captureFields(settings, canvas, {
+              change: (change) => this.#change(change),
+              addView: () => this.#addView(),
+            })}
+          </fieldset>
+          ${isRunning ? this.#progressPart() : nothing}
+          <p role="status" class=${problem ? "" : "quiet"}>${problem ?? text}</p>
+          <div class="capture-actions">
+            ${
+              isRunning
+                ? html`<wa-button size="s" appearance="outlined" @click=${() => this.#running?.abort()}
+                    >${captureTexts.cancel}</wa-button
+                  >`
+                : html`<wa-button
+                    type="submit"
+                    variant="brand"
+                    size="s"
+                    ?disabled=${problem !== undefined}
+                    >${captureTexts.save}</wa-button
+                  >`
+            }
+          </div>
+        </form>
+      </wa-dialog>`,
+      this.#holder,
+    );
+  }
+
+  #progressPart() {
+    const { share } = this.#progress;
+    return share === undefined
+      ? html`<progress aria-label=${captureTexts.saving}></progress>`
+      : html`<progress aria-label=${captureTexts.saving} max="1" .value=${share}></progress>`;
+  }
+
+  get #progressText(): string {
+    const { share, bytesToGo } = this.#progress;
+    if (share !== undefined) return captureTexts.drawing(Math.round(100 * share));
+    return bytesToGo ? captureTexts.fetching(formatBytes(bytesToGo)) : captureTexts.preparing;
+  }
+
+  async #run(): Promise<void> {
+    const running = new AbortController();
+    this.#running = running;
+    this.#progress = {};
+    this.#render();
+    try {
+      const { ending, content } = await this.#capture(running.signal);
+      this.#host.save(ending, content);
+      this.#message = `${captureTexts.saved(formatBytes(content.size))} ${shortcoming(this.#host.viewer)}`;
+    } catch (error) {
+      if (running.signal.aborted) this.#message = captureTexts.cancelled;
+      else this.#message = error instanceof Error ? error.message : String(error);
+    }
+    this.#running = null;
+    this.#render();
+  }
+
+  async #capture(signal: AbortSignal): Promise<{ ending: string; content: Blob }> {
+    const { viewer, activeSurface } = this.#host;
+    const settings = this.#settings;
+    const size = chosenSize(settings, viewer.canvas);
+    const progress = (now: CaptureProgress): void => {
+      this.#progress = now;
+      this.#render();
+    };
+    const { what, format, framesPerSecond, transparent } = settings;
+    if (what === "picture") {
+      const content = await capturePng(viewer, size, { transparent, signal, progress });
+      return { ending: `${size.width}x${size.height}.png`, content };
+    }
+    const { camera, surfaces } = viewer;
+    if (!camera) throw new Error(captureTexts.noPicture);
+    const frames = framesOf(settings, { camera, surfaces }, activeSurface());
+    const file = format === "webm" ? await webmFile(size, framesPerSecond) : pngSequence(size);
+    const content = await captureFilm(viewer, size, frames, file, { signal, progress });
+    return { ending: `${what}.${format === "webm" ? "webm" : "zip"}`, content };
+  }
+}
+
+/** What the picture lacks, in a sentence; empty if it lacks nothing. */
+function shortcoming(viewer: Viewer): string {
+  switch (viewer.progress?.state) {
+    case "limited":
+      return captureTexts.limited;
+    case "incomplete":
+    case "offline":
+      return captureTexts.notFetched;
+    default:
+      return "";
+  }
+}

@@ -1,0 +1,146 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { mostPixels } from "../../capture/picture.ts";
+import { bitRate, canEncode } from "../../capture/webm_file.ts";
+import { captureTexts } from "../../texts/capture.ts";
+import type { PictureSize } from "../../viewer/index.ts";
+import { formatBytes } from "../shell/format.ts";
+import { type CaptureSettings, chosenSize, frameCount, sizeChoices } from "./capture_settings.ts";
+
+export interface FormActions {
+  change(settings: Partial<CaptureSettings>): void;
+  /** Adds the present view to the path. */
+  addView(): void;
+}
+
+/** The fields of the dialog of pictures and films. */
+export function captureFields(
+  settings: CaptureSettings,
+  shown: PictureSize,
+  { change, addView }: FormActions,
+): TemplateResult {
+  const { what, sizeName, own, cameras, format, framesPerSecond, seconds, from, to } = settings;
+  const sizes = [
+    ...sizeChoices(shown).map(({ name, label, size }) => ({
+      value: name,
+      label: `${label}: ${size.width} × ${size.height}`,
+    })),
+    { value: "own", label: captureTexts.otherSize },
+  ];
+  const isFilm = what !== "picture";
+  return html`${select(captureTexts.what, what, whats(), (value) => change({ what: value }))}
+    ${
+      what === "sweep"
+        ? html`<div class="row">
+            ${number(captureTexts.from, from, {}, (value) => change({ from: value }))}
+            ${number(captureTexts.to, to, {}, (value) => change({ to: value }))}
+          </div>`
+        : nothing
+    }
+    ${
+      what === "path"
+        ? html`<div class="capture-views">
+            <span>${captureTexts.views(cameras.length)}</span>
+            <button type="button" class="chip" @click=${addView}>${captureTexts.addView}</button>
+            <button
+              type="button"
+              class="chip"
+              ?disabled=${cameras.length === 0}
+              @click=${() => change({ cameras: [] })}
+            >
+              ${captureTexts.removeAll}
+            </button>
+          </div>`
+        : nothing
+    }
+    ${select(captureTexts.size, sizeName, sizes, (value) => change({ sizeName: value }))}
+    ${
+      sizeName === "own"
+        ? html`<div class="row">
+            ${number(captureTexts.width, own.width, pixels, (width) => change({ own: { ...own, width } }))}
+            ${number(captureTexts.height, own.height, pixels, (height) => change({ own: { ...own, height } }))}
+          </div>`
+        : nothing
+    }
+    ${
+      isFilm
+        ? html`<div class="row">
+              ${number(captureTexts.seconds, seconds, { min: 0.1 }, (value) => change({ seconds: value }))}
+              ${select(captureTexts.framesPerSecond, String(framesPerSecond), rates, (value) =>
+                change({ framesPerSecond: Number(value) }),
+              )}
+            </div>
+            ${select(captureTexts.file, format, formats(), (value) => change({ format: value }))}`
+        : html`<label class="check">
+            <input
+              type="checkbox"
+              .checked=${settings.transparent}
+              @change=${(event: Event) =>
+                change({ transparent: (event.currentTarget as HTMLInputElement).checked })}
+            />
+            ${captureTexts.transparent}
+          </label>`
+    }`;
+}
+
+/** How large the film will be. */
+export function forecast(settings: CaptureSettings, shown: PictureSize): string {
+  if (settings.what === "picture") return "";
+  const frames = captureTexts.frames(frameCount(settings));
+  if (settings.format === "png") return frames;
+  const bits = bitRate(chosenSize(settings, shown), settings.framesPerSecond) * settings.seconds;
+  return captureTexts.atMost(frames, formatBytes(bits / 8));
+}
+
+const pixels = { min: 1, max: mostPixels };
+const rates = ["24", "30", "60"].map((value) => ({ value, label: value }));
+const whats = () =>
+  (["picture", "turntable", "sweep", "path"] as const).map((value) => ({
+    value,
+    label: captureTexts.whats[value],
+  }));
+
+function formats() {
+  const png = { value: "png", label: captureTexts.pngs } as const;
+  return canEncode() ? ([{ value: "webm", label: captureTexts.webm }, png] as const) : [png];
+}
+
+function select<Value extends string>(
+  label: string,
+  value: Value,
+  options: readonly { value: Value; label: string }[],
+  change: (value: Value) => void,
+): TemplateResult {
+  return html`<label>
+    ${label}
+    <select
+      @change=${(event: Event) => change((event.currentTarget as HTMLSelectElement).value as Value)}
+    >
+      ${options.map(
+        (option) =>
+          html`<option value=${option.value} ?selected=${option.value === value}>
+            ${option.label}
+          </option>`,
+      )}
+    </select>
+  </label>`;
+}
+
+function number(
+  label: string,
+  value: number,
+  { min, max }: { min?: number; max?: number },
+  change: (value: number) => void,
+): TemplateResult {
+  return html`<label>
+    ${label}
+    <input
+      type="number"
+      step="any"
+      min=${min ?? nothing}
+      max=${max ?? nothing}
+      inputmode="decimal"
+      .value=${Number.isNaN(value) ? "" : String(value)}
+      @input=${(event: Event) => change((event.currentTarget as HTMLInputElement).valueAsNumber)}
+    />
+  </label>`;
+}

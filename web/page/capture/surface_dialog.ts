@@ -1,0 +1,243 @@
+import "../shell/dialog_form.css";
+import "../shell/components.ts";
+import { html, nothing, render } from "lit";
+import {
+  forecastSurface,
+  type MeshFormat,
+  meshFormats,
+  type SurfaceForecast,
+  SurfaceReader,
+  saveSurface,
+} from "../../mesh/index.ts";
+import type { StoreAccess } from "../../stream/index.ts";
+import { surfaceTexts } from "../../texts/surface.ts";
+import type { Clip } from "../../viewer/types.ts";
+import { formatBytes, formatCount, formatValue } from "../shell/format.ts";
+
+type Dialog = HTMLElement & { open: boolean };
+
+/** Offers an isosurface of an open volume as a file of triangles. `save` gives it to the visitor. */
+export function openSurfaceDialog(
+  access: StoreAccess,
+  isovalue: number,
+  clip: Clip,
+  save: (ending: string, file: Blob) => void,
+): void {
+  new SurfaceDialog(new SurfaceReader(access), isovalue, clip, save).open();
+}
+
+class SurfaceDialog {
+  readonly #holder = document.createElement("div");
+  readonly #reader: SurfaceReader;
+  readonly #isovalue: number;
+  readonly #clip: Clip;
+  readonly #save: (ending: string, file: Blob) => void;
+  #format: MeshFormat = "stl";
+  #level = 0;
+  #isClipped: boolean;
+  #forecast: SurfaceForecast | undefined;
+  /** 0 … 1 while the file is being made. */
+  #share: number | undefined;
+  #message = "";
+  /** Ends the forecast, or the making of the file. */
+  #work = new AbortController();
+
+  constructor(
+    reader: SurfaceReader,
+    isovalue: number,
+    clip: Clip,
+    save: (ending: string, file: Blob) => void,
+  ) {
+    this.#reader = reader;
+    this.#isovalue = isovalue;
+    this.#clip = clip;
+    this.#save = save;
+    this.#isClipped = this.#hasBox;
+  }
+
+  open(): void {
+    document.body.append(this.#holder);
+    this.#render();
+    (this.#holder.firstElementChild as Dialog).open = true;
+    void this.#foretell();
+  }
+
+  get #hasBox(): boolean {
+    return this.#clip.low.some((n) => n > 0) || this.#clip.high.some((n) => n < 1);
+  }
+
+  get #options() {
+    const { low, high } = this.#clip;
+    return {
+      format: this.#format,
+      level: this.#level,
+      ...(this.#isClipped && { box: { low, high } }),
+    };
+  }
+
+  #begin(): AbortSignal {
+    this.#work.abort(new DOMException("cancelled", "AbortError"));
+    this.#work = new AbortController();
+    return this.#work.signal;
+  }
+
+  async #foretell(): Promise<void> {
+    const signal = this.#begin();
+    this.#forecast = undefined;
+    this.#message = "";
+    this.#render();
+    try {
+      const options = { ...this.#options, signal };
+      const forecast = await forecastSurface(this.#reader, this.#isovalue, options);
+      if (!signal.aborted) this.#forecast = forecast;
+    } catch (error) {
+      if (!signal.aborted) this.#message = textOf(error);
+    }
+    this.#render();
+  }
+
+  async #make(): Promise<void> {
+    const signal = this.#begin();
+    this.#message = "";
+    this.#share = 0;
+    this.#render();
+    try {
+      const { file, triangles } = await saveSurface(this.#reader, this.#isovalue, {
+        ...this.#options,
+        signal,
+        progress: (share) => {
+          this.#share = share;
+          this.#render();
+        },
+      });
+      if (triangles > 0) this.#save(this.#format, file);
+      this.#message =
+        triangles > 0
+          ? surfaceTexts.saved(formatCount(triangles), formatBytes(file.size))
+          : surfaceTexts.nothing;
+    } catch (error) {
+      this.#message = signal.aborted ? surfaceTexts.cancelled : textOf(error);
+    }
+    this.#share = undefined;
+    this.#render();
+  }
+
+  #change(part: { format?: MeshFormat; level?: number; isClipped?: boolean }): void {
+    this.#format = part.format ?? this.#format;
+    this.#level = part.level ?? this.#level;
+    this.#isClipped = part.isClipped ?? this.#isClipped;
+    void this.#foretell();
+  }
+
+  get #status(): string {
+    if (this.#message) return this.#message;
+    const { problem, triangles, fileBytes, bytesToFetch, seconds } = this.#forecast ?? {};
+    if (problem) return surfaceTexts.tooLarge(Math.round((triangles ?? 0) / 2e6));
+    if (triangles === undefined || fileBytes === undefined || seconds === undefined) return "";
+    const isLess = this.#level > 0 || this.#isClipped;
+    const size = isLess ? surfaceTexts.atMost : surfaceTexts.about;
+    const time = seconds < 1.5 ? surfaceTexts.aSecond : surfaceTexts.seconds(Math.round(seconds));
+    const cost = surfaceTexts.cost(formatBytes(bytesToFetch ?? 0), time);
+    return `${size(formatCount(triangles), formatBytes(fileBytes))} ${cost}`;
+  }
+
+  #render(): void {
+    const { info } = this.#reader;
+    const isRunning = this.#share !== undefined;
+    const isReady = !isRunning && this.#forecast !== undefined && !this.#forecast.problem;
+    const cells = (level: number) =>
+      info.voxels.map((count) => Math.ceil((count - 1) / 2 ** level)).join(" × ");
+    const chosen = (event: Event) => (event.currentTarget as HTMLSelectElement).value;
+    render(
+      html`<wa-dialog
+        label=${surfaceTexts.title}
+        @wa-after-hide=${(event: Event) => this.#closed(event)}
+      >
+        <form
+          class="dialog-form"
+          @submit=${(event: Event) => {
+            event.preventDefault();
+            if (isReady) void this.#make();
+          }}
+        >
+          <p>${surfaceTexts.lead(formatValue(this.#isovalue))}</p>
+          <label>
+            ${surfaceTexts.format}
+            <select
+              ?disabled=${isRunning}
+              @change=${(event: Event) => this.#change({ format: chosen(event) as MeshFormat })}
+            >
+              ${meshFormats.map(
+                (format) =>
+                  html`<option value=${format} ?selected=${format === this.#format}>
+                    ${surfaceTexts.formats[format]}
+                  </option>`,
+              )}
+            </select>
+          </label>
+          <label>
+            ${surfaceTexts.detail}
+            <select
+              ?disabled=${isRunning}
+              @change=${(event: Event) => this.#change({ level: Number(chosen(event)) })}
+            >
+              ${Array.from(
+                { length: info.levels },
+                (_, level) =>
+                  html`<option value=${level} ?selected=${level === this.#level}>
+                    ${level === 0 ? surfaceTexts.full(cells(0)) : surfaceTexts.level(level, cells(level))}
+                  </option>`,
+              )}
+            </select>
+          </label>
+          ${
+            this.#hasBox
+              ? html`<label class="check">
+                  <input
+                    type="checkbox"
+                    ?disabled=${isRunning}
+                    .checked=${this.#isClipped}
+                    @change=${(event: Event) =>
+                      this.#change({
+                        isClipped: (event.currentTarget as HTMLInputElement).checked,
+                      })}
+                  />
+                  ${surfaceTexts.clipped}
+                </label>`
+              : nothing
+          }
+          ${
+            isRunning
+              ? html`<progress
+                  aria-label=${surfaceTexts.saving}
+                  max="1"
+                  .value=${this.#share ?? 0}
+                ></progress>`
+              : html`<p role="status" class=${this.#message ? "" : "quiet"}>${this.#status}</p>`
+          }
+          <div class="row">
+            <wa-button type="submit" variant="brand" size="s" ?disabled=${!isReady}>${surfaceTexts.save}</wa-button>
+            <wa-button
+              size="s"
+              appearance="outlined"
+              ?disabled=${!isRunning}
+              @click=${() => this.#work.abort(new DOMException("cancelled", "AbortError"))}
+              >${surfaceTexts.cancel}</wa-button
+            >
+          </div>
+        </form>
+      </wa-dialog>`,
+      this.#holder,
+    );
+  }
+
+  #closed(event: Event): void {
+    if (event.target !== this.#holder.firstElementChild) return;
+    this.#work.abort(new DOMException("the dialog was closed", "AbortError"));
+    this.#holder.remove();
+  }
+}
+
+function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}

@@ -1,0 +1,121 @@
+import { RendererError, Viewer } from "../../viewer/index.ts";
+import { surfacesAt } from "../../viewer/surfaces.ts";
+import { firstIsovalue } from "../panel/isovalue_scale.ts";
+import { volumeSource } from "../shell/site.ts";
+import { theme, themeBackground } from "../shell/theme.ts";
+import { keepThumbnail, pictureSize, thumbnail } from "../shell/thumbnails.ts";
+
+/** A volume whose first surface takes longer (ms) keeps its histogram; refinement stops sooner. */
+const longest = { firstSurface: 20_000, refining: 3_000 };
+/** Closer than for the whole volume, since surfaces seldom reach its corners. */
+const zoom = 1.25;
+
+/** A volume that needs a picture. */
+export interface VolumeWithoutPicture {
+  name: string;
+  contentId: string;
+}
+
+/**
+ * Draws pictures of volumes that have none in this browser, at their first isovalue: about 100 to
+ * 700 KB each, one volume after another. Does nothing if the browser saves data.
+ */
+export class Previews {
+  readonly #onThumbnail: () => void;
+  readonly #waiting = new Map<string, VolumeWithoutPicture>();
+  readonly #tried = new Set<string>();
+  #isRunning = false;
+
+  /** `onThumbnail`: called when there is a new `thumbnail`. */
+  constructor(onThumbnail: () => void) {
+    this.#onThumbnail = onThumbnail;
+  }
+
+  request(volume: VolumeWithoutPicture): void {
+    const { contentId } = volume;
+    if (savesData() || this.#tried.has(contentId) || thumbnail(contentId)) return;
+    this.#waiting.set(contentId, volume);
+    if (!this.#isRunning) void this.#run();
+  }
+
+  async #run(): Promise<void> {
+    this.#isRunning = true;
+    const canvas = hiddenCanvas();
+    const viewer = new Viewer(canvas, {
+      controls: false,
+      maxPixelRatio: 1,
+      targetCellPixels: 2,
+    });
+    viewer.setLook({ background: themeBackground[theme()] });
+    try {
+      for (const [contentId, { name }] of this.#waiting) {
+        this.#waiting.delete(contentId);
+        this.#tried.add(contentId);
+        if (await this.#draw(viewer, name)) {
+          await keepThumbnail(contentId, await viewer.screenshot({ smooth: false }));
+          this.#onThumbnail();
+        }
+        viewer.close();
+      }
+    } catch {
+      this.#waiting.clear(); // without WebGL 2, cards show histograms
+    } finally {
+      viewer.dispose();
+      canvas.remove();
+      this.#isRunning = false;
+    }
+  }
+
+  /** Resolves to whether the volume's first surface is drawn. */
+  async #draw(viewer: Viewer, name: string): Promise<boolean> {
+    const cleanups: (() => void)[] = [];
+    const drawn = new Promise<boolean>((resolve) => {
+      const late = setTimeout(() => resolve(false), longest.firstSurface);
+      const stopFrames = viewer.on("frame", ({ samplesDrawn }) => {
+        if (samplesDrawn === 0) return;
+        stopFrames();
+        clearTimeout(late);
+        setTimeout(() => resolve(true), longest.refining);
+      });
+      cleanups.push(stopFrames, () => clearTimeout(late));
+      cleanups.push(
+        viewer.on("progress", ({ state }) => {
+          if (state === "complete" || state === "limited") resolve(true);
+        }),
+      );
+    });
+    try {
+      viewer.setSurfaces([]);
+      const info = await viewer.open(volumeSource(name));
+      viewer.setSurfaces(surfacesAt([firstIsovalue(info)]));
+      if (viewer.camera) {
+        viewer.setCamera({ ...viewer.camera, distance: viewer.camera.distance / zoom });
+      }
+      return await drawn;
+    } catch (error) {
+      if (error instanceof RendererError) throw error;
+      return false; // the volume's own page reports the error
+    } finally {
+      for (const stop of cleanups) stop();
+    }
+  }
+}
+
+/** Not every browser provides this; then saving data is off. */
+function savesData(): boolean {
+  const { connection } = navigator as Navigator & {
+    connection?: { saveData: boolean; effectiveType: string };
+  };
+  return connection !== undefined && (connection.saveData || connection.effectiveType !== "4g");
+}
+
+/** A canvas has a size only after layout. */
+function hiddenCanvas(): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  canvas.className = "preview-canvas";
+  canvas.ariaHidden = "true";
+  canvas.style.width = `${pictureSize.width}px`;
+  canvas.style.height = `${pictureSize.height}px`;
+  document.body.append(canvas);
+  return canvas;
+}

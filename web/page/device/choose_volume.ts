@@ -1,0 +1,154 @@
+import "../shell/dialog_form.css";
+import { html, render, type TemplateResult } from "lit";
+import {
+  isBuildable,
+  type VolumeCandidate,
+  type VolumeChoice,
+  type ZarrImage,
+  type ZarrScale,
+} from "../../device/index.ts";
+import { deviceTexts } from "../../texts/device.ts";
+import { formatBytes, formatDims } from "../shell/format.ts";
+
+/** Of so many volumes, the largest are offered. */
+const mostOffered = 1000;
+
+/** Asks which of several volumes to open. Resolves to undefined: none, or cancelled. */
+export async function chooseVolume(
+  volumes: readonly VolumeCandidate[],
+): Promise<VolumeCandidate | undefined> {
+  if (volumes.length < 2) return volumes[0];
+  const text = ({ path, choice, format, bytes }: VolumeCandidate) => {
+    const name = path === "." ? deviceTexts.theFiles : path;
+    return `${name} · ${choice ? choice.label : `${format} · ${formatBytes(bytes)}`}`;
+  };
+  const label = deviceTexts.whichVolume(volumes.length);
+  return choose(label, volumes.slice(0, mostOffered), text);
+}
+
+/** Asks which of several volumes of a file to read: see Chooser. */
+export async function chooseInFile(
+  choices: readonly VolumeChoice[],
+  problem: Error | undefined,
+): Promise<VolumeChoice | undefined> {
+  const [first] = choices;
+  if (!first) return undefined;
+  const kind = kindOf(first);
+  const text = (choice: VolumeChoice) => choiceText(choice, kind);
+  if (kind !== "allow" || !problem) return choose(deviceTexts.which[kind], choices, text);
+  const accepted = await choose(deviceTexts.which.allow, choices, text, problem.message);
+  if (!accepted) throw problem;
+  return accepted;
+}
+
+type ChoiceKind = keyof VolumeChoice["options"];
+
+const kinds = ["allow", "segment", "channel", "timeStep", "dataset", "series"] as const;
+
+/** The option that a choice is about. */
+function kindOf({ options }: VolumeChoice): ChoiceKind {
+  return kinds.find((kind) => options[kind] !== undefined) ?? "series";
+}
+
+function choiceText({ name = "", options }: VolumeChoice, kind: ChoiceKind): string {
+  if (kind === "allow") return deviceTexts.allow[options.allow?.[0] ?? "gaps"];
+  if (kind === "dataset") return name || `${options.dataset}`;
+  const numbered = deviceTexts.numbered[kind](`${options[kind]}`);
+  return name && name !== options[kind] ? `${numbered} · ${name}` : numbered;
+}
+
+/**
+ * Asks which scale of an image to open, unless its address names one. Resolves to undefined if the
+ * visitor cancels. Rejects if the browser can build none.
+ */
+export async function chooseScale({
+  scales: all,
+  chosen,
+}: ZarrImage): Promise<ZarrScale | undefined> {
+  const bySize = all
+    .filter((_, i) => chosen === undefined || i === chosen)
+    .sort((a, b) => b.voxelBytes - a.voxelBytes);
+  const scales = bySize.filter(isBuildable);
+  const smallest = bySize.at(-1);
+  if (scales.length === 0 && smallest) {
+    const { description, voxelBytes } = smallest;
+    throw new Error(deviceTexts.noScale(description.name, formatBytes(voxelBytes)));
+  }
+  if (bySize.length === 1) return scales[0];
+  const left = bySize.length - scales.length;
+  const text = ({ description, voxelBytes }: ZarrScale) =>
+    deviceTexts.scale(formatDims(description.voxels), formatBytes(voxelBytes));
+  const tooLarge = left > 0 ? ` ${deviceTexts.tooLarge(left)}` : "";
+  return choose(deviceTexts.whichScale + tooLarge, scales, text);
+}
+
+/** More things than this are offered in a list that opens, not as buttons. */
+const mostButtons = 12;
+
+/**
+ * Asks which of several things is meant. `problem`: why. Resolves to undefined if the visitor cancels.
+ */
+async function choose<T>(
+  label: string,
+  offered: readonly T[],
+  text: (each: T) => string,
+  problem = "",
+): Promise<T | undefined> {
+  await import("../shell/components.ts");
+  const holder = document.createElement("div");
+  document.body.append(holder);
+  return new Promise((resolve) => {
+    const end = (chosen: T | undefined) => {
+      resolve(chosen);
+      holder.remove();
+    };
+    render(
+      html`<wa-dialog
+        label=${label}
+        open
+        @wa-after-hide=${(event: Event) => {
+          if (event.target === holder.firstElementChild) end(undefined);
+        }}
+      >
+        ${offered.length > mostButtons ? list(label, offered, text, end) : buttons(offered, text, end, problem)}
+      </wa-dialog>`,
+      holder,
+    );
+  });
+}
+
+function buttons<T>(
+  offered: readonly T[],
+  text: (each: T) => string,
+  end: (chosen: T) => void,
+  problem: string,
+): TemplateResult {
+  return html`<div class="dialog-form">
+    ${problem && html`<p>${problem}</p>`}
+    ${offered.map(
+      (each) =>
+        html`<wa-button appearance="outlined" size="s" @click=${() => end(each)}
+          >${text(each)}</wa-button
+        >`,
+    )}
+  </div>`;
+}
+
+function list<T>(
+  label: string,
+  offered: readonly T[],
+  text: (each: T) => string,
+  end: (chosen: T | undefined) => void,
+): TemplateResult {
+  const submit = (event: Event) => {
+    event.preventDefault();
+    const form = event.currentTarget as HTMLFormElement;
+    end(offered[form.querySelector("select")?.selectedIndex ?? 0]);
+  };
+  return html`<form class="dialog-form" @submit=${submit}>
+    <select aria-label=${label} autofocus>
+      ${offered.map((each) => html`<option>${text(each)}</option>`)}
+    </select>
+    <wa-button type="submit" variant="brand" size="s">${deviceTexts.build}</wa-button>
+  </form>`;
+}

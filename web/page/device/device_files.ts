@@ -1,0 +1,324 @@
+import "./device.css";
+import {
+  addressOfScale,
+  findVolumes,
+  forbidOtherOrigins,
+  hold,
+  type InputFile,
+  isForbiddenAddress,
+  isZarr,
+  isZip,
+  type KeptStore,
+  keep,
+  keptBlob,
+  keptStores,
+  listedFiles,
+  NotKeptError,
+  nameAt,
+  nameOf,
+  onHandedOver,
+  openVolume,
+  openZarr,
+  type ReadableVolume,
+  RemoteFiles,
+  transferredFiles,
+  warmUp,
+  zarrVolume,
+} from "../../device/index.ts";
+import { contentIdOf } from "../../stream/file_source.ts";
+import { StreamError } from "../../stream/index.ts";
+import { beginsAsStore } from "../../stream/transfer.ts";
+import { deviceTexts } from "../../texts/device.ts";
+import { addressIn } from "../address/open_target.ts";
+import { readUrl } from "../address/url_state.ts";
+import { formatDims } from "../shell/format.ts";
+import { releaseView } from "../volume/view.ts";
+import type { VolumePage } from "../volume/volume_page.ts";
+import { chooseInFile, chooseScale, chooseVolume } from "./choose_volume.ts";
+import { DeviceSection } from "./device_section.ts";
+import { askRawLayout } from "./raw_dialog.ts";
+import { ShownVolume } from "./shown_volume.ts";
+import { Task } from "./task_card.ts";
+
+/** Where files were fetched. */
+interface Origin {
+  address: URL;
+  version: string | undefined;
+  remote: RemoteFiles;
+}
+
+/** What a kept store says of where its volume was fetched. */
+type Place = Pick<KeptStore, "address" | "version">;
+
+/** Bytes that hold a store's content id, and more. */
+const headerBytes = 4096;
+
+/**
+ * Takes files that are dropped, pasted or chosen anywhere on the page: opens stores and sessions,
+ * builds stores of others, and keeps what was built.
+ */
+export class DeviceFiles {
+  readonly #shown: ShownVolume;
+  readonly section: DeviceSection;
+  #task: Task | undefined;
+  /** Ends the preview of a volume. */
+  #previewing: AbortController | undefined;
+
+  /** `page`: the volume that is shown, if one is. */
+  constructor(root: HTMLElement, page?: VolumePage) {
+    this.#shown = new ShownVolume(root, page);
+    this.section = new DeviceSection({
+      take: (files) => void this.#take(Promise.resolve(listedFiles(files))),
+    });
+    window.addEventListener("paste", ({ clipboardData }) => {
+      if (clipboardData?.files.length) void this.#take(transferredFiles(clipboardData));
+    });
+    this.#listenToDrops();
+    onHandedOver((files) => void this.#take(Promise.resolve(listedFiles(files))));
+    void import("../shell/offline.ts").then(({ startOffline }) => startOffline());
+  }
+
+  #listenToDrops(): void {
+    const hint = document.createElement("div");
+    hint.className = "drop-hint";
+    hint.textContent = deviceTexts.dropHere;
+    const hasFiles = (event: DragEvent) => event.dataTransfer?.types.includes("Files") ?? false;
+    window.addEventListener("dragover", (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      document.body.append(hint);
+    });
+    window.addEventListener("dragleave", ({ relatedTarget }) => {
+      if (relatedTarget === null) hint.remove(); // it has left the window
+    });
+    window.addEventListener("drop", (event) => {
+      hint.remove();
+      if (!hasFiles(event) || !event.dataTransfer) return;
+      event.preventDefault();
+      void this.#take(transferredFiles(event.dataTransfer));
+    });
+  }
+
+  /** Opens a store of the list. Resolves to false if it is not on this device. */
+  async openKept(id: string): Promise<boolean> {
+    const found = await keptBlob(id);
+    if (found) this.#shown.show(found.store, found.blob);
+    return found !== undefined;
+  }
+
+  /** Opens the volume at an address: fetched now, or kept before. */
+  openAddress(address: URL): Promise<void> {
+    return this.#run(deviceTexts.fetching, async (task) => {
+      const kept = (await keptStores()).filter((store) => store.address === address.href);
+      task.shows(deviceTexts.fetchingNamed(nameAt(address)), deviceTexts.from(address.host));
+      try {
+        if (isZarr(address)) await this.#openZarr(address, task);
+        else await this.#openFile(address, kept, task);
+      } catch (error) {
+        const isOffline = error instanceof StreamError && error.kind === "unreachable";
+        if (!isOffline || !kept[0] || !(await this.openKept(kept[0].contentId))) throw error;
+        task.fail(deviceTexts.unreachable(address.host), deviceTexts.fromDevice);
+      }
+    });
+  }
+
+  async #openFile(address: URL, kept: readonly KeptStore[], task: Task): Promise<void> {
+    const remote = new RemoteFiles(address, {
+      signal: task.signal,
+      progress: (name, received, bytes) =>
+        task.fetching(deviceTexts.fetchingNamed(name), received, bytes),
+    });
+    const isKept = (version: string) => kept.some((store) => store.version === version);
+    const { file, version } = await remote.first(isKept);
+    const known = kept.find((store) => store.version === version);
+    if (file) await this.#open([file], task, { address, version, remote });
+    else if (known) await this.openKept(known.contentId);
+  }
+
+  /** The address bar gets the address of the scale that was chosen. */
+  async #openZarr(address: URL, task: Task): Promise<void> {
+    const image = await openZarr(address, task.signal);
+    const scale = await chooseScale(image);
+    if (!scale) return;
+    const place = addressOfScale(image, scale, address);
+    const { pathname, search } = location;
+    const query = new URLSearchParams(search);
+    query.set("src", place.href);
+    history.replaceState(null, "", `${pathname}?${query}`);
+    await this.#build(await zarrVolume(image, scale, place), task, { address: place.href });
+  }
+
+  #take(files: Promise<InputFile[]>): Promise<void> {
+    return this.#run(deviceTexts.reading, async (task) => {
+      const found = await files;
+      const [first] = found;
+      if (first && found.length === 1 && /\.json$/i.test(first.path)) {
+        const { openSession } = await import("../address/open_session.ts");
+        await openSession(first.file);
+      } else {
+        forbidOtherOrigins();
+        await this.#open(found, task);
+      }
+    });
+  }
+
+  async #run(title: string, work: (task: Task) => Promise<void>): Promise<void> {
+    if (this.#task?.isRunning) return; // its card says what it is doing
+    this.#task?.close(); // its card may still show an error
+    this.#previewing?.abort();
+    const task = new Task(title);
+    this.#task = task;
+    const before = this.#shown.page;
+    try {
+      await work(task);
+      if (task.isRunning) task.close();
+    } catch (error) {
+      const text = error instanceof Error ? error.message : String(error);
+      const cut = this.#shown.page === before ? hostCutOff() : undefined;
+      if (cut)
+        task.fail(
+          `${task.signal.aborted ? deviceTexts.cancelled : text} ${deviceTexts.cutOff(cut)}`,
+        );
+      else if (task.signal.aborted) {
+        task.close();
+        this.#shown.leaveProvisional();
+      } else task.fail(text);
+    } finally {
+      releaseView();
+    }
+  }
+
+  async #open(given: readonly InputFile[], task: Task, origin?: Origin): Promise<void> {
+    const files = await this.#unzipped(given, task);
+    for (const { path, file } of files) {
+      if (files.length > 1 && !path.endsWith(".isosplat")) continue;
+      const header = new Uint8Array(await file.slice(0, headerBytes).arrayBuffer());
+      if (!beginsAsStore(header)) continue;
+      const contentId = contentIdOf(header);
+      const store = { contentId, name: nameOf(path), bytes: file.size, keptAt: Date.now() };
+      if (!(await keptBlob(contentId))) hold(store, file);
+      await this.#openHeld(contentId);
+      return;
+    }
+    warmUp();
+    this.#shown.prepare();
+    task.shows(deviceTexts.reading, deviceTexts.files(files.length));
+    const volumes = await findVolumes(files, task.signal);
+    const volume = await chooseVolume(volumes);
+    if (volumes.length === 0) throw new Error(nothingFound(files));
+    if (!volume) return;
+    const raw = volume.needsDims ? files.find((each) => each.path === volume.path) : undefined;
+    const layout = raw && (await askRawLayout(raw));
+    if (raw && !layout) return;
+    const find = origin && ((missing: string) => origin.remote.find(missing));
+    const opened = await openVolume(files, volume, layout, task.signal, chooseInFile, find);
+    if (!opened) return;
+    try {
+      // Without a choice, the address says which volume it is.
+      const isOfAddress = origin && volumes.length === 1 && !layout && !opened.isChosen;
+      await this.#build(opened, task, isOfAddress ? placeOf(origin, opened) : {});
+    } finally {
+      opened.close();
+    }
+  }
+
+  /** The files, each ZIP replaced by what it contains. */
+  async #unzipped(files: readonly InputFile[], task: Task): Promise<readonly InputFile[]> {
+    const zip = files.find(isZip);
+    if (!zip) return files;
+    task.shows(deviceTexts.unpacking(nameOf(zip.path)), "");
+    const { unzipped } = await import("../../device/unzip.ts");
+    const found = await unzipped(files, {
+      signal: task.signal,
+      progress: (done, bytes) =>
+        task.fetching(deviceTexts.unpacking(nameOf(zip.path)), done, bytes),
+    });
+    performance.mark("isosplat:unpacked");
+    return found;
+  }
+
+  /** Two tabs that are given the same files build their volume once. */
+  async #build(volume: ReadableVolume, task: Task, place: Place): Promise<void> {
+    const { key, description } = volume;
+    const { name } = description;
+    task.shows(deviceTexts.building(name), deviceTexts.otherTab);
+    const { signal } = task;
+    await navigator.locks.request(`isosplat-build-${key}`, { signal }, async () => {
+      const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
+      if (known) return this.#openHeld(known.contentId, place);
+      task.shows(deviceTexts.building(name), deviceTexts.starting);
+      const previewing = new AbortController();
+      this.#previewing = previewing;
+      signal.addEventListener("abort", () => previewing.abort());
+      const { store: blob, report } = await volume.build(
+        { signal, progress: (progress) => task.progress(progress, volume.voxelBytes) },
+        previewing.signal,
+        (built, voxels) =>
+          this.#shown.openProvisional(
+            {
+              contentId: built.report.contentId,
+              name,
+              bytes: built.store.size,
+              filesKey: key,
+              keptAt: Date.now(),
+            },
+            built.store,
+            deviceTexts.preview(formatDims(voxels), formatDims(description.voxels)),
+            { keepsAddress: place.address !== undefined },
+          ),
+      );
+      previewing.abort();
+      const store: KeptStore = {
+        contentId: report.contentId,
+        name,
+        bytes: report.storeBytes,
+        voxels: description.voxels,
+        type: description.type,
+        filesKey: key,
+        ...place,
+        keptAt: Date.now(),
+      };
+      hold(store, blob);
+      performance.mark("isosplat:built");
+      await this.#openHeld(store.contentId, place);
+      try {
+        task.shows(deviceTexts.keeping(name), "");
+        await keep(store, blob, signal);
+      } catch (error) {
+        if (!(error instanceof NotKeptError)) throw error;
+        throw new Error(`${error.message} ${deviceTexts.untilClosed}`);
+      }
+    });
+  }
+
+  /** The address bar keeps the address of a volume that was fetched: others can open it as well. */
+  async #openHeld(id: string, { address }: Place = {}): Promise<void> {
+    const found = await keptBlob(id);
+    if (!found) throw new Error(deviceTexts.removed);
+    this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
+  }
+}
+
+/** The version is that of one file: of more, each one has to be looked at. */
+function placeOf({ address, version }: Origin, { files }: ReadableVolume): Place {
+  return { address: address.href, ...(version && files === 1 ? { version } : {}) };
+}
+
+/** The host of the volume that is shown, if the browser refuses requests to it from now on. */
+function hostCutOff(): string | undefined {
+  const { src = "" } = readUrl(location.search);
+  const address = addressIn(src);
+  return address && isForbiddenAddress(address) ? address.host : undefined;
+}
+
+function nothingFound(files: readonly InputFile[]): string {
+  const names = files
+    .slice(0, 3)
+    .map(({ path }) => path)
+    .join(", ");
+  const found =
+    files.length === 0
+      ? deviceTexts.noFiles
+      : `${deviceTexts.files(files.length)}: ${names}${files.length > 3 ? ", …" : ""}`;
+  return deviceTexts.nothingFound(found);
+}

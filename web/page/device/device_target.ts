@@ -1,0 +1,10 @@
+import type { KeptStore } from "../../device/index.ts";
+import { BlobSource } from "../../stream/index.ts";
+import type { Target } from "../address/target.ts";
+
+/** What the address of a store on this device begins with, in `src=`; its content id follows. */
+export const deviceAddress = "device:";
+
+export function deviceTarget({ name }: KeptStore, blob: Blob): Target {
+  return { name, source: () => new BlobSource(blob, name) };
+}

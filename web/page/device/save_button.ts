@@ -1,0 +1,156 @@
+import { html, nothing, render } from "lit";
+import { type KeptStore, keep, keptBlob } from "../../device/index.ts";
+import type { StoreInfo } from "../../stream/index.ts";
+import { deviceTexts } from "../../texts/device.ts";
+import { iconButton } from "../shell/chrome.ts";
+import { formatBytes } from "../shell/format.ts";
+import { thumbnail } from "../shell/thumbnails.ts";
+
+type Dialog = HTMLElement & { open: boolean };
+
+/** The bar's button for a store of this device, and its dialog: keep it, or save it as a file. */
+export class SaveButton {
+  readonly element = document.createElement("span");
+  readonly #store: KeptStore;
+  readonly #blob: Blob;
+  readonly #info: () => StoreInfo | null;
+  readonly #holder = document.createElement("div");
+  #message = "";
+  #isKept = true;
+  #busy = "";
+  #bytes: { site: number; page: number } | undefined;
+
+  /** `info`: what the store says of itself, once it is open. */
+  constructor(store: KeptStore, blob: Blob, info: () => StoreInfo | null) {
+    this.#store = store;
+    this.#blob = blob;
+    this.#info = info;
+    const action = () => void this.#open();
+    render(iconButton({ icon: "save", label: deviceTexts.saveVolume, action }), this.element);
+  }
+
+  async #open(): Promise<void> {
+    await import("../shell/components.ts");
+    document.body.append(this.#holder);
+    this.#message = "";
+    this.#render();
+    (this.#holder.firstElementChild as Dialog).open = true;
+    this.#isKept = !(await keptBlob(this.#store.contentId))?.store.isTemporary;
+    this.#render();
+    try {
+      const { siteBytes } = await import("../../device/save_site.ts");
+      const { singlePageBytes } = await import("../../device/save_single_page.ts");
+      const { size } = this.#blob;
+      this.#bytes = { site: await siteBytes(size), page: await singlePageBytes(size) };
+    } catch (error) {
+      this.#message = error instanceof Error ? error.message : String(error);
+    }
+    this.#render();
+  }
+
+  #render(): void {
+    const bytes = this.#bytes;
+    const size = (n: number | undefined) => (n === undefined ? "" : formatBytes(n));
+    render(
+      html`<wa-dialog label=${deviceTexts.saveVolume} light-dismiss>
+        ${
+          this.#isKept
+            ? nothing
+            : this.#option(
+                deviceTexts.keepTitle,
+                deviceTexts.keepText,
+                size(this.#blob.size),
+                () => this.#keep(),
+                deviceTexts.keepVerb,
+              )
+        }
+        ${this.#option(deviceTexts.store, deviceTexts.storeText, size(this.#blob.size), () =>
+          this.#download(this.#blob, "isosplat"),
+        )}
+        ${this.#option(
+          deviceTexts.singlePage,
+          deviceTexts.singlePageText,
+          size(bytes?.page),
+          async () => {
+            const { singlePage } = await import("../../device/save_single_page.ts");
+            await this.#download(await singlePage(this.#blob, this.#name), "html");
+          },
+        )}
+        ${this.#option(
+          deviceTexts.webSite,
+          deviceTexts.webSiteText,
+          size(bytes?.site),
+          async () => {
+            const info = this.#info();
+            if (!info) throw new Error(deviceTexts.notOpenYet);
+            const { siteZip } = await import("../../device/save_site.ts");
+            const picture = thumbnail(info.contentId);
+            await this.#download(await siteZip(this.#blob, info, this.#name, picture), "zip");
+          },
+        )}
+        <p role="status">${this.#busy || this.#message}</p>
+      </wa-dialog>`,
+      this.#holder,
+    );
+  }
+
+  #option(
+    title: string,
+    text: string,
+    size: string,
+    action: () => Promise<void>,
+    verb = deviceTexts.saveVerb,
+  ) {
+    return html`<section class="save-option">
+      <strong>${title} <span class="quiet">${size}</span></strong>
+      <wa-button
+        size="s"
+        appearance="outlined"
+        ?disabled=${this.#busy !== ""}
+        @click=${() => void this.#run(title, action)}
+        ><span class="visually-hidden">${title}: </span>${verb}</wa-button
+      >
+      <p class="quiet">${text}</p>
+    </section>`;
+  }
+
+  async #run(title: string, action: () => Promise<void>): Promise<void> {
+    this.#busy = deviceTexts.preparing(title);
+    this.#message = "";
+    this.#render();
+    try {
+      await action();
+      this.#message = deviceTexts.done(title);
+    } catch (error) {
+      this.#message = error instanceof Error ? error.message : String(error);
+    }
+    this.#busy = "";
+    this.#render();
+  }
+
+  get #name(): string {
+    return this.#store.name.replace(/[^\w.-]+/g, "-") || "volume";
+  }
+
+  async #keep(): Promise<void> {
+    const info = this.#info();
+    const type = info?.metadata.source?.type;
+    await keep(
+      {
+        ...this.#store,
+        ...(info && { voxels: info.voxels }),
+        ...(typeof type === "string" && { type }),
+      },
+      this.#blob,
+    );
+    this.#isKept = true;
+  }
+
+  async #download(blob: Blob, suffix: string): Promise<void> {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${this.#name}.${suffix}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  }
+}

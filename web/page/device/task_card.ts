@@ -1,0 +1,95 @@
+import { html, nothing, render } from "lit";
+import type { BuildProgress } from "../../builder/types.ts";
+import { deviceTexts } from "../../texts/device.ts";
+import { formatBytes } from "../shell/format.ts";
+
+/** Work on files of this device: a card with its progress, and a button that cancels it. */
+export class Task {
+  readonly #card = document.createElement("section");
+  readonly #cancel = new AbortController();
+  #title: string;
+  #text = "";
+  #fraction: number | undefined;
+  #error: string | undefined;
+  isRunning = true;
+
+  constructor(title: string) {
+    this.#title = title;
+    this.#card.className = "task-card";
+    this.#card.setAttribute("aria-label", deviceTexts.title);
+  }
+
+  /** Aborted when the visitor cancels. */
+  get signal(): AbortSignal {
+    return this.#cancel.signal;
+  }
+
+  shows(title: string, text: string): void {
+    this.#title = title;
+    this.#text = text;
+    this.#fraction = undefined;
+    this.#render();
+  }
+
+  progress({ fraction, secondsLeft }: BuildProgress, bytes: number): void {
+    this.#fraction = fraction;
+    const left = secondsLeft > 0 ? ` · ${deviceTexts.left(duration(secondsLeft))}` : "";
+    this.#text = deviceTexts.of(formatBytes(fraction * bytes), formatBytes(bytes)) + left;
+    this.#render();
+  }
+
+  /** `bytes`: of the whole file, if they are known. */
+  fetching(title: string, received: number, bytes: number | undefined): void {
+    this.#title = title;
+    this.#fraction = bytes ? received / bytes : undefined;
+    this.#text = bytes
+      ? deviceTexts.of(formatBytes(received), formatBytes(bytes))
+      : formatBytes(received);
+    this.#render();
+  }
+
+  /** Shows the message until the visitor closes it. */
+  fail(message: string, title = deviceTexts.notOpened): void {
+    this.isRunning = false;
+    this.#title = title;
+    this.#error = message;
+    this.#render();
+  }
+
+  close(): void {
+    this.isRunning = false;
+    this.#card.remove();
+  }
+
+  #render(): void {
+    if (!this.#card.isConnected) document.body.append(this.#card);
+    const isFailed = this.#error !== undefined;
+    render(
+      html`<div class="task-text" role=${isFailed ? "alert" : "status"}>
+          <strong>${this.#title}</strong>
+          <span class=${isFailed ? "" : "quiet"}>${this.#error ?? this.#text}</span>
+        </div>
+        ${
+          isFailed
+            ? nothing
+            : html`<progress aria-label=${this.#title} .value=${this.#fraction ?? 0} max="1"></progress>`
+        }
+        <button
+          type="button"
+          class="chip"
+          @click=${() => (isFailed ? this.close() : this.#stop())}
+        >
+          ${isFailed ? deviceTexts.close : deviceTexts.cancel}
+        </button>`,
+      this.#card,
+    );
+  }
+
+  #stop(): void {
+    this.#cancel.abort(new DOMException("cancelled", "AbortError"));
+  }
+}
+
+function duration(seconds: number): string {
+  return seconds < 90 ? `${Math.ceil(seconds)} s` : `${Math.ceil(seconds / 60)} min`;
+}

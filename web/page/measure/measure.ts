@@ -1,0 +1,236 @@
+import "./measure.css";
+import type { TemplateResult } from "lit";
+import { MeasureLayer } from "../../measure/measure_layer.ts";
+import { MeasureTool } from "../../measure/measure_tool.ts";
+import { angleOf, lengthOf, type Measurement, voxelOf } from "../../measure/measurement.ts";
+import {
+  type MeasurementRow,
+  readMeasurement,
+  toCsv,
+  writeMeasurement,
+} from "../../measure/measurement_text.ts";
+import { type Session, writeSession } from "../../measure/session_file.ts";
+import type { StoreInfo } from "../../stream/types.ts";
+import { measureTexts } from "../../texts/measure.ts";
+import type { Viewer } from "../../viewer/index.ts";
+import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
+import { measureBar } from "./measure_bar.ts";
+import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
+
+export interface MeasureHost {
+  /** Measurements or the tool have changed. */
+  changed(): void;
+  /** Lays the page out: nothing has changed that the address has. */
+  render(): void;
+  /** Lays the page out at once. */
+  renderNow(): void;
+  note(text: string): void;
+  done(text: string): void;
+  /** Offers a file to save. */
+  save(name: string, type: string, text: string): void;
+  /** The query of the address of the present view. */
+  view(): string;
+}
+
+/** Between two reports of how far an area is (ms). */
+const progressMs = 250;
+
+/** Measurements in the page: tool, marks above the picture, section, link and files. */
+export class Measure {
+  readonly tool: MeasureTool;
+  readonly #layer: MeasureLayer;
+  readonly #viewer: Viewer;
+  readonly #host: MeasureHost;
+  #extents: readonly ExtentState[] = [];
+  #measuring: AbortController | null = null;
+  /** Of the isovalues that `key` has. */
+  #bytes: { key: string; bytes: number } | null = null;
+
+  /** The content id of the volume that was measured, and of the one that is shown. */
+  #measured: string | undefined;
+  #shown: string | undefined;
+  /** Whether the address had all measurements when it was written last. */
+  #isInAddress = true;
+
+  /** lines: the measurements of the address; search: its query. */
+  constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[], search: string) {
+    this.#viewer = viewer;
+    this.#host = host;
+    this.tool = new MeasureTool(viewer, () => {
+      this.#layer.request();
+      if (this.tool.measurements.length === 0) this.#measured = this.#shown;
+      host.changed();
+    });
+    this.#layer = new MeasureLayer(viewer, this.tool, resultOf, () =>
+      measureBar(this.tool, viewer.canvas),
+    );
+    const kept = keptSession(search);
+    const read = kept?.measurements ?? lines.map(readMeasurement);
+    const known = read.filter((each) => each !== undefined);
+    if (known.length < read.length) {
+      const count = read.length - known.length;
+      host.note(measureTexts.ignored(count, read.length));
+    }
+    this.#measured = kept?.contentId;
+    if (known.length > 0) this.tool.set(known);
+    if (viewer.info) this.#opened(viewer.info);
+    viewer.on("opened", (info) => this.#opened(info));
+  }
+
+  /** Lies on the canvas. */
+  get element(): HTMLElement {
+    return this.#layer.element;
+  }
+
+  /** As the address has them. */
+  get lines(): readonly string[] {
+    return this.tool.measurements.map(writeMeasurement);
+  }
+
+  /** The volume may be another version of the one that was measured. */
+  #opened({ contentId }: StoreInfo): void {
+    if (contentId === this.#shown) return;
+    this.#shown = contentId;
+    this.#measuring?.abort();
+    this.#extents = [];
+    this.#bytes = null;
+    this.#measured ??= contentId;
+    if (this.#isOfOther) this.#host.note(measureTexts.otherVersion);
+  }
+
+  get #isOfOther(): boolean {
+    return this.tool.measurements.length > 0 && this.#measured !== this.#shown;
+  }
+
+  /** The address was written, with all measurements or with none. */
+  rested(isInAddress: boolean): void {
+    if (isInAddress) forgetSession();
+    else if (!keepSession(location.search, this.#session()) || this.#isInAddress) {
+      this.#host.note(measureTexts.notInAddress);
+    }
+    this.#isInAddress = isInAddress;
+  }
+
+  section(info: StoreInfo): TemplateResult {
+    const problem = this.#isOfOther ? measureTexts.otherVersion : "";
+    return measureSection(
+      this.tool,
+      info,
+      { extents: this.#extents, problem, bytes: this.#bytesToMeasure() },
+      {
+        remove: (index, list) => this.#remove(index, list),
+        measureSurfaces: () => void this.#measureSurfaces(),
+        copy: () => void this.#copy(),
+        saveCsv: () => this.#host.save("measurements.csv", "text/csv", toCsv(this.#rows())),
+        saveJson: () => {
+          const text = `${JSON.stringify(this.#rows(), null, 2)}\n`;
+          this.#host.save("measurements.json", "application/json", text);
+        },
+        saveSession: () => this.saveSession(),
+      },
+    );
+  }
+
+  /** What the area and volume of the surfaces read, when it is known and the view is at rest. */
+  #bytesToMeasure(): number | undefined {
+    const isovalues = this.#viewer.surfaces.map(({ isovalue }) => isovalue);
+    const key = isovalues.join();
+    if (this.#bytes?.key === key) return this.#bytes.bytes;
+    if (this.#viewer.isBusy) return undefined;
+    let bytes = 0;
+    for (const isovalue of isovalues) bytes += this.#viewer.bytesOf(isovalue) ?? Number.NaN;
+    if (Number.isNaN(bytes)) return undefined;
+    this.#bytes = { key, bytes };
+    return bytes;
+  }
+
+  /** Area and volume of each isosurface, one after the other. A second call stops the first. */
+  async #measureSurfaces(): Promise<void> {
+    if (this.#measuring) {
+      this.#measuring.abort();
+      return;
+    }
+    const measuring = new AbortController();
+    this.#measuring = measuring;
+    this.#extents = [];
+    try {
+      for (const { isovalue } of this.#viewer.surfaces) await this.#extentOf(isovalue, measuring);
+    } catch (error) {
+      if (measuring.signal.aborted) this.#extents = this.#extents.filter(({ extent }) => extent);
+      else {
+        const problem = error instanceof Error ? error.message : String(error);
+        this.#extents = this.#extents.map((each) =>
+          each.extent ? each : { isovalue: each.isovalue, problem },
+        );
+      }
+    } finally {
+      this.#measuring = null;
+      this.#host.render();
+    }
+  }
+
+  async #extentOf(isovalue: number, { signal }: AbortController): Promise<void> {
+    const before = this.#extents;
+    let shownAt = 0;
+    const show = (state: Omit<ExtentState, "isovalue">): void => {
+      this.#extents = [...before, { isovalue, ...state }];
+      shownAt = performance.now();
+      this.#host.render();
+    };
+    show({ share: 0 });
+    const { SurfaceReader, surfaceExtent } = await import("../../mesh/index.ts");
+    const access = this.#viewer.storeAccess;
+    if (!access) return;
+    const extent = await surfaceExtent(new SurfaceReader(access), isovalue, {
+      signal,
+      progress: (share) => {
+        if (performance.now() - shownAt > progressMs) show({ share });
+      },
+    });
+    show({ extent });
+  }
+
+  /** The focused button is removed: the next one gets the focus, or the first tool. */
+  #remove(index: number | "all", section: Element | null): void {
+    if (index === "all") this.tool.clear();
+    else this.tool.remove(index);
+    this.#host.renderNow();
+    const buttons = section?.querySelectorAll<HTMLElement>(".measurement .chip");
+    const next = buttons?.[Math.min(Number(index), buttons.length - 1)];
+    (next ?? section?.querySelector<HTMLElement>(".chip"))?.focus();
+  }
+
+  saveSession(): void {
+    this.#host.save("session.isosplat.json", "application/json", writeSession(this.#session()));
+  }
+
+  #session(): Session {
+    const contentId = this.#measured;
+    const { measurements } = this.tool;
+    return { view: this.#host.view(), ...(contentId && { contentId }), measurements };
+  }
+
+  async #copy(): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(toCsv(this.#rows()));
+      this.#host.done(measureTexts.copied);
+    } catch {
+      this.#host.note(measureTexts.noClipboard);
+    }
+  }
+
+  #rows(): MeasurementRow[] {
+    return this.tool.measurements.map((measurement) => rowOf(measurement, this.#viewer.info));
+  }
+}
+
+function rowOf(measurement: Measurement, info: StoreInfo | null): MeasurementRow {
+  const { kind, points } = measurement;
+  const angle = kind === "angle" ? angleOf(points) : undefined;
+  return {
+    ...measurement,
+    voxels: info ? points.map(({ position }) => voxelOf(info, position)) : [],
+    ...((kind === "distance" || kind === "path") && { length_mm: lengthOf(points) }),
+    ...(angle !== undefined && { angle_degrees: angle }),
+  };
+}

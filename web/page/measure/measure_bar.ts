@@ -1,0 +1,38 @@
+import { html, nothing, type TemplateResult } from "lit";
+import type { MeasureTool } from "../../measure/measure_tool.ts";
+import { pointCounts } from "../../measure/measurement.ts";
+import { measureTexts } from "../../texts/measure.ts";
+
+/** Above the picture while a tool is active: what to do, what was missed, and how to end. */
+export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResult {
+  const { kind, draft, miss } = tool;
+  const canEnd = kind === "path" && draft.length >= pointCounts.path[0];
+  const keys = kind === "path" ? measureTexts.pathKeys : measureTexts.keys;
+  /** The button may disappear. */
+  const act = (action: () => void) => () => {
+    action();
+    canvas.focus({ preventScroll: true });
+  };
+  return html`<div class="measure-bar" ?hidden=${!kind && !miss}>
+    <span role="status"
+      >${miss ?? (kind ? html`${measureTexts.hints[kind]} <span class="measure-keys">${keys}</span>` : "")}</span
+    >
+    ${
+      canEnd
+        ? html`<button type="button" class="chip" @click=${act(() => tool.finish())}>${measureTexts.done}</button>`
+        : nothing
+    }
+    ${
+      kind
+        ? html`<button
+            type="button"
+            class="chip"
+            aria-label=${measureTexts.endMeasuring}
+            @click=${act(() => tool.choose(null))}
+          >
+            ${measureTexts.end}
+          </button>`
+        : nothing
+    }
+  </div>`;
+}

@@ -1,0 +1,217 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { repeat } from "lit/directives/repeat.js";
+import type { MeasureTool } from "../../measure/measure_tool.ts";
+import {
+  angleOf,
+  lengthOf,
+  longestText,
+  type Measurement,
+  measurementKinds,
+  voxelOf,
+} from "../../measure/measurement.ts";
+import type { SurfaceExtent } from "../../mesh/index.ts";
+import { formatLength, formatPower } from "../../overlay/lengths.ts";
+import type { StoreInfo } from "../../stream/types.ts";
+import { measureTexts } from "../../texts/measure.ts";
+import { listed, localized } from "../../texts/numbers.ts";
+import { formatBytes, formatValue } from "../shell/format.ts";
+
+/** Area and volume of an isosurface: found, or on the way. */
+export interface ExtentState {
+  isovalue: number;
+  /** 0 … 1 while it is being computed. */
+  share?: number;
+  extent?: SurfaceExtent;
+  problem?: string;
+}
+
+export interface MeasureActions {
+  /** Removes a measurement, or all; section: whose focus is to be kept. */
+  remove(index: number | "all", section: Element | null): void;
+  /** Computes area and volume of the isosurfaces shown; or stops. */
+  measureSurfaces(): void;
+  copy(): void;
+  saveCsv(): void;
+  saveJson(): void;
+  saveSession(): void;
+}
+
+/** The number of a measurement, as it is beside it in the picture. */
+export function resultOf({ kind, points, text }: Measurement): string {
+  if (kind === "note") return text ?? "";
+  if (kind === "point") {
+    const [x, y, z] = points[0]?.position ?? [0, 0, 0];
+    return text ?? listed([x, y, z].map(formatValue));
+  }
+  const angle = angleOf(points);
+  const value =
+    kind !== "angle"
+      ? formatLength(lengthOf(points))
+      : angle === undefined
+        ? measureTexts.noAngle
+        : localized(`${angle.toFixed(1)}°`);
+  return text ? `${text}: ${value}` : value;
+}
+
+/** What else is known of its points. */
+function facts({ kind, points }: Measurement, info: StoreInfo): string {
+  if (kind !== "point" && kind !== "note") {
+    const isCoarse = points.some(({ level }) => level !== undefined && level > 0);
+    return isCoarse ? measureTexts.coarse : "";
+  }
+  const [point] = points;
+  if (!point) return "";
+  const voxel = listed(voxelOf(info, point.position).map((n) => localized(n.toFixed(2))));
+  const units = info.metadata.units;
+  return [
+    kind === "note" ? measureTexts.at(listed(point.position.map(formatValue))) : "",
+    measureTexts.voxel(voxel),
+    point.value === undefined
+      ? ""
+      : measureTexts.value(`${formatValue(point.value)}${units ? ` ${units}` : ""}`),
+    point.normal
+      ? measureTexts.normal(listed(point.normal.map((n) => localized(n.toFixed(3)))))
+      : "",
+    point.level ? measureTexts.ofLevel(point.level) : "",
+  ]
+    .filter((text) => text !== "")
+    .join(" · ");
+}
+
+/** The section of the panel. */
+export function measureSection(
+  tool: MeasureTool,
+  info: StoreInfo,
+  {
+    extents,
+    problem,
+    bytes,
+  }: { extents: readonly ExtentState[]; problem: string; bytes: number | undefined },
+  actions: MeasureActions,
+): TemplateResult {
+  const { kind, measurements } = tool;
+  return html`<div class="fields">
+    <div class="chips" role="group" aria-label=${measureTexts.measure}>
+      ${measurementKinds.map(
+        (each) => html`<button
+          type="button"
+          class="chip"
+          aria-pressed=${each === kind}
+          @click=${() => tool.choose(each)}
+        >
+          ${measureTexts.kinds[each]}
+        </button>`,
+      )}
+    </div>
+    ${problem ? html`<p class="measurement-facts">${problem}</p>` : nothing}
+    ${measurements.length > 0 ? list(tool, info, actions) : nothing}
+    <div class="chips">
+      <button
+        type="button"
+        class="chip"
+        title=${measureTexts.extentTitle}
+        @click=${actions.measureSurfaces}
+      >
+        ${
+          extents.some(({ share }) => share !== undefined)
+            ? measureTexts.stop
+            : html`${measureTexts.extent}${
+                bytes === undefined
+                  ? nothing
+                  : html` <span class="quiet">${formatBytes(bytes)}</span>`
+              }`
+        }
+      </button>
+    </div>
+    ${extents.map(progressPart)}
+    <div role="status">${extents.map(extentPart)}</div>
+    <div class="chips" role="group" aria-label=${measureTexts.copyAndSave}>
+      ${
+        measurements.length > 0
+          ? html`<button type="button" class="chip" @click=${actions.copy}>${measureTexts.copy}</button>
+              <button type="button" class="chip" @click=${actions.saveCsv}>CSV</button>
+              <button type="button" class="chip" @click=${actions.saveJson}>JSON</button>
+              <button type="button" class="chip" @click=${(event: Event) => actions.remove("all", sectionOf(event))}>${measureTexts.removeAll}</button>`
+          : nothing
+      }
+      <button
+        type="button"
+        class="chip"
+        title=${measureTexts.saveSessionTitle}
+        @click=${actions.saveSession}
+      >
+        ${measureTexts.saveSession}
+      </button>
+    </div>
+  </div>`;
+}
+
+/** Outside of what screen readers announce. */
+function progressPart({ isovalue, share }: ExtentState): TemplateResult | typeof nothing {
+  if (share === undefined) return nothing;
+  const name = measureTexts.isovalue(formatValue(isovalue));
+  return html`<p class="measurement-facts">
+    ${name}: <progress aria-label=${name} max="1" .value=${share}></progress> ${Math.round(100 * share)} %
+  </p>`;
+}
+
+function extentPart({ isovalue, extent, problem }: ExtentState) {
+  const name = measureTexts.isovalue(formatValue(isovalue));
+  if (problem) return html`<p class="measurement-facts">${name}: ${problem}</p>`;
+  if (!extent) return nothing;
+  const { area, volumeAbove, gridVolume } = extent;
+  const percent = localized(((100 * (volumeAbove ?? 0)) / gridVolume).toPrecision(3));
+  return html`<p class="measurement-facts">
+    ${name}: ${measureTexts.area} <b>${formatPower(area, 2)}</b>,
+    ${
+      volumeAbove === undefined
+        ? measureTexts.holes
+        : html`${measureTexts.volume} <b>${formatPower(volumeAbove, 3)}</b> (${percent} %)`
+    }
+  </p>`;
+}
+
+/** A new text leaves the points as they are. */
+function keyOf({ points }: Measurement): unknown {
+  return points;
+}
+
+function sectionOf(event: Event): Element | null {
+  return (event.currentTarget as Element).closest(".fields");
+}
+
+function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): TemplateResult {
+  return html`<ol class="measurements" aria-label=${measureTexts.measurements}>
+    ${repeat(tool.measurements, keyOf, (measurement, i) => {
+      const name = `${measureTexts.kinds[measurement.kind]} ${i + 1}`;
+      const more = facts(measurement, info);
+      return html`<li class="measurement">
+        <span class="measurement-value">
+          <span class="visually-hidden">${name}:</span> ${resultOf(measurement)}
+        </span>
+        <button
+          type="button"
+          class="chip"
+          aria-label=${measureTexts.removeNamed(name)}
+          @click=${(event: Event) => actions.remove(i, sectionOf(event))}
+        >
+          ${measureTexts.remove}
+        </button>
+        ${more ? html`<span class="measurement-facts quiet">${more}</span>` : nothing}
+        <input
+          class="small-input"
+          type="text"
+          aria-label=${measureTexts.textOf(name)}
+          placeholder=${measureTexts.text}
+          maxlength=${longestText}
+          .value=${measurement.text ?? ""}
+          @change=${(event: Event) => {
+            const field = event.currentTarget as HTMLInputElement;
+            tool.rename(i, field.value.trim());
+            field.value = tool.measurements[i]?.text ?? "";
+          }}
+        />
+      </li>`;
+    })}
+  </ol>`;
+}

@@ -1,0 +1,42 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { pageTexts } from "../../texts/page.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import type { Legend } from "../../viewer/types.ts";
+import { formatValue } from "../shell/format.ts";
+
+/** The units of a quantity; `values`: the units of the volume's values. */
+function unitsOf({ colourBy }: Legend, values: string | undefined): string {
+  if (colourBy === "isovalue") return values ?? "";
+  if (colourBy === "gradient") return pageTexts.perLength(values ?? "");
+  return colourBy === "projection-error" ? pageTexts.cells : "";
+}
+
+function bar(colours: readonly string[], low: unknown, high: unknown): TemplateResult {
+  return html`<div
+      class="legend-colours"
+      style=${`background:linear-gradient(to right, ${colours.join(", ")})`}
+    ></div>
+    <div class="legend-ends"><span>${low}</span><span>${high}</span></div>`;
+}
+
+/** The greys of slices. */
+function greysPart([low, high]: readonly [number, number], units: string): TemplateResult {
+  return html`<div>
+      ${panelTexts.values}${units ? html` <span class="quiet">${units}</span>` : nothing}
+    </div>
+    ${bar(["#000", "#fff"], formatValue(low), formatValue(high))}`;
+}
+
+/** The colour map and the values at its ends. */
+export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
+  const [low, high] = legend.range?.map(formatValue) ?? [pageTexts.near, pageTexts.far];
+  const units = unitsOf(legend, valueUnits);
+  const isOfSlices = legend.slices && legend.colourBy === "isovalue";
+  const name = isOfSlices ? panelTexts.values : panelTexts.quantities[legend.colourBy];
+  return html`<figure class="legend" aria-label=${pageTexts.colours(name, `${low}`, `${high}`, units)}>
+    <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
+    ${bar(legend.colours, low, high)}
+    ${legend.greys ? greysPart(legend.greys, valueUnits ?? "") : nothing}
+    ${legend.slices ? html`<div class="legend-hatched">${panelTexts.noValues}</div>` : nothing}
+  </figure>`;
+}

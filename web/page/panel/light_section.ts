@@ -1,0 +1,134 @@
+import { html, type TemplateResult } from "lit";
+import { styleMap } from "lit/directives/style-map.js";
+import { localized } from "../../texts/numbers.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import {
+  defaultLight,
+  type Light,
+  lightFromDisc,
+  lightOnDisc,
+  lightRanges,
+} from "../../viewer/light.ts";
+import type { PanelActions, PanelState } from "./panel.ts";
+
+type ValueElement = HTMLElement & { value: string };
+
+const percent = (value: number) => `${Math.round(value * 100)} %`;
+/** An arrow key turns the key light by this much. */
+const keyDegrees = 5;
+
+/** The sliders with their steps. */
+const sliders = [
+  { name: "key", step: 0.05 },
+  { name: "sky", step: 0.05 },
+  { name: "rim", step: 0.05 },
+  { name: "highlight", step: 0.05 },
+  { name: "roughness", step: 0.05 },
+  { name: "occlusion", step: 0.05 },
+  { name: "occlusionRadius", step: 0.01 },
+  { name: "shadow", step: 0.05 },
+  { name: "shadowSoftness", step: 0.01 },
+] as const;
+
+function directionText({ azimuth, elevation }: Light): string {
+  const degrees = (angle: number) => localized(String(Math.abs(angle)));
+  return panelTexts.lightAt(degrees(azimuth), azimuth < 0, degrees(elevation), elevation < 0);
+}
+
+/** A ball as the key light shows it: dragging moves the light, as do the arrow keys. */
+function ball(
+  light: Light,
+  change: (light: Light) => void,
+  turn: PanelActions["turnLight"],
+): TemplateResult {
+  const { x, y } = lightOnDisc(light);
+  const move = (event: PointerEvent) => {
+    const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
+    const across = (2 * (event.clientX - box.left)) / box.width - 1;
+    const up = 1 - (2 * (event.clientY - box.top)) / box.height;
+    change({ ...light, ...lightFromDisc(across, up) });
+  };
+  const pressed = (event: PointerEvent) => {
+    (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
+    move(event);
+  };
+  const moved = (event: PointerEvent) => {
+    if ((event.currentTarget as HTMLElement).hasPointerCapture(event.pointerId)) move(event);
+  };
+  const keyed = (event: KeyboardEvent) => {
+    const steps: Record<string, [number, number]> = {
+      ArrowLeft: [-keyDegrees, 0],
+      ArrowRight: [keyDegrees, 0],
+      ArrowUp: [0, keyDegrees],
+      ArrowDown: [0, -keyDegrees],
+    };
+    const step = steps[event.key];
+    if (!step) return;
+    event.preventDefault();
+    turn(...step);
+  };
+  const at = { "--light-x": `${50 + 50 * x}%`, "--light-y": `${50 - 50 * y}%` };
+  return html`<div class="field">
+    <span class="field-label" id="light-label">${panelTexts.lightDirection}</span>
+    <div
+      class="light-ball"
+      role="slider"
+      tabindex="0"
+      aria-labelledby="light-label"
+      aria-valuemin="-180"
+      aria-valuemax="180"
+      aria-valuenow=${light.azimuth}
+      aria-valuetext=${directionText(light)}
+      title=${panelTexts.lightHint}
+      style=${styleMap(at)}
+      @pointerdown=${pressed}
+      @pointermove=${moved}
+      @keydown=${keyed}
+    ></div>
+  </div>`;
+}
+
+export function lightSection(state: PanelState, actions: PanelActions): TemplateResult {
+  const { look } = state;
+  const { light } = look;
+  const change = (to: Light) => actions.changeLook({ light: to });
+  const isDefault = (Object.keys(defaultLight) as (keyof Light)[]).every(
+    (name) => light[name] === defaultLight[name],
+  );
+  return html`<wa-details class="section" appearance="plain" summary=${panelTexts.light}>
+    <div class="fields">
+      ${ball(light, change, actions.turnLight)}
+      ${sliders.map(
+        ({ name, step }) => html`<wa-slider
+          size="s"
+          label=${panelTexts.lights[name]}
+          .min=${lightRanges[name][0]}
+          .max=${lightRanges[name][1]}
+          .step=${step}
+          .value=${light[name]}
+          .valueFormatter=${percent}
+          @input=${(event: Event) =>
+            change({ ...light, [name]: Number((event.currentTarget as ValueElement).value) })}
+        ></wa-slider>`,
+      )}
+      <wa-slider
+        size="s"
+        label=${panelTexts.edgeShading}
+        min="0"
+        max="1"
+        step="0.05"
+        .value=${look.eyeDome}
+        .valueFormatter=${percent}
+        @input=${(event: Event) =>
+          actions.changeLook({ eyeDome: Number((event.currentTarget as ValueElement).value) })}
+      ></wa-slider>
+      <wa-button
+        size="s"
+        appearance="outlined"
+        ?disabled=${isDefault}
+        @click=${() => change(defaultLight)}
+        >${panelTexts.resetLight}</wa-button
+      >
+    </div>
+  </wa-details>`;
+}

@@ -1,0 +1,29 @@
+import { html, type TemplateResult } from "lit";
+import type { StoreInfo } from "../../stream/types.ts";
+import { extentAlong } from "../../viewer/clipping.ts";
+import type { ClipPlane } from "../../viewer/types.ts";
+
+/** Moves a plane along its normal through the volume. `formatter`: of the share of the way, 0 … 1. */
+export function planeSlider(
+  label: string,
+  { normal, offset }: ClipPlane,
+  info: StoreInfo,
+  formatter: (share: number) => string,
+  move: (offset: number) => void,
+): TemplateResult {
+  const [low, high] = extentAlong(normal, info);
+  const input = (event: Event) => {
+    const share = Number((event.currentTarget as HTMLElement & { value: string }).value);
+    move(low + share * (high - low));
+  };
+  return html`<wa-slider
+    size="s"
+    label=${label}
+    min="0"
+    max="1"
+    step="0.005"
+    .value=${(offset - low) / (high - low)}
+    .valueFormatter=${formatter}
+    @input=${input}
+  ></wa-slider>`;
+}

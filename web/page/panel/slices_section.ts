@@ -1,0 +1,152 @@
+import "./slices.css";
+import { html, nothing, type TemplateResult } from "lit";
+import { formatLength } from "../../overlay/lengths.ts";
+import { localized } from "../../texts/numbers.ts";
+import { slicesTexts } from "../../texts/slices.ts";
+import { extentAlong } from "../../viewer/clipping.ts";
+import { hasSlices } from "../../viewer/slices.ts";
+import type { Slices } from "../../viewer/types.ts";
+import { formatValue, parseValue } from "../shell/format.ts";
+import type { PanelActions, PanelState } from "./panel.ts";
+import { planeSlider } from "./plane_slider.ts";
+
+type ValueElement = HTMLElement & { value: string };
+
+const axes = ["x", "y", "z"] as const;
+
+/** The section of slices: one across each axis, and an oblique one. */
+export function slicesSection(state: PanelState, actions: PanelActions): TemplateResult {
+  return html`<div class="fields slices">
+    ${axes.map((_, axis) => axisPart(axis, state, actions))} ${obliquePart(state, actions)}
+    ${hasSlices(state.slices) && state.look.colourBy !== "isovalue" ? rangePart(state, actions) : nothing}
+    <p class="quiet">${slicesTexts.about}</p>
+  </div>`;
+}
+
+/** A slice across an axis, which steps from voxel to voxel. */
+function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActions) {
+  const name = axes[axis] ?? "";
+  const last = (info.voxels[axis] ?? 2) - 1;
+  const share = slices.along[axis] ?? null;
+  const voxelText = (at: number) => localized(String(Number(at.toFixed(3))));
+  const voxel = Number(((share ?? 0.5) * last).toFixed(3));
+  const show = (to: number | null) => {
+    const along = slices.along.map((other, i) => (i === axis ? to : other));
+    actions.changeSlices({ ...slices, along: along as unknown as Slices["along"] });
+  };
+  const showVoxel = (to: number) => show(Math.max(0, Math.min(1, to / last)));
+  const entered = (event: Event) => {
+    const field = event.currentTarget as HTMLInputElement;
+    const value = parseValue(field.value);
+    const to = value === undefined ? voxel : Math.max(0, Math.min(last, value));
+    field.value = voxelText(to);
+    if (value !== undefined) showVoxel(to);
+  };
+  const isShown = share !== null;
+  return html`<div class="slice" role="group" aria-label=${slicesTexts.across(name)}>
+    <button
+      type="button"
+      class="chip"
+      title=${slicesTexts.across(name)}
+      aria-label=${slicesTexts.across(name)}
+      aria-pressed=${isShown}
+      @click=${() => (isShown ? show(null) : showVoxel(Math.round(last / 2)))}
+    >
+      ${name}
+    </button>
+    ${
+      isShown
+        ? html`<wa-slider
+              class="no-label"
+              size="s"
+              label=${slicesTexts.across(name)}
+              min="0"
+              .max=${last}
+              step="1"
+              .value=${voxel}
+              .valueFormatter=${(at: number) =>
+                slicesTexts.at(localized(String(at)), formatLength(at * (info.spacing[axis] ?? 1)))}
+              @input=${(event: Event) =>
+                showVoxel(Number((event.currentTarget as ValueElement).value))}
+            ></wa-slider>
+            <input
+              class="small-input"
+              type="text"
+              inputmode="decimal"
+              autocomplete="off"
+              aria-label=${slicesTexts.voxelOf(name)}
+              title=${slicesTexts.voxelOf(name)}
+              .value=${voxelText(voxel)}
+              @change=${entered}
+            />
+            <span class="slice-place quiet"
+              >${formatLength(Number((voxel * (info.spacing[axis] ?? 1)).toPrecision(5)))}</span
+            >`
+        : nothing
+    }
+  </div>`;
+}
+
+function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
+  const { plane, ...others } = slices;
+  const across = html`<wa-button
+    size="s"
+    appearance="outlined"
+    title=${slicesTexts.acrossViewTitle}
+    @click=${actions.sliceAcrossView}
+    >${slicesTexts.acrossView}</wa-button
+  >`;
+  if (!plane) return across;
+  const { normal } = plane;
+  const size = Math.hypot(...normal);
+  const [low, high] = extentAlong(normal, info);
+  const middle = (low + high) / 2;
+  const place = (share: number) =>
+    slicesTexts.fromCentre(
+      formatLength(Number(((low + share * (high - low) - middle) / size).toPrecision(4))),
+    );
+  const move = (to: number) => actions.changeSlices({ ...others, plane: { normal, offset: to } });
+  return html`${planeSlider(slicesTexts.oblique, plane, info, place, move)}
+    ${across}
+    <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices(others)}
+      >${slicesTexts.removeOblique}</wa-button
+    >`;
+}
+
+/** The values that are black and white. What is entered is kept in order. */
+function rangePart({ slices, info }: PanelState, actions: PanelActions) {
+  const { range, ...others } = slices;
+  const [low, high] = range ?? info.range;
+  const field = (label: string, value: number, rangeOf: (to: number) => [number, number]) => {
+    const enter = (event: Event) => {
+      const input = event.currentTarget as HTMLInputElement;
+      const to = parseValue(input.value);
+      const entered = to === undefined ? undefined : rangeOf(to);
+      const isInOrder = to !== undefined && entered !== undefined && entered[0] < entered[1];
+      input.value = formatValue(isInOrder ? to : value);
+      if (isInOrder) actions.changeSlices({ ...others, range: entered });
+    };
+    return html`<label
+      >${label}
+      <input
+        class="small-input"
+        type="text"
+        inputmode="decimal"
+        autocomplete="off"
+        .value=${formatValue(value)}
+        @change=${enter}
+      />
+    </label>`;
+  };
+  return html`<div class="slice slice-range">
+    ${field(slicesTexts.black, low, (to) => [to, high])}
+    ${field(slicesTexts.white, high, (to) => [low, to])}
+    ${
+      range
+        ? html`<button type="button" class="chip" @click=${() => actions.changeSlices(others)}>
+            ${slicesTexts.wholeRange}
+          </button>`
+        : nothing
+    }
+  </div>`;
+}

@@ -1,0 +1,43 @@
+import { type FaultKind, faults, type Offer, StreamError } from "../../stream/index.ts";
+import { faultTexts } from "../../texts/faults.ts";
+import { RendererError } from "../../viewer/index.ts";
+import type { IconName } from "./icons.ts";
+import { ApiError } from "./volumes_api.ts";
+
+/** A problem as a message, with what the visitor can do. */
+export interface Problem {
+  icon: IconName;
+  title: string;
+  text: string;
+  /** What was expected and found, for a report; shown in small type. */
+  detail?: string;
+  offers: readonly Offer[];
+}
+
+/** Describes a fault to the visitor. `what`: the volume's name or the store's address. */
+export function problemOfFault(kind: FaultKind, what: string, detail?: string): Problem {
+  const { title, text } = faultTexts[kind];
+  const { offers } = faults[kind];
+  return {
+    icon: iconOf(kind),
+    title,
+    text: text.replaceAll("NAME", what),
+    offers,
+    ...(detail ? { detail } : {}),
+  };
+}
+
+export function problemOf(error: unknown, what: string): Problem {
+  const detail = error instanceof Error ? error.message : String(error);
+  return problemOfFault(kindOf(error), what, detail);
+}
+
+export function kindOf(error: unknown): FaultKind {
+  if (error instanceof StreamError || error instanceof RendererError) return error.kind;
+  return error instanceof ApiError ? "unreachable" : "internal";
+}
+
+function iconOf(kind: FaultKind): IconName {
+  if (kind === "not-found" || kind === "bad-address") return "missing";
+  return kind === "unreachable" || kind === "server-fault" ? "offline" : "alert";
+}

@@ -1,0 +1,149 @@
+import { keptHeader } from "../../offline/kept_header.ts";
+import { startTexts } from "../../texts/start.ts";
+import { siteCatalog } from "./site.ts";
+
+/**
+ * A volume of the server's list (server/HTTP.md). Fields that the server does not send are
+ * undefined.
+ */
+export interface VolumeEntry {
+  name: string;
+  title?: string;
+  voxels?: number[];
+  spacing?: number[];
+  /** "u8", "i16", "f32" … */
+  type?: string;
+  units?: string;
+  fileBytes?: number;
+  contentId?: string;
+  histogram?: { low: number; high: number; counts: number[] };
+  range?: [number, number];
+  /** The address of its picture: a path of the server, or a file of a static site. */
+  thumbnail?: string;
+  /** The file exists, but cannot be read. */
+  error?: { status: string; message: string };
+}
+
+/**
+ * The list could not be fetched. `retry`: the same request may succeed later. `denied`: a token or
+ * link is needed.
+ */
+export class ApiError extends Error {
+  override readonly name = "ApiError";
+  readonly retry: boolean;
+  readonly denied: boolean;
+  constructor(message: string, retry: boolean, denied = false) {
+    super(message);
+    this.retry = retry;
+    this.denied = denied;
+  }
+}
+
+/** A part of a list of volumes. */
+export interface VolumeList {
+  volumes: VolumeEntry[];
+  /** Volumes of the whole list, and their bytes. */
+  total: number;
+  fileBytes: number;
+  /** The server does not answer: this is the list of an earlier visit, at this time. */
+  keptAt?: Date;
+}
+
+export interface ListQuery {
+  /** Words, each of which a volume must have in its name or title. */
+  query?: string;
+  /** Volumes to leave out at the beginning. */
+  offset?: number;
+  /** The most volumes to return, at most 1000. Default: 100. */
+  limit?: number;
+}
+
+/** The volumes on this page's server, or of its static site. */
+export async function fetchVolumes(
+  wanted: ListQuery = {},
+  signal?: AbortSignal,
+): Promise<VolumeList> {
+  const catalog = siteCatalog();
+  if (catalog === null) return (await fetchList(listAddress(wanted), signal)) as VolumeList;
+  const { volumes, keptAt } = await fetchList(catalog, signal);
+  return { ...selectVolumes(volumes, wanted), ...(keptAt && { keptAt }) };
+}
+
+function listAddress({ query, offset, limit }: ListQuery): string {
+  const parameters = [
+    query && `query=${encodeURIComponent(query)}`,
+    offset && `offset=${offset}`,
+    limit && `limit=${limit}`,
+  ].filter(Boolean);
+  return parameters.length > 0 ? `v1/volumes?${parameters.join("&")}` : "v1/volumes";
+}
+
+/** The part of a whole list that a server would return. */
+export function selectVolumes(
+  volumes: readonly VolumeEntry[],
+  { query = "", offset = 0, limit = 100 }: ListQuery,
+): VolumeList {
+  const words = query.toLowerCase().split(" ").filter(Boolean);
+  const found = volumes.filter(({ name, title }) => {
+    const texts = [name, title ?? ""].map((text) => text.toLowerCase());
+    return words.every((word) => texts.some((text) => text.includes(word)));
+  });
+  return {
+    volumes: found.slice(offset, offset + limit),
+    total: found.length,
+    fileBytes: found.reduce((sum, volume) => sum + (volume.fileBytes ?? 0), 0),
+  };
+}
+
+async function fetchList(
+  address: string,
+  signal: AbortSignal | undefined,
+): Promise<{ volumes: VolumeEntry[]; keptAt?: Date }> {
+  let response: Response;
+  try {
+    response = await fetch(address, { signal: signal ?? null });
+  } catch (error) {
+    if (signal?.aborted) throw error;
+    throw new ApiError(startTexts.noAnswer, true);
+  }
+  if (!response.ok) {
+    if (response.status === 401 || response.status === 403) {
+      throw new ApiError(startTexts.notAdmitted, false, true);
+    }
+    const retry = response.status >= 500 || response.status === 429;
+    throw new ApiError(startTexts.listStatus(response.status), retry);
+  }
+  try {
+    const answer = (await response.json()) as { volumes: VolumeEntry[] };
+    const kept = response.headers.get(keptHeader);
+    if (Array.isArray(answer.volumes))
+      return { ...answer, ...(kept && { keptAt: new Date(kept) }) };
+  } catch {} // reported below
+  throw new ApiError(startTexts.notAList, false);
+}
+
+/**
+ * Repeats until the function succeeds, fails permanently, or the signal aborts it. `failed` is
+ * called after each failure that is followed by another try, with the time of that try.
+ */
+export async function withBackoff<T>(
+  attempt: (signal: AbortSignal) => Promise<T>,
+  signal: AbortSignal,
+  failed: (error: ApiError, nextTryMs: number) => void,
+): Promise<T> {
+  for (let wait = 1000; ; wait = Math.min(2 * wait, 30_000)) {
+    try {
+      return await attempt(signal);
+    } catch (error) {
+      if (!(error instanceof ApiError) || !error.retry || signal.aborted) throw error;
+      failed(error, wait);
+    }
+    await new Promise<void>((resolve, reject) => {
+      const timer = setTimeout(resolve, wait);
+      signal.addEventListener("abort", () => {
+        clearTimeout(timer);
+        reject(signal.reason);
+      });
+    });
+  }
+}

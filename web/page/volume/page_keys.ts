@@ -1,0 +1,54 @@
+import { type CameraActions, handleCameraKey } from "../../viewer/index.ts";
+
+/**
+ * Handles a key pressed anywhere on the page: moves the camera, or calls the entry of `actions` for
+ * it (by KeyboardEvent.key), unless a control, a dialog or the browser uses the key.
+ */
+export function handlePageKey(
+  event: KeyboardEvent,
+  canvas: HTMLElement,
+  camera: CameraActions,
+  actions: Readonly<Record<string, () => void>>,
+): void {
+  if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (document.querySelector("wa-dialog[open]")) return;
+  const focus = focusOf(event, canvas);
+  if (focus === "text") return;
+  if (focus === "none" && handleCameraKey(event, camera, actions.r)) {
+    event.preventDefault();
+    return;
+  }
+  // Caps Lock does not change the meaning of a key.
+  const action =
+    actions[event.shiftKey ? event.key : event.key.toLowerCase()] ?? actions[event.key];
+  if (action) {
+    action();
+    event.preventDefault();
+  }
+}
+
+/** What a key does in the history of the view, unless a text field uses it. */
+export function historyStep(
+  event: KeyboardEvent,
+  canvas: HTMLElement,
+): "undo" | "redo" | undefined {
+  if (event.defaultPrevented || event.altKey || !(event.ctrlKey || event.metaKey)) return undefined;
+  if (document.querySelector("wa-dialog[open]") || focusOf(event, canvas) === "text") {
+    return undefined;
+  }
+  const key = event.key.toLowerCase();
+  if (key === "y") return "redo";
+  if (key !== "z") return undefined;
+  return event.shiftKey ? "redo" : "undo";
+}
+
+/** Which element uses the key: text fields use all keys, other controls some, the page the rest. */
+function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" | "none" {
+  const origin = event.composedPath()[0];
+  if (!(origin instanceof HTMLElement) || origin === document.body || origin === canvas)
+    return "none";
+  const isField = origin.matches("input, textarea, select, [role=combobox], [role=listbox]");
+  const takesText = isField && !origin.matches("[type=color], [type=range]");
+  if (takesText || origin.isContentEditable) return "text";
+  return "control";
+}

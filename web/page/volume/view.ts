@@ -1,0 +1,52 @@
+import { pageTexts } from "../../texts/page.ts";
+import { Viewer } from "../../viewer/index.ts";
+
+/** The canvas of a volume page, and its viewer. */
+export interface View {
+  canvas: HTMLCanvasElement;
+  viewer: Viewer;
+}
+
+interface PreparedView extends View {
+  reset: () => void;
+}
+
+let prepared: PreparedView | undefined;
+
+/** Loads the renderer and compiles its shaders for the next `takeView`, while there is nothing to show. */
+export function prepareView(): void {
+  if (prepared) return;
+  prepared = newView();
+  prepared.viewer.prepare().catch(() => {}); // opening a volume tries again, and reports the error
+}
+
+/** Frees what was prepared and not taken. */
+export function releaseView(): void {
+  prepared?.viewer.dispose();
+  prepared = undefined;
+}
+
+/** The view that was prepared, or a new one. `reset`: what the key R does. */
+export function takeView(reset: () => void): View {
+  const view = prepared ?? newView();
+  prepared = undefined;
+  view.reset = reset;
+  return view;
+}
+
+function newView(): PreparedView {
+  const canvas = viewCanvas();
+  const viewer = new Viewer(canvas, { reset: () => view.reset() });
+  const view = { canvas, viewer, reset: () => viewer.reset() };
+  return view;
+}
+
+function viewCanvas(): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  canvas.className = "view";
+  canvas.id = "view";
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "application");
+  canvas.setAttribute("aria-roledescription", pageTexts.view3d);
+  return canvas;
+}

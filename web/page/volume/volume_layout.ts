@@ -1,0 +1,212 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { guard } from "lit/directives/guard.js";
+import type { Offer, StoreInfo } from "../../stream/index.ts";
+import { pageTexts } from "../../texts/page.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import type { Legend } from "../../viewer/types.ts";
+import { legendPart } from "../panel/legend.ts";
+import { lightSection } from "../panel/light_section.ts";
+import {
+  appearanceSection,
+  clippingSection,
+  isovalueSection,
+  type PanelActions,
+  type PanelState,
+  surfacesSection,
+  volumeSection,
+} from "../panel/panel.ts";
+import { viewSection } from "../panel/view_section.ts";
+import { brand, iconButton, problemCard, themeButton } from "../shell/chrome.ts";
+import { formatDims, formatType } from "../shell/format.ts";
+import { icon } from "../shell/icons.ts";
+import type { Problem } from "../shell/problems.ts";
+import { theme } from "../shell/theme.ts";
+import type { ToastMessage } from "../shell/toast.ts";
+
+/** A message beside the picture, which stays visible. */
+export interface Banner {
+  text: string;
+  /** What was expected and found, for a report. */
+  detail?: string;
+  /** The page tries again by itself soon. */
+  isWaiting: boolean;
+  offers: readonly Offer[];
+}
+
+export interface LayoutState {
+  title: string;
+  /** What a provisional store is. */
+  provisional: string | undefined;
+  /** Buttons that are loaded later. */
+  tools: HTMLElement | null;
+  /** Null until the volume is open: there is nothing to control before. */
+  panel: PanelState | null;
+  background: string;
+  problem: Problem | null;
+  /** Names of other volumes that the visitor can open instead. */
+  names: readonly string[];
+  legend: Legend | null;
+  banner: Banner | null;
+  toast: ToastMessage | null;
+  /** There is no picture yet, but the volume is loading. */
+  isOpening: boolean;
+  isSheetOpen: boolean;
+  isPanelHidden: boolean;
+  canvas: HTMLElement;
+  /** Lies on the canvas; null until it has loaded. */
+  overlay: HTMLElement | null;
+  /** The clip box and its handles, which lie on the canvas; null unless they are shown. */
+  clipHandles: HTMLElement | null;
+  /** The marks of measurements, which lie on the canvas, and their section; null until loaded. */
+  measure: { element: HTMLElement; section: TemplateResult } | null;
+  /** The section of slices; null until loaded. */
+  slicesSection: ((state: PanelState, actions: PanelActions) => TemplateResult) | null;
+  status: HTMLElement;
+}
+
+export interface LayoutActions extends PanelActions {
+  retry(): void;
+  reset(): void;
+  savePicture(): void;
+  copyLink(): void;
+  toggleSheet(): void;
+  /** Loads the measurements at their first use. */
+  loadMeasure(): void;
+  /** Loads the section of slices at its first use. */
+  loadSlices(): void;
+  /** Shows keys and gestures. */
+  help(): void;
+}
+
+/** The page of one volume: bar, picture with overlays, and panel. */
+export function volumeLayout(state: LayoutState, actions: LayoutActions): TemplateResult {
+  const { panel } = state;
+  const isPanelHidden = state.isPanelHidden || (state.problem !== null && !panel);
+  const classes = `volume${state.isSheetOpen ? " sheet-open" : ""}${
+    isPanelHidden ? " panel-hidden" : ""
+  }`;
+  return html`<div class=${classes}>
+    ${guard([state.title, panel?.info, state.tools, theme()], () => bar(state, actions))}
+    <main class="stage" style=${`background:${state.background}`}>
+      ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.problem ? nothing : state.clipHandles} ${state.banner ? bannerPart(state.banner, actions) : nothing}
+      ${cover(state, actions)}
+      ${state.provisional ? html`<p class="provisional">${state.provisional}</p>` : nothing}
+      ${
+        state.toast
+          ? html`<div class="toast" role="status">${icon(state.toast.icon)}${state.toast.text}</div>`
+          : nothing
+      }
+      ${state.legend && !state.problem ? legendPart(state.legend, panel?.info.metadata.units) : nothing}
+      ${state.status}
+    </main>
+    ${
+      panel
+        ? panelPart(panel, state, actions)
+        : html`<aside class="panel" aria-hidden="true"></aside>`
+    }
+  </div>`;
+}
+
+function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): TemplateResult {
+  return html`<header class="bar">
+    ${brand()}
+    <h1 class="volume-title">
+      <span class="volume-name">${title}</span>
+      ${panel ? html`<span class="quiet volume-facts">${facts(panel.info)}</span>` : nothing}
+    </h1>
+    <span class="bar-space"></span>${tools}
+    ${iconButton({
+      icon: "reset",
+      label: pageTexts.reset,
+      action: actions.reset,
+      isMinor: true,
+    })}
+    ${iconButton({ icon: "camera", label: pageTexts.savePicture, action: actions.savePicture })}
+    ${iconButton({ icon: "link", label: pageTexts.copyLink, action: actions.copyLink })}
+    ${iconButton({ icon: "help", label: pageTexts.keys, action: actions.help, isMinor: true })}
+    ${themeButton()}
+  </header>`;
+}
+
+/** The overlay while there is no picture. */
+function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typeof nothing {
+  if (state.problem) {
+    return html`<div class="cover">
+      ${problemCard(state.problem, { retry: actions.retry, names: state.names })}
+    </div>`;
+  }
+  if (!state.isOpening) return nothing;
+  return html`<div class="opening" aria-hidden="true"><wa-spinner></wa-spinner></div>`;
+}
+
+function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
+  const { text, detail, isWaiting, offers } = banner;
+  return html`<div class="banner" role="status">
+    ${isWaiting ? html`<wa-spinner></wa-spinner>` : icon("alert")}
+    <div>
+      ${text}
+      ${
+        detail
+          ? html`<details class="banner-detail">
+              <summary>${pageTexts.details}</summary>
+              <code>${detail}</code>
+            </details>`
+          : nothing
+      }
+    </div>
+    ${
+      offers.includes("again")
+        ? html`<wa-button size="s" appearance="outlined" @click=${actions.retry}
+            >${pageTexts.again}</wa-button
+          >`
+        : nothing
+    }
+    ${
+      offers.includes("reload")
+        ? html`<wa-button size="s" appearance="outlined" @click=${() => location.reload()}
+            >${pageTexts.loadAnew}</wa-button
+          >`
+        : nothing
+    }
+  </div>`;
+}
+
+function panelPart(
+  state: PanelState,
+  { isSheetOpen, measure, slicesSection }: LayoutState,
+  actions: LayoutActions,
+): TemplateResult {
+  return html`<aside class="panel" aria-label=${pageTexts.controls}>
+    <button
+      class="sheet-handle"
+      type="button"
+      aria-expanded=${isSheetOpen}
+      aria-controls="more-controls"
+      @click=${actions.toggleSheet}
+    >
+      <span class="visually-hidden">${isSheetOpen ? pageTexts.fewer : pageTexts.more}</span>
+      ${icon(isSheetOpen ? "down" : "up")}
+    </button>
+    ${isovalueSection(state, actions)}
+    <div class="more" id="more-controls">
+      ${surfacesSection(state, actions)}
+      ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
+      ${guard([state.look], () => lightSection(state, actions))}
+      ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
+      <wa-details class="section" appearance="plain" summary=${panelTexts.measure} @wa-show=${actions.loadMeasure}>
+        ${measure?.section}
+      </wa-details>
+      ${guard([state.clip, state.info], () => clippingSection(state, actions))}
+      <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
+        ${guard([state.slices, state.info, state.look, slicesSection], () => slicesSection?.(state, actions))}
+      </wa-details>
+      ${guard([state.info], () => volumeSection(state))}
+    </div>
+  </aside>`;
+}
+
+function facts(info: StoreInfo): string {
+  const type = info.metadata.source?.type;
+  const typeText = formatType(typeof type === "string" ? type : pageTexts.bits(info.mapping.bits));
+  return `${formatDims(info.voxels)}, ${typeText}`;
+}
