@@ -3,8 +3,8 @@ import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, constants } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
-import { serviceWorker } from "./.ci/service-worker.ts";
-import { singlePage } from "./.ci/single-page.ts";
+import { serviceWorker } from "./web/bundle/service_worker.ts";
+import { singlePage } from "./web/bundle/single_page.ts";
 
 const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
 

@@ -797,12 +797,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#parts = null;
     this.#isWarm = false;
     this.#scheduler?.stop();
-    const isToStay = performance.now() - this.#rendererMadeAt < shortestLife;
+    const givesUp = performance.now() - this.#rendererMadeAt < shortestLife;
     this.#rendererMadeAt = performance.now();
     // In a task of its own, not within the call that failed.
     setTimeout(() => {
       if (this.#disposed) return;
-      if (isToStay) {
+      if (givesUp) {
         this.close();
         this.emit("error", new RendererError(String(error), "renderer-failed", error));
         return;

@@ -1,7 +1,7 @@
-import { fileURLToPath } from "node:url";
+import { dirname } from "node:path";
 import { build, type Rollup } from "vite";
 
-const web = fileURLToPath(new URL("../web", import.meta.url));
+const web = dirname(import.meta.dirname);
 
 /** Nothing may be fetched: all that the page needs is in it. */
 const policy =

@@ -1,8 +1,8 @@
 import { fileURLToPath } from "node:url";
 import { build, type Rollup } from "vite";
-import type { PageBuild } from "../web/offline/page_cache.ts";
+import type { PageBuild } from "../offline/page_cache.ts";
 
-const source = fileURLToPath(new URL("../web/offline/service_worker.ts", import.meta.url));
+const source = fileURLToPath(new URL("../offline/service_worker.ts", import.meta.url));
 
 /** The script of the service worker for a build of the page: one file, which imports nothing. */
 export async function serviceWorker(page: PageBuild): Promise<string> {
