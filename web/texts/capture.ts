@@ -41,8 +41,8 @@ export const captureTexts = part("capture", {
   drawing: (percent: number) => `Drawing: ${percent} %`,
   saved: (bytes: string) => `Saved: ${bytes}.`,
   noPicture: "There is no picture yet",
-  limited: "Parts are coarser than this size could show: the limit of memory was reached.",
-  notFetched: "Parts are coarser than this size could show: their data could not be fetched.",
+  limited: "Parts are coarser than this size can show: the memory limit was reached.",
+  notFetched: "Parts are coarser than this size can show: their data could not be fetched.",
   noVideo: (width: number, height: number) =>
     `this browser encodes no video of ${width} × ${height} pixels: choose a smaller size, or PNG files`,
   wrongSize: (most: number) => `Width and height: whole numbers from 1 to ${most}.`,

@@ -3,9 +3,9 @@ import { part } from "./part.ts";
 /** Why files of this device, or at an address, cannot be opened, kept or saved. */
 export const deviceErrorTexts = part("deviceError", {
   corsRemedy:
-    "or the file is not there. Its operator must send “Access-Control-Allow-Origin: *” (CORS); or download the file, and drop it here",
+    "or the file does not exist. Its operator must send “Access-Control-Allow-Origin: *” (CORS); or download the file, and drop it here",
   notFoundRemedy: "check the address",
-  accessRemedy: "open the whole link that you were given, or download the file and drop it here",
+  accessRemedy: "open the complete link that you received, or download the file and drop it here",
   unreachableRemedy: "check the address and your connection, and open it again",
   serverRemedy: "open it again later",
   webPage: (address: string, type: string) =>

@@ -1,54 +1,54 @@
 import { part } from "./part.ts";
 
 /**
- * What the page says of each fault (web/stream/faults.ts). title: what happened, also as the first
+ * The page's texts for each fault (web/stream/faults.ts). title: what happened, also as the first
  * sentence of a banner. text: what it means, and what to do; NAME stands for the volume's name or the
  * store's address.
  */
 export const faultTexts = /* @__PURE__ */ part("fault", {
   unreachable: {
     title: "The server does not answer",
-    text: "“NAME” cannot be reached: the server may be starting, or the connection is down. It is tried again by itself.",
+    text: "“NAME” cannot be reached: the server may be starting, or the connection is down. The page retries automatically.",
   },
   "server-fault": {
     title: "The server answers with an error",
-    text: "It may be starting, overloaded, or out of order. “NAME” is tried again by itself.",
+    text: "It may be starting, overloaded, or out of order. The page retries “NAME” automatically.",
   },
   "cors-refused": {
     title: "This host does not let other sites read its files",
-    text: "The host of “NAME” answers, but keeps its answer from this page (CORS); or the file is not there. Its operator must send “Access-Control-Allow-Origin: *” with every answer, errors too (nginx: add_header … always; isosplat serve: --cors), and should send “Access-Control-Expose-Headers: Content-Range, Content-Length, ETag”.",
+    text: "The host of “NAME” responds, but does not allow this page to read the response (CORS); or the file does not exist. Its operator must send “Access-Control-Allow-Origin: *” with every response, including errors (nginx: add_header … always; isosplat serve: --cors), and should send “Access-Control-Expose-Headers: Content-Range, Content-Length, ETag”.",
   },
   "access-denied": {
     title: "The server refuses access",
-    text: "“NAME” is not public, or is not there. Open the whole address or link that you were given: it may have expired. Or ask the owner of “NAME” for access.",
+    text: "“NAME” is not public, or does not exist. Open the complete address or link that you received; it may have expired. Or ask the owner of “NAME” for access.",
   },
   "not-found": {
     title: "No such volume",
-    text: "There is no volume “NAME”. It may have been renamed or removed. Should it come back, it is opened by itself.",
+    text: "There is no volume “NAME”. It may have been renamed or removed. If it comes back, the page opens it automatically.",
   },
   replaced: {
     title: "The volume was replaced",
-    text: "“NAME” is another store now. It is opened by itself.",
+    text: "“NAME” is another store now. The page opens it automatically.",
   },
   "cut-short": {
     title: "The store was cut short",
-    text: "The file of “NAME” is shorter than its own beginning says. Copy it again as a whole, or rebuild it with “isosplat build”.",
+    text: "The file of “NAME” is shorter than its header states. Copy the whole file again, or rebuild it with “isosplat build”.",
   },
   "no-range": {
     title: "This host does not serve parts of files",
-    text: "Isosplat reads stores in pieces, by HTTP Range requests, and this host answers with the whole file, which is done with stores of up to 16 MB only. Put the store on a host that supports Range (nginx, S3 and most object stores do), or serve it with “isosplat serve”.",
+    text: "Isosplat reads stores in pieces, by HTTP Range requests, but this host responds with the whole file, which works only for stores of up to 16 MB. Put the store on a host that supports Range (nginx, S3 and most object stores do), or serve it with “isosplat serve”.",
   },
   "not-a-store": {
     title: "This is not a store",
-    text: "What is at the address of “NAME” was not made by Isosplat. Check the address, or build a store with “isosplat build”.",
+    text: "The file at the address of “NAME” is not an Isosplat store. Check the address, or build a store with “isosplat build”.",
   },
   "newer-version": {
     title: "This store is newer than this page",
-    text: "“NAME” was made by a newer version of Isosplat than this page is of. Open it with that version, or rebuild it with this one.",
+    text: "“NAME” was made by a newer version of Isosplat than this page. Open it with that version, or rebuild it with this one.",
   },
   "damaged-header": {
     title: "The store is damaged",
-    text: "The beginning of “NAME” is not what it was when it was written. Copy the store again, or rebuild it with “isosplat build”.",
+    text: "The header of “NAME” has changed since it was written. Copy the store again, or rebuild it with “isosplat build”.",
   },
   "damaged-page": {
     title: "The store is damaged",
@@ -56,15 +56,15 @@ export const faultTexts = /* @__PURE__ */ part("fault", {
   },
   "damaged-part": {
     title: "The store is damaged",
-    text: "Parts of it arrived twice with a wrong checksum; coarser ones are shown in their place. Copy the store again, or rebuild it with “isosplat build”.",
+    text: "Parts of it arrived twice with a wrong checksum; coarser parts are shown instead. Copy the store again, or rebuild it with “isosplat build”.",
   },
   "out-of-memory": {
     title: "The memory is full",
-    text: "The picture is coarser than the screen could show. Close other programs or tabs, and try again.",
+    text: "The picture is coarser than the screen can show. Close other programs or tabs, and try again.",
   },
   "worker-lost": {
-    title: "The browser ended what decodes the data",
-    text: "It may be short of memory. It is started again by itself; close other tabs if this does not go away.",
+    title: "The browser stopped a worker that decodes data",
+    text: "The browser may be short of memory. The worker is restarted automatically. If this message stays, close other tabs.",
   },
   "no-webgl2": {
     title: "This browser offers no WebGL 2",
@@ -72,11 +72,11 @@ export const faultTexts = /* @__PURE__ */ part("fault", {
   },
   "context-lost": {
     title: "The browser took the graphics card away",
-    text: "The picture comes back when the browser gives it back.",
+    text: "The picture returns when the browser makes it available again.",
   },
   "renderer-failed": {
     title: "The picture cannot be drawn",
-    text: "The graphics driver refused. Try again; if that does not help, restart the browser.",
+    text: "The graphics driver reported an error. Try again; if that does not help, restart the browser.",
   },
   "bad-address": {
     title: "This is not the address of a store",
@@ -84,6 +84,6 @@ export const faultTexts = /* @__PURE__ */ part("fault", {
   },
   internal: {
     title: "Something went wrong",
-    text: "This is a fault of the page, not of your data. Load the page anew, and report the details if it comes back.",
+    text: "This is a fault of the page, not of your data. Reload the page. If the fault comes back, report the details.",
   },
 });

@@ -22,7 +22,7 @@ export const helpTexts = part("help", {
       "Measure distances: Enter takes the middle of the picture, Shift + Enter ends a path, Escape ends",
     ],
     ["R", "Reset the view"],
-    ["Ctrl + Z, Ctrl + Shift + Z", "Take back, or repeat, the last change of the view"],
+    ["Ctrl + Z, Ctrl + Shift + Z", "Undo or redo the last change of the view"],
     ["C", "Copy a link to this view"],
     ["S, Shift + S", "Save a picture; one of any size, or a film"],
     ["F", "Show or hide the controls"],

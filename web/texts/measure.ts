@@ -34,7 +34,7 @@ export const measureTexts = part("measure", {
   text: "Text",
   textOf: (name: string) => `Text of ${name}`,
   extentTitle:
-    "Of the whole isosurface, from triangles at full detail, for which these bytes are read",
+    "Measures the whole isosurface by triangles at full detail; this reads the stated number of bytes",
   extent: "Area and volume",
   stop: "Stop",
   isovalue: (isovalue: string) => `Isovalue ${isovalue}`,

@@ -3,7 +3,7 @@ import { part } from "./part.ts";
 /** The panel beside the picture. */
 export const panelTexts = part("panel", {
   isovalue: "Isovalue",
-  costTitle: "The curve has the active cells of each isovalue",
+  costTitle: "The curve shows the number of active cells of each isovalue",
   activeCells: (count: string) => `about ${count} active cells`,
   atFullDetail: (bytes: string) => `${bytes} at full detail`,
   sweepTitle: "Move the isovalue through its range",
@@ -81,9 +81,9 @@ export const panelTexts = part("panel", {
   orthographicTitle: "Parallel rays: sizes do not depend on the distance (key P)",
   changes: "Changes of the view",
   undo: "Undo",
-  undoTitle: "Take back the last change of the view (Ctrl+Z)",
+  undoTitle: "Undo the last change of the view (Ctrl+Z)",
   redo: "Redo",
-  redoTitle: "Repeat what was taken back (Ctrl+Shift+Z)",
+  redoTitle: "Redo the change (Ctrl+Shift+Z)",
   picture: "Picture",
   saveTransparent: "Save without background",
   saveTransparentTitle: "Save the picture as a PNG without its background",

@@ -14,5 +14,5 @@ export const slicesTexts = part("slices", {
   white: "White at",
   wholeRange: "Whole range",
   about:
-    "Slices show the values of the cells that are loaded: in full detail near the isovalues of the surfaces, elsewhere coarser. Where they are hatched, no values are loaded, or values do not vary there: those are not stored.",
+    "Slices show the values of the cells that are loaded: in full detail near the isovalues of the surfaces, elsewhere coarser. Where they are hatched, no values are loaded, or the values do not vary (such cells are not stored).",
 });

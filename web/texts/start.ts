@@ -9,7 +9,7 @@ export const startTexts = part("start", {
   theList: "the list of volumes",
   needsToken: "This server needs a token",
   needsTokenText:
-    "Open the whole address that the server printed, or the link that you were given.",
+    "Open the complete address that the server printed, or the link that you received.",
   noList: "No list of volumes",
   noListText: "This host has no list of volumes. Open a store by its address below.",
   noAnswer: "The server does not answer.",
@@ -23,7 +23,7 @@ export const startTexts = part("start", {
   search: "Search",
   searchLabel: "Search the volumes by name or title",
   keptList: (time: string) =>
-    `Without a connection: this is the list of ${time}. What was fetched of a volume then can be shown; volumes on this device open as always.`,
+    `Without a connection: this is the list of ${time}. The parts of a volume that were fetched before can be shown; volumes on this device open as usual.`,
   /** command: how a store is made. */
   noVolumes: <Command>(command: Command) => [
     "This server has no volumes yet. Make a store with ",
@@ -38,7 +38,7 @@ export const startTexts = part("start", {
   loading: "Loading the volumes",
   elsewhere: "Open a store or a volume from elsewhere",
   elsewhereText:
-    "The address of a store (.isosplat), of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that allows other sites to read it (CORS). Of a store, parts are fetched (HTTP Range); a volume is fetched whole, and becomes a store here in the browser.",
+    "The address of a store (.isosplat), of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that allows other sites to read it (CORS). Of a store, the page fetches only parts (HTTP Range). It fetches a volume as a whole, and builds a store from it here in the browser.",
   address: "Address of a store or a volume",
   open: "Open",
   notHere: "This volume is not on this device, or not any more: open its file again.",
