@@ -9,6 +9,7 @@
 
 #include "native/cli/numbers.h"
 #include "native/cli/terminal.h"
+#include "shared/import/volume/type_names.h"
 
 namespace isosplat::cli {
 namespace {

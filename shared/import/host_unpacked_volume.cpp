@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "shared/import/unpacked_volume.h"
+#include "shared/import/volume/opened_volume.h"
 
 // In WebAssembly, JavaScript unpacks files before it opens them (web/import/unpack_file.ts).
 namespace isosplat {

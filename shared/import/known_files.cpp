@@ -7,10 +7,11 @@
 #include <cctype>
 #include <vector>
 
-#include "shared/import/header_text.h"
-#include "shared/import/image_file.h"
-#include "shared/import/input_files.h"
-#include "shared/import/packing.h"
+#include "shared/import/bytes/input_files.h"
+#include "shared/import/codecs/packing.h"
+#include "shared/import/images/file.h"
+#include "shared/import/text/commands.h"
+#include "shared/import/text/header_text.h"
 
 namespace isosplat {
 namespace {
@@ -202,18 +203,6 @@ bool is_lif(std::string_view bytes) {
 }
 
 }  // namespace
-
-std::string shell_word(const std::filesystem::path& path) {
-  const std::string text = path.string();
-  const bool is_plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) || c >= 0x80 ||
-           std::string_view("/._-+,=:@%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (is_plain && !text.empty() && text[0] != '-') return text;
-  std::string quoted = text.starts_with('-') ? "./'" : "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
 
 std::optional<KnownFile> known_file(const std::filesystem::path& path, std::string_view beginning) {
   if (is_dicomdir(beginning)) {

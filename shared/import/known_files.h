@@ -22,7 +22,4 @@ std::optional<KnownFile> known_file(const std::filesystem::path& path, std::stri
 /// other folders.
 std::optional<KnownFile> known_folder(const std::filesystem::path& path);
 
-/// A word of a command line: quoted if the shell would change it.
-std::string shell_word(const std::filesystem::path& path);
-
 }  // namespace isosplat

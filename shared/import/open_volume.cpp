@@ -5,19 +5,30 @@
 #include <algorithm>
 #include <limits>
 
-#include "shared/import/array_source.h"
-#include "shared/import/byte_reader.h"
-#include "shared/import/file_stamps.h"
-#include "shared/import/formats.h"
-#include "shared/import/header_text.h"
-#include "shared/import/image_file.h"
-#include "shared/import/input_files.h"
+#include "shared/import/bytes/byte_reader.h"
+#include "shared/import/bytes/input_files.h"
+#include "shared/import/codecs/deflated_reader.h"
+#include "shared/import/codecs/packing.h"
+#include "shared/import/dicom/dicom.h"
+#include "shared/import/hdf5/hdf5.h"
+#include "shared/import/images/file.h"
+#include "shared/import/images/images.h"
 #include "shared/import/known_files.h"
-#include "shared/import/missing_values.h"
-#include "shared/import/packing.h"
-#include "shared/import/slice_files.h"
+#include "shared/import/meta_image/meta_image.h"
+#include "shared/import/mrc/mrc.h"
+#include "shared/import/nifti/nifti.h"
+#include "shared/import/npy/npy.h"
+#include "shared/import/nrrd/nrrd.h"
+#include "shared/import/raw/raw.h"
+#include "shared/import/slices/slice_files.h"
+#include "shared/import/text/header_text.h"
+#include "shared/import/tiff/tiff.h"
 #include "shared/import/unpacked_volume.h"
-#include "shared/import/volume_choices.h"
+#include "shared/import/volume/file_stamps.h"
+#include "shared/import/volume/volume_choices.h"
+#include "shared/import/voxels/array_source.h"
+#include "shared/import/voxels/missing_values.h"
+#include "shared/import/vtk/vtk.h"
 
 namespace isosplat {
 namespace {
@@ -289,14 +300,6 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
   return with_missing_values(std::move(*volume), options);
 }
 
-std::string volume_name(const std::filesystem::path& path) {
-  std::filesystem::path file = path.filename();
-  if (file.empty()) file = path.parent_path().filename();  // "folder/"
-  file = unpacked_name(file);
-  const std::string stem = file.stem().string();
-  return stem.empty() ? "volume" : stem;
-}
-
 Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path) {
   std::vector<VolumeChoice> volumes;
   if (input_kind(path) == InputKind::file && format_of_file(path) == "HDF5") {
@@ -315,57 +318,6 @@ Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& p
     return tiff_volumes(path);
   }
   return volumes;
-}
-
-Result<uint64_t> choose_time_step(const std::filesystem::path& path,
-                                  const std::vector<int64_t>& sizes, const ImportOptions& options) {
-  size_t axes = sizes.size();
-  while (axes > 3 && sizes[axes - 1] == 1) --axes;
-  if (axes < 3) {
-    return fail(Status::no_cells,
-                fmt::format("{}: expected a volume with three axes, found an image with {}: give "
-                            "the folder of all slices, or the file that contains them all",
-                            path.string(), axes));
-  }
-  if (axes > 4) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected three axes, or four with time, found {}: save one volume "
-                            "as a separate file",
-                            path.string(), axes));
-  }
-  return choose_step(path, axes == 4 ? sizes[3] : 1, options);
-}
-
-Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
-                             const ImportOptions& options) {
-  if (steps > 1 && !options.time_step) {
-    offer_steps(options, static_cast<uint64_t>(steps));
-    return fail(Status::invalid_argument,
-                fmt::format("{}: expected one volume, found {} time steps: choose one with "
-                            "--time-step 0 to --time-step {}",
-                            path.string(), steps, steps - 1));
-  }
-  const int64_t step = options.time_step.value_or(0);
-  if (step < 0 || step >= steps) {
-    return fail(Status::invalid_argument,
-                fmt::format("{}: expected a --time-step from 0 to {}, found {}: choose another",
-                            path.string(), steps - 1, step));
-  }
-  return static_cast<uint64_t>(step);
-}
-
-tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components) {
-  return fail(Status::unsupported_type,
-              fmt::format("{}: expected one number per voxel, found {} (colours or vectors): save "
-                          "one channel, or the magnitude, as a separate volume",
-                          path.string(), components));
-}
-
-tl::unexpected<Error> unknown_type(const std::filesystem::path& path, std::string_view type) {
-  return fail(Status::unsupported_type,
-              fmt::format("{}: expected voxels of type u8, i8, u16, i16, u32, i32, u64, i64, f32 "
-                          "or f64, found {}: convert the volume to one of them",
-                          path.string(), type));
 }
 
 }  // namespace isosplat

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "shared/import/volume/opened_volume.h"
 #include "shared/posix_file/posix_file.h"
 
 namespace isosplat {

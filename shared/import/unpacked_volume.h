@@ -2,8 +2,8 @@
 
 #include <functional>
 
-#include "shared/import/open_volume.h"
-#include "shared/import/packing.h"
+#include "shared/import/codecs/packing.h"
+#include "shared/import/volume/opened_volume.h"
 
 namespace isosplat {
 

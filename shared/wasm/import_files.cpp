@@ -2,7 +2,7 @@
 #include <string_view>
 #include <utility>
 
-#include "shared/import/input_files.h"
+#include "shared/import/bytes/input_files.h"
 #include "shared/wasm/import_host.h"
 
 // The files of shared/import in a browser: those that JavaScript offers.

@@ -6,6 +6,8 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "shared/import/volume/type_names.h"
+
 namespace isosplat {
 namespace {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/import/formats.h"
+#include "shared/import/open_volume.h"
 #include "tests/fuzz/edits.h"
 
 namespace isosplat {

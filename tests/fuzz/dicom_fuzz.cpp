@@ -8,10 +8,10 @@
 
 #include <numeric>
 
-#include "shared/import/dicom_codec.h"
-#include "shared/import/dicom_order.h"
-#include "shared/import/dicom_pixels.h"
-#include "shared/import/dicom_segments.h"
+#include "shared/import/dicom/codec.h"
+#include "shared/import/dicom/order.h"
+#include "shared/import/dicom/pixels.h"
+#include "shared/import/dicom/segments.h"
 #include "tests/fuzz/edits.h"
 #include "tests/native/dicom_siemens.h"
 

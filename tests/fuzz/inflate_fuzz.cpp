@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/import/deflate_decoder.h"
+#include "shared/import/codecs/deflate_decoder.h"
 
 namespace {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/import/tiff_file.h"
-#include "shared/import/tiff_series.h"
+#include "shared/import/tiff/file.h"
+#include "shared/import/tiff/series.h"
 #include "tests/fuzz/edits.h"
 
 namespace isosplat {

@@ -1,6 +1,6 @@
 #include <numeric>
 
-#include "shared/import/dicom_elements.h"
+#include "shared/import/dicom/elements.h"
 #include "tests/native/dicom_encode.h"
 #include "tests/native/dicom_files.h"
 

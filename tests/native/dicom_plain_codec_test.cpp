@@ -1,9 +1,9 @@
 // The decompression of DICOM pixels without a library, against GDCM: the same pixels.
 #include <random>
 
-#include "shared/import/dicom_codec.h"
-#include "shared/import/dicom_pixels.h"
-#include "shared/import/lossless_jpeg.h"
+#include "shared/import/dicom/codec.h"
+#include "shared/import/dicom/lossless_jpeg.h"
+#include "shared/import/dicom/pixels.h"
 #include "tests/native/dicom_encode.h"
 #include "tests/native/dicom_files.h"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "native/builder/builder.h"
-#include "shared/import/dicom_order.h"
+#include "shared/import/dicom/order.h"
 #include "tests/native/dicom_files.h"
 
 // Folders with a file per slice.

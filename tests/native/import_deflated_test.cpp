@@ -5,8 +5,9 @@
 #include <cstring>
 #include <random>
 
-#include "shared/import/access_points.h"
-#include "shared/import/byte_reader.h"
+#include "shared/import/bytes/byte_reader.h"
+#include "shared/import/codecs/access_points.h"
+#include "shared/import/codecs/deflated_reader.h"
 #include "tests/native/temporary_folder.h"
 #include "tests/native/volume_files.h"
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <set>
 
+#include "shared/import/hdf5/hdf5.h"
 #include "tests/native/import_checks.h"
 
 namespace isosplat {

@@ -2,6 +2,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "shared/import/hdf5/hdf5.h"
 #include "tests/native/import_checks.h"
 
 namespace isosplat {

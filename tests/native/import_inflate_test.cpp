@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <random>
 
-#include "shared/import/checksums.h"
-#include "shared/import/inflate_stream.h"
+#include "shared/import/codecs/checksums.h"
+#include "shared/import/codecs/deflated_reader.h"
+#include "shared/import/codecs/inflate_stream.h"
 #include "tests/native/temporary_folder.h"
 #include "tests/native/volume_files.h"
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <functional>
 
-#include "shared/import/missing_values.h"
+#include "shared/import/voxels/missing_values.h"
 #include "tests/native/import_checks.h"
 
 // Which value stands for "no value": one that is declared, or one that programs use for it and that

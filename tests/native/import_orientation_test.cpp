@@ -1,7 +1,7 @@
 #include <cmath>
 #include <random>
 
-#include "shared/import/orientation.h"
+#include "shared/import/geometry/orientation.h"
 #include "tests/native/volume_files.h"
 
 namespace isosplat {

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 
-#include "shared/import/formats.h"
-#include "shared/import/packing.h"
+#include "shared/import/codecs/packing.h"
+#include "shared/import/open_volume.h"
+#include "shared/import/volume/volume_name.h"
 #include "tests/native/import_checks.h"
 
 // Volumes that are compressed as a whole, by any of four programs.

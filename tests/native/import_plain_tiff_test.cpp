@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "shared/import/tiff_file.h"
-#include "shared/import/tiff_pages.h"
+#include "shared/import/tiff/file.h"
+#include "shared/import/tiff/pages.h"
 #include "tests/native/import_checks.h"
 
 namespace isosplat {

@@ -8,7 +8,7 @@ export interface InputFile {
   file: Blob;
 }
 
-/** The options of `isosplat build` that concern reading: ImportOptions in shared/import/open_volume.h. */
+/** The options of `isosplat build` that concern reading: ImportOptions in shared/import/volume/import_options.h. */
 export interface ImportOptions {
   /** Raw files only: voxels along x, y and z. */
   dims?: readonly [number, number, number];

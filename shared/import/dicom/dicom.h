@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+
+#include "shared/import/volume/import_options.h"
+#include "shared/import/volume/opened_volume.h"
+
+namespace isosplat {
+
+/// Whether the first bytes of a file are those of DICOM.
+bool is_dicom(const std::filesystem::path& path);
+
+/// Opens a file with several frames. Errors: those of open_volume.
+Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const ImportOptions& options);
+
+/// Opens a folder with the files of a series. Errors: those of open_volume.
+Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
+                                     const ImportOptions& options);
+
+}  // namespace isosplat

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+
+#include "shared/import/dicom/frames.h"
+#include "shared/import/volume/import_options.h"
+
+// Groups frames into stacks: frames of one series with the same size, orientation and pixel
+// spacing.
+namespace isosplat::dicom {
+
+struct Stack {
+  std::vector<uint32_t> frames;  ///< indices in Collection::frames
+  /// Of a segmentation: all frames of its file. The volume has a slice at each of their positions;
+  /// where `frames` has none, the segment is empty. No frames: this is no segmentation.
+  std::vector<uint32_t> lattice = {};
+  /// Of a label map: the label whose voxels become 1, and all others 0.
+  std::optional<int> label = std::nullopt;
+};
+
+/// Returns the frames of the stack that the options select; by default that of the series with the
+/// most voxels. Adds a note about other series. Errors: malformed_volume if the series has several
+/// stacks and the options select none, invalid_argument if they select one that does not exist.
+Result<Stack> choose_stack(const Collection& collection, const std::filesystem::path& path,
+                           const ImportOptions& options, std::vector<std::string>& notes);
+
+}  // namespace isosplat::dicom

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/import/hdf5/type.h"
+
+namespace isosplat {
+
+/// The numbers of an attribute. Nothing if there is no such attribute, it is no numbers, or more
+/// than can be of use here.
+std::optional<std::vector<double>> hdf5_numbers(const Hdf5File& file, const Hdf5Object& object,
+                                                std::string_view name);
+
+/// The texts of an attribute, without padding. Nothing as for numbers, or if they are damaged.
+std::optional<std::vector<std::string>> hdf5_texts(Hdf5File& file, const Hdf5Object& object,
+                                                   std::string_view name);
+
+/// The text of an attribute; texts of several characters each (Imaris) are joined. Empty as above.
+std::string hdf5_text(Hdf5File& file, const Hdf5Object& object, std::string_view name);
+
+/// The objects that an attribute refers to, in lists (HDF5's dimension scales): the addresses of
+/// their headers. Nothing as for numbers.
+std::optional<std::vector<std::vector<uint64_t>>> hdf5_references(Hdf5File& file,
+                                                                  const Hdf5Object& object,
+                                                                  std::string_view name);
+
+/// The type of an attribute's numbers. Nothing as for numbers.
+std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object& object,
+                                          std::string_view name);
+
+/// A number of these bytes.
+double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes);
+
+}  // namespace isosplat

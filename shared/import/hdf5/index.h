@@ -1,0 +1,25 @@
+#pragma once
+
+#include <functional>
+
+#include "shared/import/hdf5/layout.h"
+
+namespace isosplat {
+
+/// A field of an array of chunks: where a chunk is. Chunks that do not exist have no address.
+struct Hdf5ChunkEntry {
+  uint64_t index = 0;  ///< in the array of chunks
+  uint64_t address = kHdf5Undefined, bytes = 0;
+  uint32_t mask = 0;
+};
+
+using Hdf5ChunkVisitor = std::function<Result<void>(const Hdf5ChunkEntry&)>;
+
+/// Calls `visit` with the chunks of an array of `count` addresses, or of one that can grow. Errors:
+/// malformed_volume, those of Hdf5File::read and of `visit`.
+Result<void> visit_hdf5_fixed_array(Hdf5File& file, const Hdf5Layout& layout, uint64_t count,
+                                    const Hdf5ChunkVisitor& visit);
+Result<void> visit_hdf5_growing_array(Hdf5File& file, const Hdf5Layout& layout,
+                                      const Hdf5ChunkVisitor& visit);
+
+}  // namespace isosplat

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "shared/import/volume/import_options.h"
+#include "shared/import/volume/opened_volume.h"
+
+namespace isosplat {
+
+/// Whether the first bytes of a file are those of MRC; `by_name`: the file's name is one of MRC, so
+/// that the text "MAP " may be missing, as in files from before 2000.
+bool is_mrc(std::string_view beginning, bool by_name);
+
+/// Opens a file of MRC. Errors: those of open_volume.
+Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options);
+
+}  // namespace isosplat

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+
+#include "shared/import/volume/import_options.h"
+#include "shared/import/volume/opened_volume.h"
+
+namespace isosplat {
+
+/// Opens a file of NIfTI, a pair's header or its voxels. Errors: those of open_volume.
+Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options);
+
+}  // namespace isosplat

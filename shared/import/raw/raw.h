@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+
+#include "shared/import/volume/import_options.h"
+#include "shared/import/volume/opened_volume.h"
+
+namespace isosplat {
+
+/// Whether a raw file's name contains its dims and type.
+bool raw_name_is_complete(const std::filesystem::path& path);
+
+/// Opens raw voxels. Errors: those of open_volume.
+Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options);
+
+}  // namespace isosplat

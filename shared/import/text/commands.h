@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+// Parts of the commands that errors advise.
+namespace isosplat {
+
+/// A word of a command line: quoted if the shell would change it.
+std::string shell_word(const std::filesystem::path& path);
+
+/// The index that takes one volume of an array with more than three axes of several elements, in
+/// Python: "0, 0" of the shape (2, 3, 6, 7, 8), "..., 0" of (6, 7, 8, 3), "0, ..., 0" of
+/// (5, 6, 7, 8, 3).
+std::string numpy_index(const std::vector<int64_t>& shape);
+
+}  // namespace isosplat

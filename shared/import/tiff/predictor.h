@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "shared/import/tiff/samples.h"
+
+namespace isosplat {
+
+/// Whether a predictor (tag 317) can be undone for such samples: 1 (none), 2 (each sample is stored
+/// as the difference from that of the left neighbour; TIFF 6.0, section 14), 3 (the same for the
+/// bytes of floating-point numbers, sorted by significance; Adobe Photoshop TIFF Technical Note 3).
+bool knows_predictor(uint64_t predictor, const TiffSamples& samples);
+
+/// Makes native-endian samples of rows as they were stored.
+void undo_predictor(uint64_t predictor, const TiffSamples& samples, bool big_endian,
+                    size_t row_bytes, std::span<std::byte> rows);
+
+}  // namespace isosplat

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "shared/base/status.h"
+
+namespace isosplat {
+
+/// The error for a volume whose voxels are vectors or colours.
+tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components);
+
+/// The error for voxels of an unsupported type.
+tl::unexpected<Error> unknown_type(const std::filesystem::path& path, std::string_view type);
+
+}  // namespace isosplat

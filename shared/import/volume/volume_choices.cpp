@@ -1,0 +1,58 @@
+#include "shared/import/volume/volume_choices.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "shared/import/volume/import_options.h"
+
+namespace isosplat {
+namespace {
+
+/// Nobody looks through more.
+constexpr uint64_t kMaxOffered = 10000;
+
+std::string with_name(std::string label, const std::string& name) {
+  return name.empty() ? label : label + " (" + name + ")";
+}
+
+}  // namespace
+
+void offer(const ImportOptions& options, std::vector<VolumeChoice> volumes) {
+  if (options.choices) *options.choices = std::move(volumes);
+}
+
+void offer_steps(const ImportOptions& options, uint64_t count) {
+  if (!options.choices) return;
+  std::vector<VolumeChoice> steps(static_cast<size_t>(std::min(count, kMaxOffered)));
+  for (size_t i = 0; i < steps.size(); ++i) {
+    steps[i].label = "time step " + std::to_string(i);
+    steps[i].time_step = static_cast<int64_t>(i);
+  }
+  offer(options, std::move(steps));
+}
+
+void offer_channels(const ImportOptions& options, uint64_t count,
+                    const std::vector<std::string>& names) {
+  if (!options.choices) return;
+  std::vector<VolumeChoice> channels(static_cast<size_t>(std::min(count, kMaxOffered)));
+  for (size_t i = 0; i < channels.size(); ++i) {
+    if (i < names.size()) channels[i].name = names[i];
+    channels[i].label = with_name("channel " + std::to_string(i), channels[i].name);
+    channels[i].channel = static_cast<int64_t>(i);
+  }
+  offer(options, std::move(channels));
+}
+
+void offer_allowance(const ImportOptions& options, std::string_view message) {
+  if (!options.choices || !options.choices->empty()) return;
+  for (const AllowanceFlag& each : kAllowances) {
+    if (options.allowed.has(each.allowance) || message.find(each.flag) == message.npos) continue;
+    VolumeChoice choice;
+    choice.label = each.help;
+    choice.allowance = each.allowance;
+    options.choices->push_back(std::move(choice));
+    return;
+  }
+}
+
+}  // namespace isosplat

@@ -1,0 +1,291 @@
+#include "shared/import/voxels/array_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "shared/import/volume/import_options.h"
+#include "shared/import/volume/opened_volume.h"
+#include "shared/import/volume/volume_name.h"
+#include "shared/import/voxels/absent_voxels.h"
+#include "shared/import/voxels/slice_range.h"
+
+namespace isosplat {
+namespace {
+
+/// A file with less than 1/kMinShare of its voxels is an error even if truncation is allowed: the
+/// header must be wrong.
+constexpr uint64_t kMinShare = 1024;
+
+tl::unexpected<Error> surplus_error(const std::string& path, uint64_t expected, uint64_t surplus,
+                                    bool at_least) {
+  return fail(Status::malformed_volume,
+              fmt::format("{}: expected {} bytes of voxels, found {}{} more: the header's sizes or "
+                          "type do not fit the data; correct them, or ignore the surplus with {}",
+                          path, expected, at_least ? "at least " : "", surplus,
+                          flag_of(Allowance::surplus)));
+}
+
+class ArraySource : public VolumeSource {
+ public:
+  ArraySource(ArrayVolume volume, Orientation orientation, std::unique_ptr<ByteReader> reader)
+      : volume_(std::move(volume)),
+        reverse_rows_(orientation.reverse_rows),
+        reader_(std::move(reader)) {
+    const VoxelType type = volume_.stored.type;
+    header_ = {orientation.grid,     volume_.missing.empty() ? type : type_with_absent(type),
+               volume_.format,       volume_.name,
+               volume_.stored.slope, volume_.stored.intercept};
+  }
+
+  const VolumeHeader& header() const override { return header_; }
+
+  Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    const auto nx = static_cast<size_t>(volume_.voxels.x);
+    const auto ny = static_cast<size_t>(volume_.voxels.y);
+    const size_t slice = nx * ny * voxel_bytes(header_.type);
+    if (auto inside = check_slices(header_, first, count, out.size()); !inside) return inside;
+    const bool at_once = (volume_.steps == 1 || volume_.step_axis == 3) &&
+                         volume_.missing.empty() && !volume_.stored.is_half;
+    if (at_once) {
+      const uint64_t voxels = nx * ny * static_cast<uint64_t>(volume_.voxels.z);
+      const uint64_t begin = byte_offset(static_cast<uint64_t>(first) * nx * ny, voxels);
+      if (auto r = reader_->read(begin, out); !r) return r;
+      to_native_order(volume_.stored, out);
+    }
+    for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
+      const auto to = out.subspan(z * slice, slice);
+      if (!at_once) {
+        if (auto r = read_some(static_cast<uint64_t>(first) + z, to); !r) return r;
+      }
+      if (reverse_rows_) reverse_rows(to, nx * voxel_bytes(header_.type));
+    }
+    if (int64_t{first} + count == volume_.voxels.z) return check_end();
+    return {};
+  }
+
+  uint64_t resident_bytes() const override { return reader_->resident_bytes(); }
+
+  std::vector<std::filesystem::path> files() const override {
+    std::vector<std::filesystem::path> files = reader_->files();
+    const std::filesystem::path header = volume_.path;
+    if (std::find(files.begin(), files.end(), header) == files.end()) files.push_back(header);
+    return files;
+  }
+
+ private:
+  size_t stored_voxel() const { return stored_bytes(volume_.stored); }
+
+  /// A slice that needs processing: as stored, converted, or with absent voxels.
+  Result<void> read_some(uint64_t z, std::span<std::byte> out) {
+    const bool converts = volume_.stored.is_half || header_.type != volume_.stored.type;
+    std::span<std::byte> stored = out;
+    if (converts) {
+      stored_.resize(out.size() / voxel_bytes(header_.type) * stored_voxel());
+      stored = stored_;
+    }
+    if (auto r = read_slice(z, stored); !r) return r;
+    if (volume_.stored.is_half) {
+      widen_halves(stored, out);
+    } else if (converts) {
+      convert_voxels(volume_.stored.type, stored, header_.type, out);
+    }
+    if (!volume_.missing.empty()) mark_absent(z, out);
+    return {};
+  }
+
+  Result<void> read_slice(uint64_t z, std::span<std::byte> out) {
+    const auto nx = static_cast<uint64_t>(volume_.voxels.x);
+    const auto ny = static_cast<uint64_t>(volume_.voxels.y);
+    const uint64_t consecutive = consecutive_voxels();
+    const size_t voxels = static_cast<size_t>(nx * ny);
+    Result<void> read;
+    if (consecutive == 1) {
+      read = gather_slice(z, out);
+    } else {
+      for (uint64_t done = 0; done < voxels && read;) {
+        const uint64_t voxel = z * nx * ny + done;
+        const uint64_t batch = std::min(consecutive - voxel % consecutive, voxels - done);
+        read = read_bytes(byte_offset(voxel, consecutive),
+                          out.subspan(static_cast<size_t>(done) * stored_voxel(),
+                                      static_cast<size_t>(batch) * stored_voxel()));
+        done += batch;
+      }
+    }
+    if (!read) return read;
+    to_native_order(volume_.stored, out);
+    return {};
+  }
+
+  /// Number of consecutive voxels of one step.
+  uint64_t consecutive_voxels() const {
+    const auto nx = static_cast<uint64_t>(volume_.voxels.x);
+    const auto ny = static_cast<uint64_t>(volume_.voxels.y);
+    const auto nz = static_cast<uint64_t>(volume_.voxels.z);
+    const uint64_t inner[] = {1, nx, nx * ny, nx * ny * nz};  // by axis
+    return volume_.steps == 1 ? inner[3] : inner[volume_.step_axis];
+  }
+
+  /// Byte offset of a voxel of the selected step in the reader.
+  uint64_t byte_offset(uint64_t voxel, uint64_t consecutive) const {
+    const uint64_t group = voxel / consecutive;
+    const uint64_t steps_before = group * volume_.steps + volume_.step;
+    return volume_.offset + (steps_before * consecutive + voxel % consecutive) * stored_voxel();
+  }
+
+  /// Reads a slice whose voxels alternate with those of other steps, row by row.
+  Result<void> gather_slice(uint64_t z, std::span<std::byte> stored) {
+    const auto nx = static_cast<size_t>(volume_.voxels.x);
+    const auto ny = static_cast<size_t>(volume_.voxels.y);
+    const size_t bytes = stored_voxel(), steps = static_cast<size_t>(volume_.steps);
+    row_.resize(((nx - 1) * steps + 1) * bytes);
+    for (size_t y = 0; y < ny; ++y) {
+      const uint64_t voxel = (z * ny + y) * nx;
+      if (auto r = read_bytes(byte_offset(voxel, 1), row_); !r) return r;
+      for (size_t x = 0; x < nx; ++x) {
+        std::copy_n(row_.data() + x * steps * bytes, bytes, stored.data() + (y * nx + x) * bytes);
+      }
+    }
+    return {};
+  }
+
+  /// Reads bytes; missing bytes are 0.
+  Result<void> read_bytes(uint64_t offset, std::span<std::byte> out) {
+    if (volume_.missing.empty()) return reader_->read(offset, out);
+    while (!out.empty()) {
+      const auto range = std::find_if(volume_.missing.begin(), volume_.missing.end(),
+                                      [&](const ByteRange& r) { return r.end > offset; });
+      const uint64_t begin =
+          range == volume_.missing.end() ? std::numeric_limits<uint64_t>::max() : range->begin;
+      const bool is_missing = begin <= offset;
+      const auto batch = static_cast<size_t>(
+          std::min<uint64_t>(out.size(), (is_missing ? range->end : begin) - offset));
+      if (is_missing) {
+        std::fill_n(out.begin(), batch, std::byte{0});
+      } else if (auto r = reader_->read(offset, out.first(batch)); !r) {
+        return r;
+      }
+      out = out.subspan(batch);
+      offset += batch;
+    }
+    return {};
+  }
+
+  void mark_absent(uint64_t z, std::span<std::byte> out) {
+    const size_t bytes = voxel_bytes(header_.type);
+    const uint64_t voxels = out.size() / bytes, consecutive = consecutive_voxels();
+    for (uint64_t i = 0; i < voxels; ++i) {
+      const uint64_t begin = byte_offset(z * voxels + i, consecutive), end = begin + stored_voxel();
+      for (const ByteRange& range : volume_.missing) {
+        if (range.begin < end && begin < range.end) {
+          make_absent(header_.type, out.subspan(static_cast<size_t>(i) * bytes, bytes));
+        }
+      }
+    }
+  }
+
+  /// The size of compressed data and text is known only at their end: checks there for surplus
+  /// data.
+  Result<void> check_end() {
+    if (volume_.plain || !volume_.ends_with_file || end_is_checked_ || !volume_.missing.empty() ||
+        volume_.allowed.has(Allowance::surplus)) {
+      return {};
+    }
+    const uint64_t end =
+        volume_.offset + array_bytes(volume_.voxels, volume_.steps, stored_voxel());
+    const auto more = reader_->count_after(end, 1 << 20);
+    if (!more) return tl::unexpected(more.error());
+    end_is_checked_ = *more == 0;
+    if (end_is_checked_) return {};
+    return surplus_error(volume_.path, end - volume_.offset, *more, *more == 1 << 20);
+  }
+
+  ArrayVolume volume_;
+  bool reverse_rows_;
+  bool end_is_checked_ = false;
+  std::unique_ptr<ByteReader> reader_;
+  VolumeHeader header_;
+  std::vector<std::byte> row_;     ///< one row with all its steps
+  std::vector<std::byte> stored_;  ///< a slice as stored, if it is converted
+};
+
+}  // namespace
+
+ArrayVolume make_array(std::string format, const std::filesystem::path& path, Vec3<int64_t> voxels,
+                       const HeaderGeometry& geometry, const ImportOptions& options) {
+  ArrayVolume array;
+  array.format = std::move(format);
+  array.name = volume_name(path);
+  array.path = path.string();
+  array.voxels = voxels;
+  array.geometry = geometry;
+  array.allowed = options.allowed;
+  if (options.spacing) array.geometry.spacing = *options.spacing;
+  return array;
+}
+
+Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
+                              std::vector<std::string> notes) {
+  auto orientation = orient(volume.voxels, volume.geometry);
+  if (!orientation) {
+    return fail(orientation.error().status, volume.path + ": " + orientation.error().message);
+  }
+  const size_t bytes = stored_bytes(volume.stored);
+  const uint64_t needed = array_bytes(volume.voxels, volume.steps, bytes);
+  const bool checks_all = volume.allowed.has(Allowance::truncated) && !volume.plain;
+  const uint64_t limit = checks_all ? reader->available_bytes() : reader->size_limit();
+  const uint64_t found = limit - std::min(limit, volume.offset);
+  if (needed > found) {
+    const auto text =
+        fmt::format("{}: expected {} bytes of voxels ({} × {} × {}{}, {} bytes each), found {}{}",
+                    volume.path, needed, volume.voxels.x, volume.voxels.y, volume.voxels.z,
+                    volume.steps > 1 ? fmt::format(" × {}", volume.steps) : "", bytes,
+                    volume.plain || checks_all ? "" : "at most ", found);
+    if (!volume.allowed.has(Allowance::truncated) || found < needed / kMinShare) {
+      return fail(
+          Status::truncated,
+          fmt::format("{}: the file is incomplete, or its header is wrong; copy or download "
+                      "it again, or read the incomplete volume with {}",
+                      text, flag_of(Allowance::truncated)));
+    }
+    notes.push_back(text + ": the missing voxels have no value");
+    volume.missing.push_back({volume.offset + found - found % bytes, volume.offset + needed});
+  } else if (volume.plain && volume.ends_with_file && found > needed) {
+    if (!volume.allowed.has(Allowance::surplus)) {
+      return surplus_error(volume.path, needed, found - needed, false);
+    }
+    notes.push_back(
+        fmt::format("{}: {} bytes after the last voxel are ignored", volume.path, found - needed));
+  }
+  for (std::string& note : orientation->notes) notes.push_back(std::move(note));
+  return OpenVolume{
+      std::make_unique<ArraySource>(std::move(volume), std::move(*orientation), std::move(reader)),
+      std::move(notes)};
+}
+
+uint64_t array_bytes(Vec3<int64_t> voxels, uint64_t steps, size_t voxel_bytes) {
+  uint64_t bytes = voxel_bytes;
+  for (const int64_t size : {voxels.x, voxels.y, voxels.z, static_cast<int64_t>(steps)}) {
+    if (size < 0 || __builtin_mul_overflow(bytes, static_cast<uint64_t>(size), &bytes)) {
+      return std::numeric_limits<uint64_t>::max();
+    }
+  }
+  return bytes;
+}
+
+void reverse_rows(std::span<std::byte> slice, size_t row_bytes) {
+  const size_t rows = slice.size() / row_bytes;
+  for (size_t y = 0; y < rows / 2; ++y) {
+    std::byte* a = slice.data() + y * row_bytes;
+    std::swap_ranges(a, a + row_bytes, slice.data() + (rows - 1 - y) * row_bytes);
+  }
+}
+
+uint64_t volume_bytes(Vec3<int64_t> voxels, size_t voxel_bytes) {
+  return static_cast<uint64_t>(voxels.x) * static_cast<uint64_t>(voxels.y) *
+         static_cast<uint64_t>(voxels.z) * voxel_bytes;
+}
+
+}  // namespace isosplat

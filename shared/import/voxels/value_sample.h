@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "shared/grid/volume_source.h"
+#include "shared/import/volume/opened_volume.h"
+
+// What values a volume has and where, seen in some of its slices: enough to tell a fill value,
+// which stands for "no value", from an object or a background with one value.
+namespace isosplat {
+
+/// Whether a voxel has a fill value, which a header or the user may have written with fewer digits:
+/// a floating-point voxel may differ in its seventh digit, an integer by 1/1000.
+bool has_fill_value(const VolumeHeader& header, double voxel, const FillValue& fill);
+
+/// Whether some voxel of the header's type can have the fill value.
+bool can_have(const VolumeHeader& header, const FillValue& fill);
+
+/// One end of the value range: the extreme value, where it is, and the next value.
+struct RangeEnd {
+  double value = std::numeric_limits<double>::infinity();
+  double next = std::numeric_limits<double>::infinity();
+  uint64_t count = 0;    ///< voxels with the extreme value
+  uint64_t at_edge = 0;  ///< of them on the four edges of their slices
+  uint64_t at_face = 0;  ///< of them on the six faces of the volume
+  uint64_t joined = 0;   ///< of them beside another one in the row or the column
+};
+
+/// The values of up to 64 slices, spread over the volume; the first and the last are among them.
+struct ValueSample {
+  RangeEnd low, high;         ///< the values of `high` are negated
+  uint64_t count = 0;         ///< finite voxels, without those of the fill value
+  uint64_t filled = 0;        ///< voxels with the fill value
+  uint64_t edges = 0;         ///< voxels on the edges of slices
+  uint64_t faces = 0;         ///< voxels on the faces of the volume
+  bool is_whole = false;      ///< all slices were sampled
+  bool is_label_map = false;  ///< fewer than 64 different values, all of them integers
+};
+
+/// Samples a volume. `fill`: a value that is only counted. Errors: those of the source.
+Result<ValueSample> sample_values(VolumeSource& source, const std::optional<FillValue>& fill);
+
+/// A single value far outside the range of all others, which at least 1 in 2000 voxels have.
+struct OutlyingValue {
+  enum class Place : uint8_t {
+    objects,   ///< it fills compact regions
+    around,    ///< it fills a quarter of the slices' edges or more: a background
+    scattered  ///< neither
+  };
+  double value = 0;
+  Place place = Place::scattered;
+  /// Whether it stands for "no value": one of the values that programs use for that, farther from
+  /// the others than they are from each other, and not the value of objects inside the volume.
+  bool is_fill = false;
+};
+
+std::optional<OutlyingValue> outlying_value(const ValueSample& sample, VoxelType type);
+
+}  // namespace isosplat

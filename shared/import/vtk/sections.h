@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared/base/status.h"
+#include "shared/grid/grid.h"
+#include "shared/import/voxels/stored_voxels.h"
+
+namespace isosplat {
+
+/// One array of a legacy VTK file.
+struct VtkArray {
+  std::string name;
+  bool of_cells = false;
+  bool is_field = false;          ///< from a FIELD section, not SCALARS or another attribute
+  int components = 1;             ///< numbers per point or cell
+  std::optional<VoxelType> type;  ///< nothing for unsupported types
+  std::string type_name;
+  uint64_t values = 0;  ///< number of points or cells with values
+  uint64_t offset = 0;  ///< of the first value, in the file
+};
+
+/// A legacy VTK file with structured points, without its values.
+struct VtkFile {
+  bool is_binary = false;
+  Vec3<int64_t> dimensions;  ///< points along each axis
+  Vec3d spacing{1, 1, 1};
+  Vec3d origin{0, 0, 0};
+  bool has_no_spacing = true;
+  bool has_point_data = false;  ///< a POINT_DATA section exists
+  bool ends_early = false;      ///< within the values of the last array
+  bool has_surplus = false;     ///< what follows the last section is not the name of a section
+  std::vector<VtkArray> arrays;
+};
+
+/// Reads the sections of a file and skips their values: in binary files without reading them, in
+/// text by reading up to the last array. Errors: io_error, malformed_volume, truncated,
+/// unsupported_format for other data sets.
+Result<VtkFile> read_vtk_sections(const std::filesystem::path& path);
+
+}  // namespace isosplat
