@@ -3,21 +3,24 @@ import type { Decoder } from "./decoder.ts";
 import { PartError, type Source } from "./source.ts";
 import { StreamError } from "./types.ts";
 
-/** Most bytes by default, and the largest share of the store. */
+/** The default limit of bytes, and the largest share of the store. */
 const maxBytes = 4e6;
 /**
  * Level 1 and all coarser levels of engine, bonsai, aneurysm and chris_t1 take 0.20 to 0.30 of their
  * stores.
  */
 const maxShare = 0.3;
-/** A view has been complete for so long (ms): the next gesture is not imminent. */
+/**
+ * Loading starts when a view has been complete for this time (ms), so that it does not compete with a
+ * gesture.
+ */
 const startDelay = 500;
-/** After a fault, nothing is fetched for so long (ms), and then not before a view is complete. */
+/** After a fault, nothing is fetched for this time (ms), and then only when a view is complete. */
 const faultPause = 12_000;
-/** Requests made at a time. */
+/** Number of concurrent requests. */
 const maxConcurrency = 4;
 
-/** Bytes fetched for other isovalues, and how many will be fetched in all. */
+/** Bytes fetched for other isovalues so far, and in all. */
 export interface Preparation {
   bytes: number;
   bytesPlanned: number;
@@ -26,7 +29,7 @@ export interface Preparation {
 export interface BackgroundLoaderEvents {
   /** Bytes of these chunks need not be fetched. */
   isResident(handle: number): boolean;
-  /** Reserves room that nothing else needs. Returns false if there is none. */
+  /** Reserves memory that nothing else needs. Returns false if there is none. */
   admit(chunk: Chunk): boolean;
   /** An admitted chunk will not be decoded. */
   released(chunk: Chunk): void;
@@ -35,16 +38,16 @@ export interface BackgroundLoaderEvents {
   uploaded(): Promise<void>;
   /** `preparation` has changed, or a chunk of `isArriving` is damaged. */
   changed(): void;
-  /** Everything that fits is resident. Called once. */
+  /** All chunks that fit are resident. Called once. */
   ended(): void;
 }
 
-/** Most bytes to fetch by default; none if the visitor asks pages to save data. */
+/** The default limit of bytes to fetch; 0 if the browser's data saver is on. */
 export function defaultBackgroundBytes(fileBytes: number): number {
   return Math.min(maxBytes, maxShare * fileBytes);
 }
 
-/** The visitor asks pages to use little data (the Save-Data client hint). */
+/** Whether the browser's data saver is on (the Save-Data client hint). */
 export function savesData(): boolean {
   if (typeof navigator === "undefined") return false;
   const { connection } = navigator as { connection?: { saveData?: boolean } };
@@ -53,9 +56,10 @@ export function savesData(): boolean {
 
 /**
  * Fetches coarse levels for every isovalue while a view is complete, so that a moving isovalue finds
- * fine cells without a request: the levels below those of the CoarseLoader, the coarsest first, and of
- * each level the bands nearest to the present isovalues first. Level 0 is not coarse, and is left out.
- * Faults end it silently: a view that needs the same chunk requests it again, and reports the fault.
+ * fine cells without a request. It fetches the levels finer than those of the CoarseLoader, except
+ * level 0: the coarsest level first, and within a level the bands nearest to the present isovalues
+ * first. A fault ends loading silently: a view that needs the same chunk requests it again, and reports
+ * the fault.
  */
 export class BackgroundLoader {
   readonly #source: Source;
@@ -63,7 +67,7 @@ export class BackgroundLoader {
   readonly #decoder: Decoder;
   readonly #budget: number;
   readonly #events: BackgroundLoaderEvents;
-  /** Chunks that were fetched, or are damaged: each is fetched once. */
+  /** Chunks that were fetched or are damaged. Each chunk is fetched only once. */
   readonly #seen = new Set<number>();
   /** Chunks being decoded, by handle. */
   readonly #decoding = new Map<number, Promise<void>>();
@@ -74,7 +78,7 @@ export class BackgroundLoader {
   #notBefore = Number.NEGATIVE_INFINITY;
   #isDone: boolean;
 
-  /** `budget`: most bytes to fetch while the volume is open, directory pages included. */
+  /** `budget`: limit of bytes to fetch while the volume is open, including directory pages. */
   constructor(
     source: Source,
     store: Store,
@@ -91,18 +95,18 @@ export class BackgroundLoader {
     this.#bytesPlanned = budget;
   }
 
-  /** What is being fetched; null while nothing is, or will be without another `start`. */
+  /** The state of loading; null if nothing is being fetched, or will be without another `start`. */
   get preparation(): Preparation | null {
     if (!this.#running) return null;
     return { bytes: this.#bytes, bytesPlanned: this.#bytesPlanned };
   }
 
-  /** All that the budget and memory allow is resident. */
+  /** All chunks that the budget and memory allow are resident. */
   get isPrepared(): boolean {
     return this.#isDone && this.#budget > 0;
   }
 
-  /** The chunk's bytes have arrived: it needs no other request. */
+  /** Whether the chunk's bytes have arrived, so that it needs no other request. */
   isArriving(handle: number): boolean {
     return this.#decoding.has(handle);
   }
@@ -115,7 +119,7 @@ export class BackgroundLoader {
     const quantized = isovalues.map((isovalue) => this.#store.quantizedIsovalue(isovalue));
     void this.#run(quantized, finestLoaded - 1, running.signal)
       .catch(() => {
-        // The cause of a fault is reported when a view needs what is missing.
+        // The cause of a fault is reported when a view needs the missing chunk.
         if (!running.signal.aborted) this.#notBefore = performance.now() + faultPause;
       })
       .finally(() => {
@@ -127,7 +131,7 @@ export class BackgroundLoader {
       });
   }
 
-  /** Something else is needed. Cancels requests; chunks that have arrived are decoded. */
+  /** A view needs other chunks. Cancels requests; chunks that have arrived are still decoded. */
   stop(): void {
     this.#running?.abort(new DOMException("a view needs other data", "AbortError"));
     this.#running = undefined;
@@ -201,7 +205,7 @@ export class BackgroundLoader {
       }
     };
     await Promise.all(Array.from({ length: concurrency }, fetchNext));
-    // The groups of a source are not always all chunks.
+    // A source may return groups that do not cover all chunks.
     const rest = chunks.filter(({ handle }) => !this.#seen.has(handle));
     if (!hasRoom || rest.length === chunks.length) return hasRoom && rest.length === 0;
     return rest.length === 0 || (await this.#fetchAll(rest, signal));
@@ -244,7 +248,7 @@ export class BackgroundLoader {
     this.#events.changed();
   }
 
-  /** What will be fetched in all, as far as the directory pages tell. */
+  /** The bytes to fetch in all, as far as the directory pages are known. */
   #plan(level: number): void {
     let bytes = this.#bytes;
     for (let l = level; l > 0; --l) {
@@ -259,7 +263,7 @@ export class BackgroundLoader {
   }
 }
 
-/** Orders chunks by how far their bands are from the nearest isovalue, in quantized values. */
+/** Orders chunks by the distance of their bands from the nearest isovalue, in quantized values. */
 function byDistance(chunks: readonly Chunk[], isovalues: readonly number[]): Chunk[] {
   const distance = ({ bandBegin, bandEnd }: Chunk): number =>
     Math.min(...isovalues.map((isovalue) => Math.max(bandBegin - isovalue, isovalue - bandEnd, 0)));

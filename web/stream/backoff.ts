@@ -8,17 +8,21 @@ const longestWait = 10_000;
 const faultsUntilOffline = 3;
 
 export interface BackoffEvents {
-  /** A fault has lasted long enough to be reported; undefined: the source works again. */
+  /**
+   * Called with a fault that has lasted long enough to be reported; with undefined when the source
+   * works again.
+   */
   trouble(error: StreamError | undefined): void;
   /** A request failed with a fault that is retried slowly. Called for each failure. */
   slow?(error: StreamError): void;
 }
 
 /**
- * Decides when a failed source is tried again (`Retry` in faults.ts). soon: after 1/4 s, doubled each
- * time up to 10 s, plus up to a quarter at random, so that many clients do not return at the same
- * time. slowly: see `slowWait`. Later if the server asks for it (Retry-After), and at once when the
- * browser is online again. Until the source answers, only one request at a time tries it.
+ * Decides when to retry a failed source (`Retry` in faults.ts). soon: after 1/4 s, doubled each time up
+ * to 10 s, plus up to a quarter at random, so that many clients do not return at the same time. slowly:
+ * see `slowWait`. If the server sends Retry-After, the wait is at least that long. When the browser is
+ * online again, the source is retried at once. Until the source responds, there is only one request at
+ * a time.
  */
 export class Backoff {
   #faults = 0;
@@ -45,7 +49,7 @@ export class Backoff {
     return this.#until > Date.now() || (this.#faults > 0 && this.#underway > 0);
   }
 
-  /** To be called before a request; the returned function is to be called when the request has ended. */
+  /** Call this before a request, and the returned function when the request has ended. */
   begin(): () => void {
     ++this.#underway;
     let isOver = false;
@@ -85,8 +89,8 @@ export class Backoff {
   }
 
   /**
-   * Ends the wait, because the source seems to work. Only once until a request succeeds: otherwise a
-   * fault with another cause would be retried without end.
+   * Ends the wait, because the source seems to work. This happens only once until a request succeeds.
+   * Otherwise a fault with another cause would be retried endlessly.
    */
   hasten(): void {
     if (this.#hasBeenHastened) return;

@@ -5,8 +5,8 @@ import { beginsAsStore } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
- * A store on this device: a file that the user chose, or a store that was just built. Nothing is sent
- * anywhere. A file that is changed, moved or removed while it is open can no longer be read: the fault
+ * A store on this device: a file that the user chose, or a store that was just built. It is not
+ * uploaded. If the file is changed, moved or removed while it is open, reading fails with the fault
  * `unreachable`.
  */
 export class BlobSource implements Source {
@@ -84,7 +84,7 @@ export class BlobSource implements Source {
   }
 
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    // Reading is cheap: small groups, so that new needs do not have to wait.
+    // Reading is cheap, so groups are small, and newly needed chunks do not have to wait.
     const groups: C[][] = [];
     for (let at = 0; at < chunks.length; at += 4) groups.push(chunks.slice(at, at + 4));
     return groups;

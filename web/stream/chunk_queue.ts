@@ -13,7 +13,7 @@ export type ChunkState = "queued" | "loading" | "decoding" | "failed";
 
 /** While this many chunks are being decoded, no request starts. */
 const maxDecoding = 64;
-/** The next requests are made of this many of the most needed chunks. */
+/** The next requests are composed of this many of the most needed chunks. */
 const chunksPlanned = 256;
 /** A chunk counts as damaged after this many failed requests while others succeed. */
 const maxTries = 6;
@@ -27,7 +27,7 @@ interface Entry {
   refused: number;
   /** Requests for it that failed. */
   tries: number;
-  /** Requested on its own, since a response of many chunks would end at it. */
+  /** Whether it is requested alone, since a response of many chunks would end at it. */
   alone: boolean;
   /** It has failed before. If it succeeds, the other failed chunks are retried. */
   hasFailed: boolean;
@@ -39,11 +39,11 @@ interface Group {
 }
 
 export interface QueueEvents {
-  /** Reserves room for a chunk before its request. Returns false if there is none. */
+  /** Reserves memory for a chunk before its request. Returns false if there is none. */
   admit(chunk: Chunk): boolean;
   /** The chunk is decoded; it leaves the queue. */
   decoded(chunk: Chunk, decoded: DecodedChunk): void;
-  /** An admitted chunk will not be decoded: its room is free. */
+  /** An admitted chunk will not be decoded: its memory is free. */
   released(chunk: Chunk): void;
   /** A chunk is damaged. `isFirst`: it is the first damaged chunk that is needed, and has not failed before. */
   failed(error: StreamError, isFirst: boolean): void;
@@ -88,7 +88,7 @@ export class ChunkQueue {
     return this.#groups.size === 0 && this.#decoding === 0;
   }
 
-  /** There was no room for the chunk to be requested next. */
+  /** There was no memory for the next chunk to request. */
   get full(): boolean {
     return this.#refusedRoom;
   }
@@ -233,7 +233,8 @@ export class ChunkQueue {
     if (wasAborted || this.#closing.signal.aborted) return;
     const [first] = group.entries;
     if (reason instanceof PartError) {
-      // The others are valid. The response to a request of its own has the cause.
+      // The other chunks of the batch are valid. Request the failed chunk alone: its response states
+      // the cause.
       const broken = this.#entries.get(reason.handle);
       if (broken) broken.alone = true;
     } else if (first && group.entries.size === 1 && isOfPart(reason.kind)) {
@@ -242,7 +243,7 @@ export class ChunkQueue {
       for (const entry of group.entries) {
         if (++entry.tries >= maxTries) this.#fail(entry, reason);
       }
-      // A browser may drop the end of an incomplete response, and with it which chunk is damaged.
+      // A browser may drop the end of an incomplete response, which names the damaged chunk.
       if (first && first.tries > 1) first.alone = true;
       this.#backoff.failed(reason);
     }
@@ -280,7 +281,7 @@ export class ChunkQueue {
     const reason = new StreamError(kind, text, error);
     if (isOfDecoder(kind)) {
       entry.state = "queued";
-      // Usually another worker has replaced the lost one.
+      // Usually a new worker has already replaced the lost one.
       if (++entry.tries > 1) this.#backoff.failed(reason);
     } else if (status === "malformed_chunk") {
       // The checksum is right: a second request would return the same bytes.
@@ -290,7 +291,7 @@ export class ChunkQueue {
     }
   }
 
-  /** The bytes are not the chunk's. They are fetched once more, past the caches. */
+  /** The bytes do not match the chunk's checksum. They are fetched once more, bypassing the caches. */
   #refuse(entry: Entry, error: StreamError): void {
     if (++entry.refused === 1) {
       this.#source.bypassCaches();
@@ -300,7 +301,7 @@ export class ChunkQueue {
     }
   }
 
-  /** Marks a chunk as damaged. The coarser level is shown in its place. */
+  /** Marks a chunk as damaged. The coarser level is shown instead. */
   #fail(entry: Entry, error: StreamError): void {
     const isFirst = this.#failed.needed.count === 0 && !entry.hasFailed;
     entry.state = "failed";

@@ -9,24 +9,27 @@ const shareAfterOverflow = 0.75;
 export interface ChunkUploadEvents {
   /** The chunks of one frame are uploaded, or the budget has changed. */
   changed(): void;
-  /** Chunks are resident that no view needed when they were fetched, or there was no room for them. */
+  /**
+   * Chunks that no view needed when they were fetched have become resident, or there was no memory for
+   * them.
+   */
   uploadedInAdvance(): void;
-  /** The GPU has no room. Called once until `retry`. */
+  /** The GPU is out of memory. Called once until `retry`. */
   overflowed(error: StreamError): void;
 }
 
 /**
- * The chunks on the GPU: uploads decoded chunks, keeps to the sample budget, and lowers the budget
- * when the GPU has no room.
+ * The chunks on the GPU: uploads decoded chunks, keeps to the sample budget, and lowers the budget when
+ * the GPU is out of memory.
  */
 export class ChunkUploads {
   readonly residency: Residency;
   readonly #queue: UploadQueue;
-  /** What is fetched in advance: it neither delays a view nor keeps it from being complete. */
+  /** Chunks fetched in advance. They neither delay a view nor prevent it from being complete. */
   readonly #advanceQueue: UploadQueue;
   readonly #viewer: StreamEvents;
   readonly #events: ChunkUploadEvents;
-  /** Chunks that the GPU had no room for. They are not requested again until `retry`. */
+  /** Chunks that did not fit into GPU memory. They are not requested again until `retry`. */
   readonly #rejected = new Set<number>();
   #overflow: StreamError | undefined;
 
@@ -44,7 +47,7 @@ export class ChunkUploads {
     return this.#overflow;
   }
 
-  /** No chunk of a view or of the coarse levels waits for its upload. */
+  /** Whether no chunk of a view or of the coarse levels waits for its upload. */
   get isEmpty(): boolean {
     return this.#queue.empty;
   }
@@ -67,8 +70,8 @@ export class ChunkUploads {
   }
 
   /**
-   * The GPU reports later that it does not have these chunks. Returns those that counted as
-   * resident: the caller drops them after it has replaced them in the picture.
+   * Called when the GPU reports later that the upload of these chunks failed. Returns those that
+   * counted as resident; the caller drops them after it has replaced them in the picture.
    */
   reject(ids: readonly number[], message: string): number[] {
     const lost = ids.filter((id) => this.residency.lose(id));
@@ -83,7 +86,7 @@ export class ChunkUploads {
     this.residency.restoreBudget();
   }
 
-  /** Drops what waits. Resident chunks stay. */
+  /** Drops waiting chunks. Resident chunks stay. */
   close(): void {
     this.#queue.close();
     this.#advanceQueue.close();
@@ -101,7 +104,7 @@ export class ChunkUploads {
       this.residency.add(handle, samples.length / 4, purpose);
     } else {
       this.residency.release(handle);
-      // The picture has what it needs.
+      // All chunks of the picture are resident.
       if (purpose === "advance") return;
       this.#overflowed("the graphics card has no room for more samples", [handle]);
     }

@@ -1,6 +1,6 @@
 /**
- * Runs work in a task of its own, once for all requests made before it. So arrivals that come
- * together do not block the main thread in one long task.
+ * Runs work once, in a later task, for all requests made before it. So chunks that arrive together do
+ * not block the main thread in one long task.
  */
 export class CoalescedTask {
   readonly #work: () => void;

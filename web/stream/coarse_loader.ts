@@ -60,7 +60,7 @@ export class CoarseLoader {
     return this.#hasFirstSurface;
   }
 
-  /** Whether a level is being loaded here, so that nobody else needs to request it. */
+  /** Whether this loader is loading a level, so that no other part needs to request it. */
   isLoadingLevel(level: number): boolean {
     return this.#isLoading && level >= this.#finestLevel;
   }
@@ -96,7 +96,7 @@ export class CoarseLoader {
       if (signal.aborted) return;
       this.#events.failed(errorOf(error));
     }
-    // What is still missing has failed. From now on it is requested like any other chunk.
+    // Chunks that are still missing have failed. From now on they are requested like any other chunk.
     this.#isLoading = false;
     this.#firstSurfaceUploaded();
   }

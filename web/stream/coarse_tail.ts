@@ -5,7 +5,7 @@ import { measured } from "./timeline.ts";
 import { joined } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
-/** Most bytes loaded for every isovalue, so that a moving slider always has a surface. */
+/** Limit of bytes loaded for every isovalue, so that a moving slider always has a surface. */
 const maxBytes = 160 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
 const budgetShare = 1 / 3;
@@ -56,7 +56,7 @@ export class CoarseTail {
     const all = this.#store.coarseRange(maxBytes);
     if (all.firstLevel === first.firstLevel) return all.firstLevel;
 
-    // The pages state how many samples a level has, and so whether it fits the budget.
+    // The pages state the number of samples of a level, which shows whether it fits into the budget.
     const missing = all.offset + all.bytes - firstEnd;
     if (missing > 0) this.#addPages(await this.#fetch(firstEnd, missing, signal));
     let samples = countSamples(coarsest.map(({ chunk }) => chunk));
@@ -152,7 +152,7 @@ function countSamples(chunks: readonly Chunk[]): number {
   return chunks.reduce((samples, chunk) => samples + chunk.cells, 0);
 }
 
-/** The error of a directory that does not match the header. */
+/** Makes the error of a directory that does not match the header. */
 export function badDirectory(error: unknown): StreamError {
   const message = error instanceof Error ? error.message : String(error);
   return new StreamError(

@@ -1,5 +1,6 @@
 /** A worker that decodes chunks with its own WebAssembly instance. */
-// Not from the core's index: the program of a worker names no WebAssembly file.
+// Not imported from the core's index, because the program of a worker must not refer to a WebAssembly
+// file.
 import { CoreError } from "../core/calls.ts";
 import type { Core } from "../core/core.ts";
 import { type CoreProgram, instantiateCore } from "../core/instantiate_core.ts";
@@ -7,7 +8,7 @@ import type { DecodedChunk } from "../core/types.ts";
 import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
 import type { DecodeJob } from "./decoder.ts";
 
-/** The first message: the module to use. See WorkerPoolOptions. It is answered with `isReady`. */
+/** The first message: the module to use. See WorkerPoolOptions. The worker replies with `isReady`. */
 export interface WorkerStart {
   program: CoreProgram;
 }

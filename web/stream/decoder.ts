@@ -1,6 +1,6 @@
 import type { Chunk, Core, DecodedChunk } from "../core/index.ts";
 
-/** What decoding a chunk needs beside its bytes: its shape and its checksum. */
+/** The shape and checksum of a chunk, which decoding needs besides its bytes. */
 export type DecodeJob = Pick<
   Chunk,
   "level" | "blockCells" | "bandBegin" | "bandEnd" | "cells" | "checksum"
@@ -17,7 +17,7 @@ export interface Decoder {
   close(): void;
 }
 
-/** Decodes on the calling thread: for Node, and where there are no workers. */
+/** Decodes on the calling thread, for Node and for environments without workers. */
 export class InlineDecoder implements Decoder {
   readonly #core: Core;
 

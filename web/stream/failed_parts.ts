@@ -3,8 +3,8 @@ import type { StreamError } from "./types.ts";
 
 /**
  * Damaged parts, which fail although the source works. After 12, 14, then every 16 s (`slowWait`) one
- * of them is retried: the one whose last try is the longest ago. When one succeeds, call `retryAll`:
- * the file may have been repaired.
+ * of them is retried: the one with the oldest last attempt. When one succeeds, call `retryAll`: the
+ * file may have been repaired.
  */
 export class FailedParts<T> {
   /** In order of their last failure, the oldest first. */
@@ -15,7 +15,7 @@ export class FailedParts<T> {
   /** Retries since the last `retryAll`. */
   #retries = 0;
 
-  /** `retry` requests an item, which does not count as failed any more. */
+  /** `retry` requests an item, which then no longer counts as failed. */
   constructor(isNeeded: (item: T) => boolean, retry: (item: T) => void) {
     this.#isNeeded = isNeeded;
     this.#retry = retry;

@@ -8,7 +8,7 @@ import { faultTexts } from "../texts/faults.ts";
 /**
  * When a failed request is repeated automatically. soon: after ¼, ½, 1 … 10 s (backoff.ts). slowly:
  * every 12 to 16 s (`slowWait`), for faults that somebody has to repair. never: only when the visitor
- * asks for it.
+ * requests it.
  */
 export type Retry = "soon" | "slowly" | "never";
 
@@ -17,9 +17,9 @@ export type Offer = "again" | "volumes" | "reload";
 
 export interface Fault {
   retry: Retry;
-  /** What happened: a title, or the first sentence of a banner. */
+  /** The fault: a title, or the first sentence of a banner. */
   title: string;
-  /** What it means, and what to do. NAME stands for the volume's name or the store's address. */
+  /** The consequence and the remedy. NAME is replaced by the volume's name or the store's address. */
   text: string;
   offers: readonly Offer[];
 }

@@ -16,7 +16,10 @@ import { fetchWhole } from "./whole_file.ts";
  * carries these bytes in 13 ms, a third of a round trip.
  */
 const gapWorthFetching = 32 * 1024;
-/** The largest request (bytes): priorities may change while a request is in flight. */
+/**
+ * The largest request (bytes). It is limited because priorities may change while a request is in
+ * flight.
+ */
 const maxBytesTogether = 1024 * 1024;
 /** Requests are merged among this number of chunks of highest priority. */
 const chunksLookedAt = 48;
@@ -62,15 +65,18 @@ export interface SourceOptions extends Admittance {
 }
 
 /**
- * A store as one file on any host that answers HTTP Range requests. From others, small stores are
- * fetched whole, with a warning.
+ * A store as one file on any host that answers HTTP Range requests. From other hosts, small stores are
+ * fetched as a whole, with a warning.
  */
 export class FileSource implements Source {
   readonly name: string;
   protected readonly traffic = new Traffic();
   #fresh = false;
   #warm: { header: Promise<Uint8Array>; whole: boolean } | undefined;
-  /** What earlier answers stated about the file, and whether another ETag means another file. */
+  /**
+   * The statements of earlier responses about the file, and whether a different ETag means a different
+   * file.
+   */
   #etag: string | undefined;
   #fileBytes: number | undefined;
   #etagIdentifies = true;
@@ -143,7 +149,7 @@ export class FileSource implements Source {
     }
   }
 
-  /** Checks that an answer belongs to the file that was opened. */
+  /** Checks that a response belongs to the file that was opened. */
   readonly #identify = ({ etag, bytes }: FileIdentity): void => {
     const isOther =
       (bytes !== undefined && this.#fileBytes !== undefined && bytes !== this.#fileBytes) ||
@@ -209,7 +215,7 @@ export class FileSource implements Source {
       arrived(part, at);
       at += part.length;
     });
-    // The answer is complete according to its headers, so the file ends here.
+    // The response is complete according to its headers, so the file ends here.
     if (at !== offset + bytes) {
       throw new StreamError(
         "cut-short",
@@ -348,7 +354,7 @@ export function hexadecimal(bytes: Uint8Array): string {
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
-/** Cuts a range into its parts while it arrives. */
+/** Splits a range into its parts while it arrives. */
 class Cutter<C extends { offset: number; bytes: number }> {
   readonly #places: C[];
   readonly #arrived: (place: C, bytes: Uint8Array) => void;

@@ -20,9 +20,9 @@ export class FrameReader<C extends ChunkPlaceInFile> {
   readonly #arrived: (chunk: C, bytes: Uint8Array) => void;
   #next = 0;
   readonly #header = new Uint8Array(headerBytes);
-  /** The bytes of the chunk that arrives, in an array of its own; undefined between chunks. */
+  /** The bytes of the arriving chunk, in a separate array; undefined between chunks. */
   #chunk: Uint8Array | undefined;
-  /** Bytes of the present header, or of the chunk and its padding, that have arrived. */
+  /** Number of bytes of the present header, or of the chunk and its padding, that have arrived. */
   #have = 0;
 
   constructor(chunks: readonly C[], arrived: (chunk: C, bytes: Uint8Array) => void) {
@@ -47,7 +47,7 @@ export class FrameReader<C extends ChunkPlaceInFile> {
     }
   }
 
-  /** The answer is over: every chunk has to have come. */
+  /** The response has ended: all chunks must have arrived. */
   end(): void {
     if (this.#next < this.#chunks.length) {
       throw new TransferError(

@@ -5,13 +5,17 @@ const movementGap = 180;
 /** Chunks are prefetched for the isovalue expected after this time (s). */
 const lookAhead = 0.4;
 /**
- * A larger change within `lookAhead`, as a share of the range, is too fast for prefetching. If finer
- * levels are resident for every isovalue, a movement has fine cells without requests.
+ * A larger change within `lookAhead`, as a share of the range, is too fast for prefetching. The limit
+ * is lower if finer levels are resident for every isovalue, because a movement then has fine cells
+ * without requests.
  */
 const maxLeap = { coarse: 0.08, prepared: 0.02 };
 /** Shortest time between two prefetches (ms). */
 const prefetchInterval = 250;
-/** The speed of an isovalue is measured over such a time (ms). Two quick changes are not enough. */
+/**
+ * The shortest and longest time over which the speed of an isovalue is measured (ms). Two quick changes
+ * are not enough.
+ */
 const speedSpan = { min: 100, max: 300 };
 
 /** Detects movement of the camera or the isovalue from the sequence of camera views. */
@@ -41,7 +45,10 @@ export class Motion {
     return this.#cameraMoves;
   }
 
-  /** Sets the camera view. Returns whether it differs from the one before, or movement has changed. */
+  /**
+   * Sets the camera view. Returns whether it differs from the previous one, or movement has started or
+   * ended.
+   */
   changed(view: CameraView): boolean {
     const before = this.#view;
     this.#view = {
@@ -72,9 +79,9 @@ export class Motion {
   }
 
   /**
-   * The isovalues expected after `lookAhead`, or undefined if it is too early for another prefetch
-   * or the isovalues move too fast. `range`: length of the volume's range of values. `isPrepared`: the
-   * BackgroundLoader has loaded what it may.
+   * The isovalues expected after `lookAhead`, or undefined if it is too early for another prefetch or
+   * the isovalues move too fast. `range`: length of the volume's range of values. `isPrepared`: the
+   * BackgroundLoader has finished.
    */
   isovaluesAhead(range: number, isPrepared: boolean): number[] | undefined {
     const now = performance.now();
@@ -95,7 +102,7 @@ export class Motion {
     return last.isovalues.map((isovalue, i) => isovalue + (leaps[i] ?? 0));
   }
 
-  /** Whether the isovalues move in one direction. Two changes are too few to say so. */
+  /** Whether the isovalues move in one direction. Two changes are too few to decide it. */
   #goesOneWay(): boolean {
     const goes = (sign: number): boolean =>
       this.#trail.every(({ isovalues }, i) => {

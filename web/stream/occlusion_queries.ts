@@ -6,10 +6,10 @@ export type MinPixels = number;
 
 /**
  * Most coarse regions are occluded once those in front of them are refined. So regions with many
- * visible pixels are refined first. Then every region that may be visible is refined: once by a fast
- * picture, which is drawn anyway, so that the picture at rest, which may take a second, is drawn when
- * everything is resident. The last answer is that of the picture at rest: only its splats stay inside
- * of their cells.
+ * visible pixels are refined first. Then every region that may be visible is refined. A fast picture,
+ * which is drawn anyway, is tested first, so that the resting picture, which may take a second, is
+ * drawn when everything is resident. The resting picture is tested last, because only its splats stay
+ * inside their cells.
  */
 const steps: readonly { minPixels: MinPixels; atRest: boolean }[] = [
   { minPixels: 255, atRest: false },
@@ -27,15 +27,15 @@ export interface OcclusionQuery {
   readonly picture: number;
 }
 
-/** What a selection says about the next query. */
+/** The part of a selection that concerns the next query. */
 export interface OcclusionNeeds {
   /** The chunks to test; undefined if occlusion queries are not used. */
   ids: Uint32Array | undefined;
-  /** More chunks or pages are on their way by the answers so far. Damaged ones do not count. */
+  /** Chunks or pages that earlier results require are being fetched. Damaged ones do not count. */
   isLoading: boolean;
-  /** The present picture has to be tested before it is known what to fetch. */
+  /** The present picture must be tested to find the chunks to fetch. */
   isUndecided: boolean;
-  /** Coarse chunks are on their way that decide more than those of the present picture. */
+  /** Coarse chunks are being fetched whose test decides more than a test of the present picture. */
   isTooCoarse: boolean;
 }
 
@@ -45,7 +45,7 @@ export class OcclusionQueries {
   #picture = 0;
   #needs: OcclusionNeeds | undefined;
   #answered: { picture: number; settled: boolean; minPixels: MinPixels } | undefined;
-  /** Index into `steps`. Everything visible by the steps before it is refined. */
+  /** Index into `steps`. All regions found visible by earlier steps are refined. */
   #step = 0;
   /** A picture of this view has been tested at the present step. */
   #isStepAnswered = false;
@@ -77,12 +77,14 @@ export class OcclusionQueries {
     }
   }
 
-  /** Everything visible is refined: there is nothing to test, or the last step has its answer. */
+  /**
+   * Whether everything visible is refined: there is nothing to test, or the last step has its result.
+   */
   get done(): boolean {
     return this.#ids.length === 0 || (this.#step === lastStep && this.#isAnswered());
   }
 
-  /** Only a test of the picture at rest is missing: it should be drawn now. */
+  /** Whether only the test of the resting picture is missing, so that it should be drawn now. */
   get needsRest(): boolean {
     return !this.done && this.#step === lastStep && this.#needs?.isLoading === false;
   }
@@ -92,13 +94,13 @@ export class OcclusionQueries {
     if (this.done || !this.#needs || this.#needs.isTooCoarse) return undefined;
     const { minPixels, atRest } = this.#present;
     if (atRest && !settled) return undefined;
-    // What is on its way occludes regions that are in front of the picture so far.
+    // Chunks that are being fetched will occlude regions that are visible in the present picture.
     if (this.#step > 0 && this.#needs.isLoading) return undefined;
     if (this.#isAnswered()) return undefined;
     return { ids: this.#ids, minPixels, view: this.#view, picture: this.#picture };
   }
 
-  /** Records an answer. Returns whether it is valid for the present camera view. */
+  /** Records a result. Returns whether it is valid for the present camera view. */
   record({ view, picture, minPixels }: OcclusionQuery, settled: boolean): boolean {
     const isValid = view === this.#view;
     if (!isValid) return false;
@@ -115,7 +117,7 @@ export class OcclusionQueries {
     return steps[this.#step] ?? { minPixels: 0, atRest: true };
   }
 
-  /** Whether this step was answered for the present picture. */
+  /** Whether this step has a result for the present picture. */
   #isAnswered(): boolean {
     const before = this.#answered;
     const { minPixels, atRest } = this.#present;

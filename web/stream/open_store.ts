@@ -6,9 +6,9 @@ import { beginsAsStore } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
- * Fetches the header and opens the store. A header that cannot be read is fetched once more: at its
- * full length, and past the caches, unless the first request was already of that kind. Rejects with
- * a StreamError or the signal's reason.
+ * Fetches the header and opens the store. A header that cannot be read is fetched once more, at its
+ * full length and bypassing the caches, unless the first request already did so. Rejects with a
+ * StreamError or the signal's reason.
  */
 export async function openStore(
   source: Source,

@@ -6,12 +6,12 @@ import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
 
-/** Most pages in one request. */
+/** Limit of pages in one request. */
 const maxTogether = 32;
 
 export interface PageEvents {
   added(): void;
-  /** As QueueEvents.failed, of a page. */
+  /** Like QueueEvents.failed, for a page. */
   failed(error: StreamError, isFirst: boolean): void;
 }
 
@@ -128,7 +128,7 @@ export class PageLoader {
     }
     page.resident = true;
     this.#refused.delete(index);
-    // The page had failed before. Others may succeed as well now.
+    // The page had failed before. Now other failed pages may succeed as well.
     if (this.#hasFailed.delete(index)) this.#failed.retryAll();
   }
 

@@ -1,9 +1,9 @@
 import type { Chunk } from "../core/index.ts";
 
 /**
- * Which chunks to request while the isovalue moves. A prefetched chunk stays requested until the
- * movement ends, although no view needs it yet. Otherwise the next frame would cancel it, and a later
- * frame would request it again.
+ * Decides which chunks to request while the isovalue moves. A prefetched chunk stays requested until
+ * the movement ends, although no view needs it yet. Otherwise the next frame would cancel it, and a
+ * later frame would request it again.
  */
 export class Prefetch {
   readonly #handles = new Set<number>();

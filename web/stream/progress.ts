@@ -8,7 +8,7 @@ import type { PageLoader } from "./page_loader.ts";
 import type { Source } from "./source.ts";
 import type { Progress, StreamError } from "./types.ts";
 
-/** What progress is computed from. */
+/** The inputs of progress. */
 export interface ProgressInputs {
   source: Source;
   queue: ChunkQueue;
@@ -56,11 +56,11 @@ export function progressOf(inputs: ProgressInputs): Progress {
 }
 
 interface RemainingWork {
-  /** Nothing is under way: everything still missing has failed. */
+  /** Whether all missing chunks have failed, and no request is in progress. */
   isSettled: boolean;
   /** Nothing is missing. */
   isDone: boolean;
-  /** Something is missing and has no room, and nothing under way will make room. */
+  /** Whether missing chunks do not fit into memory, and no pending change will free memory. */
   isFull: boolean;
 }
 

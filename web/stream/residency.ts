@@ -1,22 +1,22 @@
 import type { Chunk, Store } from "../core/index.ts";
 
 /**
- * What a chunk is uploaded for: a camera view; the coarse levels, which stay resident as long as the
- * volume is open; or isovalues that may be shown later (BackgroundLoader).
+ * The purpose of an upload: a camera view; the coarse levels, which stay resident as long as the volume
+ * is open; or isovalues that may be shown later (BackgroundLoader).
  */
 export type UploadPurpose = "view" | "coarse" | "advance";
 
 interface Resident {
   samples: number;
-  /** Number of the last selection that used it; −1: none, it was fetched in advance. */
+  /** Number of the last selection that used it; −1 if none did, because it was fetched in advance. */
   lastUse: number;
   pinned: boolean;
 }
 
 /**
- * The resident chunks, within the sample budget. Room is reserved before a chunk is requested, by the
- * number of cells that the directory states. If there is none, the least recently used chunks are
- * dropped, but neither those of the present view nor pinned ones.
+ * The resident chunks, within the sample budget. Memory is reserved before a chunk is requested, by the
+ * number of cells that the directory states. If the budget is used up, the least recently used chunks
+ * are dropped, except those of the present view and pinned ones.
  */
 export class Residency {
   #maxSamples: number;
@@ -48,8 +48,8 @@ export class Residency {
   }
 
   /**
-   * Sets the sample budget. If it is lower than what is resident, chunks are dropped as soon as no
-   * selection uses them.
+   * Sets the sample budget. If more samples are resident, chunks are dropped as soon as no selection
+   * uses them.
    */
   setBudget(samples: number): void {
     this.#maxSamples = samples;
@@ -90,7 +90,7 @@ export class Residency {
     this.#trim();
   }
 
-  /** After the budget was lowered: drops what the present selection does not use. */
+  /** After the budget was lowered: drops chunks that the present selection does not use. */
   #trim(): void {
     if (this.#samples + this.#reservedSamples <= this.#budget) return;
     for (const [handle] of this.#idle()) {
@@ -99,14 +99,14 @@ export class Residency {
     }
   }
 
-  /** What may be dropped, the least recently used first. */
+  /** The chunks that may be dropped, the least recently used first. */
   #idle(): [number, Resident][] {
     return [...this.#residents]
       .filter(([, resident]) => !resident.pinned && resident.lastUse < this.#now)
       .sort(([, a], [, b]) => a.lastUse - b.lastUse);
   }
 
-  /** Reserves room for a chunk. Returns false if all resident chunks are in use. */
+  /** Reserves memory for a chunk. Returns false if all resident chunks are in use. */
   reserve(chunk: Chunk): boolean {
     if (this.#reserved.has(chunk.handle)) return true;
     const room = (): number => this.#room(chunk);
@@ -124,7 +124,7 @@ export class Residency {
     return true;
   }
 
-  /** Reserves room for a chunk that no view needs. Drops nothing for it. */
+  /** Reserves memory for a chunk that no view needs, without dropping other chunks. */
   reserveFree(chunk: Chunk): boolean {
     return this.#room(chunk) >= 0 && this.reserve(chunk);
   }
@@ -153,7 +153,7 @@ export class Residency {
     if (this.lose(handle)) this.#dropped(handle);
   }
 
-  /** Removes a chunk that the GPU does not have. Returns whether it counted as resident. */
+  /** Removes a chunk whose upload to the GPU failed. Returns whether it counted as resident. */
   lose(handle: number): boolean {
     const resident = this.#residents.get(handle);
     if (!resident) return false;

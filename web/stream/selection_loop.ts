@@ -19,7 +19,7 @@ const targetShare = 0.75;
 /** Bytes prefetched at a time while the isovalue moves. */
 const maxPrefetchBytes = 160 * 1024;
 
-/** What the selection loop works with. */
+/** The parts that the selection loop uses. */
 export interface SelectionParts {
   store: Store;
   queue: ChunkQueue;
@@ -94,7 +94,7 @@ export class SelectionLoop {
   #selectionView(cameraView: CameraView): SelectionView {
     const { uploads, motion } = this.#parts;
     const { budget, pinnedSamples } = uploads.residency;
-    // While something moves, little is fetched, and the answer would be out of date.
+    // While something moves, little is fetched, and the result of a query would be out of date.
     const isMoving = motion.cameraMoves || motion.isovalueMoves;
     return {
       viewProjection: cameraView.viewProjection,
@@ -117,7 +117,7 @@ export class SelectionLoop {
       isLoading:
         selection.load.some(isOnItsWay) || selection.pages.some((page) => !pages.isDamaged(page)),
       isUndecided: selection.undecided > 0,
-      // Coarse levels that cannot be fetched are not waited for.
+      // Do not wait for coarse levels that cannot be fetched.
       isTooCoarse: coarse.isLoading && !backoff.trouble,
     });
     if (!occlusion.done) viewer.testOcclusion?.();

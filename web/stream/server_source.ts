@@ -12,8 +12,8 @@ import { TransferError, transfer, transferWhole, withQuery } from "./transfer.ts
 import { StreamError } from "./types.ts";
 
 /**
- * The intended duration of a batch (ms), so that the order of priority is reconsidered that often. The
- * size of a batch follows from the measured rate of the last batches, within these limits.
+ * The intended duration of a batch (ms); after each batch, the priorities are reconsidered. The size of
+ * a batch is computed from the measured rate of the last batches, within these limits.
  */
 const batchTime = 250;
 const [fewestBatchBytes, maxBatchBytes] = [128 * 1024, 1024 * 1024];
@@ -28,9 +28,9 @@ export interface ServerSourceOptions extends SourceOptions {
 }
 
 /**
- * A volume of an Isosplat server (server/HTTP.md). All URLs but the volume's own contain the content id,
- * so their content never changes. Over HTTP/1.1, one streamed answer carries many chunks. Over HTTP/2
- * and later, each chunk has its own request: these are multiplexed, and cached separately.
+ * A volume of an Isosplat server (server/HTTP.md). All URLs but the volume's own contain the content
+ * id, so their content never changes. Over HTTP/1.1, one streamed response carries many chunks. Over
+ * HTTP/2 and later, each chunk has its own request: these are multiplexed, and cached separately.
  */
 export class ServerSource extends FileSource {
   override get concurrency(): number {
@@ -126,7 +126,7 @@ export class ServerSource extends FileSource {
     } catch (error) {
       const [first] = chunks;
       if (!(first && error instanceof TransferError && error.isOfStore)) throw error;
-      // Otherwise frames would have come.
+      // Otherwise the response would contain frames.
       throw new PartError(first.handle, error.message);
     }
     frames.end();
@@ -139,7 +139,9 @@ export class ServerSource extends FileSource {
     }
   }
 
-  /** Parses an answer. After a failure, later requests bypass caches: a cache may have sent it. */
+  /**
+   * Parses a response. After a failure, later requests bypass caches, because a cache may have sent it.
+   */
   #checked<T>(read: () => T): T {
     try {
       return read();

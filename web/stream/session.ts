@@ -29,7 +29,7 @@ import { WorkerPool } from "./worker_pool.ts";
 
 type SessionOptions = StreamOptions & { decoder?: Decoder };
 
-/** An open store and where its bytes come from. `closed`: ends what still reads it. */
+/** An open store and its source. `closed`: aborts all reads that are still running. */
 export interface StoreAccess {
   source: Source;
   store: Store;
@@ -57,7 +57,7 @@ export class StreamSession {
   readonly #motion = new Motion(() => this.#select());
   readonly #occlusion = new OcclusionQueries();
   readonly #closing = new AbortController();
-  /** For changes of what is resident. A change of the camera view selects at once. */
+  /** For changes of the resident chunks. A change of the camera view selects at once. */
   readonly #selecting = new CoalescedTask(() => this.#select());
   #cameraView: CameraView | undefined;
 
@@ -161,7 +161,7 @@ export class StreamSession {
     return this.#store.chunksFor(0, isovalue).reduce((sum, { bytes }) => sum + bytes, 0);
   }
 
-  /** For what reads the store besides the view: web/mesh. */
+  /** For other readers of the store than the view: web/mesh. */
   get access(): StoreAccess {
     const closed = this.#closing.signal;
     return { source: this.source, store: this.#store, backoff: this.#backoff, closed };
@@ -172,7 +172,7 @@ export class StreamSession {
     return this.#store.quantizedIsovalue(isovalue);
   }
 
-  /** Opacity or clipping has changed, and with it what is occluded. */
+  /** Opacity or clipping has changed, and with it the occlusion. */
   sceneChanged(): void {
     this.#occlusion.viewChanged();
     this.#updateProgress();
@@ -187,8 +187,8 @@ export class StreamSession {
   }
 
   /**
-   * Everything visible is resident as far as fast pictures tell: a query of the picture at rest is
-   * all that is missing for the view to be complete.
+   * Whether everything visible is resident according to fast pictures, so that only a query of the
+   * resting picture is missing for the view to be complete.
    */
   get needsRestingPicture(): boolean {
     return !this.isClosed && this.#occlusion.needsRest;
@@ -209,7 +209,10 @@ export class StreamSession {
     this.#select();
   }
 
-  /** Retries at once what waits for its next try, what is damaged, and what had no room. */
+  /**
+   * Retries at once all requests that wait for their next attempt, all damaged parts, and all chunks
+   * that did not fit into memory.
+   */
   retry(): void {
     if (this.isClosed) return;
     this.#uploads.retry();
@@ -225,7 +228,7 @@ export class StreamSession {
     this.#select();
   }
 
-  /** The viewer accepted these chunks (`samples`), but the GPU did not have room for them. */
+  /** The viewer accepted these chunks (`samples`), but they did not fit into GPU memory. */
   rejectUploads(ids: readonly number[], message: string): void {
     if (this.isClosed) return;
     const lost = this.#uploads.reject(ids, message);
@@ -342,7 +345,7 @@ export class StreamSession {
   #onSourceFault(error: StreamError | undefined): void {
     if (this.isClosed) return;
     if (!error) this.#retryParts();
-    // `replaced` has an event of its own.
+    // `replaced` has a separate event.
     else if (error.kind === "replaced") this.#updateProgress();
     else this.#report(error);
   }
@@ -354,7 +357,7 @@ export class StreamSession {
   }
 
   #onPartFailed(error: StreamError, isFirst: boolean): void {
-    // Occlusion queries that waited for this part go on without it.
+    // Occlusion queries that waited for this part continue without it.
     this.#selecting.request();
     if (isFirst) this.#report(error);
     void this.#sourceCheck.run(error);
@@ -375,7 +378,7 @@ export class StreamSession {
     return this.#currentProgress().state === "complete";
   }
 
-  /** Whatever a view needs comes before what a later one may need. */
+  /** Chunks that the view needs come before chunks that a later view may need. */
   #prepareOtherIsovalues(): void {
     const isovalues = this.#cameraView?.isovalues;
     const isFailing =

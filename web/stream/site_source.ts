@@ -10,8 +10,8 @@ export interface SiteSourceOptions extends SourceOptions {
 }
 
 /**
- * A volume of a static site, which `isosplat publish` writes. The catalog says in which file the volume's
- * store is. A volume that is published again has another file; files never change.
+ * A volume of a static site, which `isosplat publish` writes. The catalog names the file of the
+ * volume's store. When a volume is published again, it gets a new file; files never change.
  */
 export class SiteSource extends FileSource {
   readonly #catalogUrl: string;
@@ -50,7 +50,7 @@ export class SiteSource extends FileSource {
   }
 }
 
-/** What the catalog says of a volume; its other fields are those of server/HTTP.md. */
+/** An entry of the catalog; its other fields are those of server/HTTP.md. */
 interface PublishedVolume {
   name: string;
   /** The store's address, relative to the catalog. */

@@ -1,13 +1,13 @@
 import { StreamError, type Triple } from "./types.ts";
 
-/** A directory page's place in the store file. */
+/** The byte range of a directory page in the store file. */
 export interface PagePlace {
   index: number;
   offset: number;
   bytes: number;
 }
 
-/** A chunk's place in the store and in the store file. */
+/** The position of a chunk in the volume, and its byte range in the store file. */
 export interface ChunkPlaceInFile {
   /** Identifies the chunk in the directory and in the session. */
   handle: number;
@@ -19,8 +19,8 @@ export interface ChunkPlaceInFile {
 }
 
 /**
- * A response of many chunks ended at one that the server cannot read; those before it are valid. A request
- * for the chunk's own URL returns the cause.
+ * A response of many chunks ended at a chunk that the server cannot read; the chunks before it are
+ * valid. A request for this chunk alone returns the cause.
  */
 export class PartError extends StreamError {
   readonly handle: number;
@@ -31,13 +31,13 @@ export class PartError extends StreamError {
 }
 
 /**
- * Where a store's bytes come from. A source neither retries nor checks content: it turns requests
- * into bytes, or rejects with a StreamError (or the signal's reason).
+ * The source of a store's bytes. It neither retries nor verifies content. It returns the requested
+ * bytes, or rejects with a StreamError (or the signal's reason).
  */
 export interface Source {
   /** For messages: the URL or the volume's name. */
   readonly name: string;
-  /** Number of concurrent calls of `chunks` that is worth while. */
+  /** The useful number of concurrent calls of `chunks`. */
   readonly concurrency: number;
   /** Requests made and payload bytes received so far. */
   readonly requests: number;
@@ -48,8 +48,8 @@ export interface Source {
    */
   warm(): void;
   /**
-   * The store's header: the first bytes of the file. `whole`: as many bytes as a header may have, for
-   * when fewer were not enough.
+   * The store's header: the first bytes of the file. `whole`: fetches the largest possible size of a
+   * header, if fewer bytes were not enough.
    */
   header(signal: AbortSignal, whole?: boolean): Promise<Uint8Array>;
   /** A byte range of the file (pages, the coarse tail). `arrived` is called in order, as parts arrive. */
@@ -73,13 +73,14 @@ export interface Source {
     signal: AbortSignal,
     arrived: (chunk: C, bytes: Uint8Array) => void,
   ): Promise<void>;
-  /** From now on every request bypasses the caches: they hold wrong bytes. */
+  /** From now on every request bypasses the caches, because they hold wrong bytes. */
   bypassCaches(): void;
   /** Requests bypass the caches. */
   readonly fresh: boolean;
   /**
-   * Fetches the content id (32 hex digits) of the store that is at the address now, past the caches.
-   * It differs from the opened one if the volume was replaced. Rejects with the address's fault.
+   * Fetches the content id (32 hex digits) of the store that is at the address now, bypassing the
+   * caches. It differs from that of the opened store if the volume was replaced. Rejects with the fault
+   * of the address.
    */
   contentId(signal: AbortSignal): Promise<string>;
   /** Size of the file, if a response has stated it. */
@@ -88,7 +89,7 @@ export interface Source {
   forget(): void;
   /**
    * Divides needed chunks, in order of need, into groups for calls of `chunks`. The first group is
-   * requested next. Groups are large if requests are costly.
+   * requested next. Groups are large if requests are expensive.
    */
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][];
 }

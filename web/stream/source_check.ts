@@ -6,8 +6,9 @@ import type { Source } from "./source.ts";
 import { StreamError } from "./types.ts";
 
 /**
- * Finds the cause of missing or wrong bytes: reads which store is at the source's address now. The
- * store may have been replaced, removed or cut short. At most one check runs at a time.
+ * Finds the cause of missing or wrong bytes: reads the identity of the store that is at the source's
+ * address now. The store may have been replaced, removed or truncated. At most one check runs at a
+ * time.
  */
 export class SourceCheck {
   readonly #source: Source;
@@ -33,7 +34,7 @@ export class SourceCheck {
     this.#onReplaced = onReplaced;
   }
 
-  /** Another store is at the address. Nothing more can be fetched of this one. */
+  /** Another store is at the address. Nothing more can be fetched from this one. */
   get isReplaced(): boolean {
     return this.#isReplaced;
   }

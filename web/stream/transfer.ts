@@ -1,7 +1,7 @@
 import { faultOfCode, faultOfStatus } from "./faults.ts";
 import { StreamError } from "./types.ts";
 
-/** What a source shows its host to be admitted. */
+/** The credentials that a source sends to its host. */
 export interface Admittance {
   /**
    * Fields of every request, such as `{ Authorization: "Bearer …" }`. A host of another origin has
@@ -9,7 +9,7 @@ export interface Admittance {
    */
   headers?: Readonly<Record<string, string>>;
   /**
-   * Where cookies are sent, as for `fetch`. Default: "same-origin". For "include", a host of another
+   * Whether cookies are sent, as for `fetch`. Default: "same-origin". For "include", a host of another
    * origin has to send `Access-Control-Allow-Credentials: true` and the page's origin.
    */
   credentials?: RequestInit["credentials"];
@@ -22,7 +22,7 @@ export class Traffic {
   admittance: Admittance = {};
   requests = 0;
   bytesReceived = 0;
-  /** Whether the source has answered, and CORS lets this page read its answers. */
+  /** Whether the source has responded, and CORS allows this page to read its responses. */
   hasAnswered = false;
   /** A connection counts as broken after this time without data (ms). */
   longestSilence = 20_000;
@@ -33,33 +33,39 @@ export interface TransferOptions {
   range?: readonly [first: number, last: number];
   /** Bypasses all caches, because a cached answer was wrong. */
   fresh?: boolean;
-  /** Called before the body with what the headers state about the file. If it throws, the request ends. */
+  /**
+   * Called before the body, with the statements of the headers about the file. If it throws, the
+   * request ends.
+   */
   identify?: (answer: FileIdentity, headers: Headers) => void;
 }
 
-/** What an answer's headers state about its file; undefined if a header is missing or hidden by CORS. */
+/**
+ * The statements of a response's headers about its file; undefined if a header is missing or hidden by
+ * CORS.
+ */
 export interface FileIdentity {
   etag: string | undefined;
   /** Size of the whole file. */
   bytes: number | undefined;
 }
 
-/** The StreamError of a failed request, and how long the server asks to wait (Retry-After), in ms. */
+/** The StreamError of a failed request, and the wait that the server requests (Retry-After), in ms. */
 export class TransferError extends StreamError {
   retryAfter = 0;
-  /** An Isosplat server cannot read from its store what was asked for. */
+  /** An Isosplat server cannot read the requested part from its store. */
   isOfStore = false;
 }
 
-/** How much of an error's body is read (bytes). */
+/** Limit of bytes that are read of an error's body. */
 const longestExplanation = 16 * 1024;
 /** The first bytes of every store (shared/store/FORMAT.md). */
 const storeMagic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
 
 /**
- * Makes one request and passes on the answer's body as it arrives. Rejects unless the body has exactly
- * the size that the range or Content-Length states. Adds to `traffic`. Rejects with a StreamError or
- * the signal's reason.
+ * Makes one request and passes on the response's body as it arrives. Rejects unless the body has
+ * exactly the size that the range or Content-Length states. Adds to `traffic`. Rejects with a
+ * StreamError or the signal's reason.
  */
 export async function transfer(
   url: string,
@@ -189,7 +195,7 @@ async function ask(
       const what = silence.isOver ? "the server does not answer" : "the server cannot be reached";
       throw new TransferError("unreachable", `${url}: ${what}`, cause);
     }
-    // CORS allowed earlier answers of this host, so this is an error answer without CORS headers.
+    // CORS allowed earlier responses of this host, so this is an error response without CORS headers.
     throw new TransferError(
       traffic.hasAnswered ? "server-fault" : "cors-refused",
       `${url}: the host answers, without Access-Control-Allow-Origin for this page`,
@@ -199,7 +205,7 @@ async function ask(
 }
 
 /**
- * Whether a host of another origin answers at all. Browsers report a refusal by CORS and an
+ * Whether a host of another origin responds at all. Browsers report a refusal by CORS and an
  * unreachable host in the same way. But an opaque request (mode no-cors) succeeds if the host answers.
  */
 async function answersWithoutCors(url: string, signal: AbortSignal): Promise<boolean> {
@@ -234,12 +240,12 @@ function codeInWords(response: Response, status: number): string {
   return `the file ends before what is asked for${bytes === undefined ? "" : `, at ${bytes} bytes`}`;
 }
 
-/** Finds out why a Range request was answered with the whole file. */
+/** Finds out why a host responded to a Range request with the whole file. */
 async function whyWhole(response: Response, url: string, first: number): Promise<StreamError> {
   if (response.headers.get("Content-Length") === "0") {
     return new StreamError("cut-short", `${url}: expected a store, found a file of 0 bytes`);
   }
-  // Some hosts answer every unknown address with the same page.
+  // Some hosts respond to every unknown address with the same page.
   if (first === 0 && !beginsAsStore(await firstBytes(response, storeMagic.length))) {
     return new StreamError(
       "not-a-store",
@@ -268,7 +274,9 @@ async function explanation(
   }
 }
 
-/** The first bytes of the body: at least `count` if it has as many. Does not read the rest. */
+/**
+ * The first bytes of the body: at least `count`, unless the body is shorter. Does not read the rest.
+ */
 async function firstBytes(response: Response, count: number): Promise<Uint8Array> {
   const parts: Uint8Array[] = [];
   const reader = response.body?.getReader();

@@ -5,7 +5,10 @@ import { type FaultKind, faults } from "./faults.ts";
 
 export type { StoreInfo, StoreMetadata, Triple } from "../core/index.ts";
 
-/** Where a chunk's cells are: its level, and its block's index in blocks of 64³ cells of it. */
+/**
+ * The position of a chunk's cells: its level, and the index of its block in blocks of 64³ cells of this
+ * level.
+ */
 export interface ChunkPlace {
   level: number;
   block: Triple;
@@ -23,7 +26,7 @@ export interface CameraView {
   moving: boolean;
 }
 
-/** What is still missing, and what has been fetched. Counts include resident directory pages only. */
+/** The data still missing, and the data fetched. Counts are based on resident directory pages only. */
 export interface Progress {
   /**
    * opening: the first surface is being fetched. refining: finer data is being fetched. waiting: the
@@ -76,25 +79,25 @@ export class StreamError extends Error {
     this.kind = kind;
   }
 
-  /** The session goes on and tries again by itself, soon. */
+  /** Whether the session continues and retries automatically, soon. */
   get retrying(): boolean {
     return faults[this.kind].retry === "soon";
   }
 }
 
 /**
- * The events of a session. They are called from `update` or from a task of their own, never from
- * another event.
+ * The events of a session. They are called from `update` or from a separate task, never from another
+ * event.
  */
 export interface StreamEvents {
   /**
-   * Upload a chunk to the GPU under this id (below 2^32). `samples`: PackedSample, 4 words each,
-   * sorted by region. `clusters`: see DecodedChunk. The viewer owns both arrays. Called a few times
-   * per frame at most. Returns false if there is no room: the chunk does not become resident, and
-   * the sample budget is lowered.
+   * Upload a chunk to the GPU under this id (below 2^32). `samples`: PackedSample, 4 words each, sorted
+   * by region. `clusters`: see DecodedChunk. The viewer owns both arrays. Called a few times per frame
+   * at most. Returns false if it does not fit into memory: the chunk does not become resident, and the
+   * sample budget is lowered.
    */
   samples(id: number, place: ChunkPlace, samples: Uint32Array, clusters: Uint8Array): boolean;
-  /** The chunk with this id is no longer needed: free it. Never one that is visible. */
+  /** The chunk with this id is no longer needed: free it. It is never a visible chunk. */
   drop(id: number): void;
   /**
    * Draw exactly these chunks from now on. `regions` has 16 words per id, two for each of eight
@@ -126,12 +129,14 @@ export interface StreamOptions {
   sampleBudget?: number;
   /** Size in pixels up to which a cell is not refined further. Default 1. */
   targetCellPixels?: number;
-  /** The same while the camera moves. Default 5: finer levels would be out of date on arrival. */
+  /**
+   * The same while the camera moves. Default 5, because finer levels would be out of date on arrival.
+   */
   movingCellPixels?: number;
   /**
-   * Most bytes fetched for other isovalues while a view is complete, so that a moving isovalue has
-   * fine cells at once. Default: 4 MB or 0.3 of the store, whichever is less. Always 0 if the visitor
-   * asks pages to save data (`navigator.connection.saveData`).
+   * Most bytes fetched for other isovalues while a view is complete, so that a moving isovalue has fine
+   * cells at once. Default: 4 MB or 0.3 of the store, whichever is less. Always 0 if the browser's data
+   * saver is on (`navigator.connection.saveData`).
    */
   backgroundBytes?: number;
   /** The isovalues of the first view. Their surface is loaded first. Default: the suggested one. */

@@ -6,7 +6,7 @@ import { measured } from "./timeline.ts";
 const timePerFrame = 2;
 /** Most samples uploaded in one frame: 4 MB. */
 const samplesPerFrame = 256 * 1024;
-/** A hidden page has no frames. Uploads go on after this time (ms). */
+/** A hidden page has no frames. Uploads continue after this time (ms). */
 const longestFrame = 100;
 
 interface QueuedUpload {

@@ -1,12 +1,14 @@
 import { joined, type Traffic, type TransferOptions, transfer } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
-/** A store of at most this size is fetched whole from a host that does not serve parts of files. */
+/**
+ * A store of at most this size is fetched as a whole from a host that does not serve parts of files.
+ */
 export const maxWholeBytes = 16 * 1024 * 1024;
 
 /**
- * Fetches a file without a Range request. It is not aborted: several who need parts of it wait for it.
- * Rejects with a StreamError: "no-range" if the file is too large for this.
+ * Fetches a file without a Range request. The request is not aborted, because several callers may wait
+ * for parts of the file. Rejects with a StreamError: "no-range" if the file is too large for this.
  */
 export async function fetchWhole(
   url: string,

@@ -4,17 +4,20 @@ import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
 
-/** Jobs that a worker has at a time: it never waits for the main thread between two of them. */
+/**
+ * Number of jobs that a worker has at a time, so that it never waits for the main thread between two
+ * jobs.
+ */
 const jobsPerWorker = 2;
 /**
- * A worker that dies is replaced at once, at most this often until a chunk is decoded. After that it
- * is replaced when the next chunk is to be decoded: a persistent fault must not start workers in a
+ * A worker that dies is replaced at once, at most this often until a chunk is decoded. After that it is
+ * replaced when the next chunk is to be decoded, because a persistent fault must not start workers in a
  * loop.
  */
 const maxRespawns = 3;
 /**
- * How long a worker may take to start: steps of half a second. A page that is suspended, or busy itself,
- * counts fewer of them.
+ * Limit of the time that a worker may take to start, in steps of half a second. A suspended or busy
+ * page counts fewer steps.
  */
 const startSteps = 8;
 const startStepMs = 500;
@@ -32,14 +35,14 @@ interface Member {
   tasks: Map<number, Task>;
   /** The first message has been sent. */
   isStarted: boolean;
-  /** It has answered. */
+  /** It has replied. */
   isReady: boolean;
 }
 
 export interface WorkerPoolOptions {
   workers?: number;
   /**
-   * The compiled code of isosplat-renderer, if the page needs it anyway: it contains the core, so that
+   * The compiled code of isosplat-renderer, if the page needs it anyway. It contains the core, so
    * workers need not fetch and compile isosplat-core.
    */
   renderer?: Promise<CompiledModule>;
@@ -58,7 +61,7 @@ export class WorkerPool implements Decoder {
   #nextId = 0;
   #respawns = 0;
   #closed = false;
-  /** Why no worker has answered in time, until one does. */
+  /** The reason why no worker has replied in time; cleared when one replies. */
   #silence: string | undefined;
   readonly #renderer: Promise<CompiledModule> | undefined;
 
@@ -70,11 +73,11 @@ export class WorkerPool implements Decoder {
   decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<DecodedChunk> {
     if (signal.aborted) return Promise.reject(signal.reason);
     if (this.#silence) return Promise.reject(new CoreError("worker_lost", this.#silence));
-    // All workers have died. The caller has waited before it tries again.
+    // All workers have died. The caller has waited before this attempt.
     if (this.#members.length === 0 && !this.#closed) this.#spawn();
     return new Promise((resolve, reject) => {
       const { level, blockCells, bandBegin, bandEnd, cells, checksum } = job;
-      // A task that a worker has begun is finished; one that waits is removed.
+      // A task that a worker has begun is finished; a waiting task is removed.
       const aborted = (): void => {
         const at = this.#waiting.indexOf(task);
         if (at >= 0) this.#waiting.splice(at, 1);
@@ -164,7 +167,7 @@ export class WorkerPool implements Decoder {
     return { core: await compiledCore() };
   }
 
-  /** A program that loads but is not the worker's, or that never loads, causes no event. */
+  /** There is no event if a wrong program is loaded, or if the program never loads. */
   #awaitReady(member: Member, steps: number): void {
     setTimeout(() => {
       if (member.isReady || !this.#members.includes(member)) return;
@@ -173,7 +176,7 @@ export class WorkerPool implements Decoder {
     }, startStepMs);
   }
 
-  /** The workers stay: a slow one may still answer. */
+  /** The workers are kept, because a slow one may still reply. */
   #giveUp(): void {
     const seconds = (startSteps * startStepMs) / 1000;
     this.#silence =
