@@ -139,24 +139,3 @@ describe("decision records", () => {
     expect(index).toContain(`[${number}](${file.slice(folder.length + 1)})`);
   });
 });
-
-describe("the workflow of continuous integration", () => {
-  const workflow = read(".github/workflows/ci.yml");
-
-  it("runs what developers run", () => {
-    expect(workflow).toMatch(/^\s+- run: \.ci\/run$/m);
-    expect(existsSync(join(root, ".ci/run"))).toBe(true);
-  });
-
-  it("pins the actions of others to commits", () => {
-    const actions = [...workflow.matchAll(/uses:\s*(\S+)/g)].map((match) => match[1] ?? "");
-    expect(actions).not.toEqual([]);
-    for (const action of actions) expect(action).toMatch(/^[\w-]+\/[\w-]+@[0-9a-f]{40}$/);
-  });
-
-  it("has the Node that package.json asks for", () => {
-    const { engines } = JSON.parse(read("package.json")) as { engines: { node: string } };
-    const wanted = engines.node.match(/\d+/)?.[0];
-    expect(workflow).toContain(`image: node:${wanted}-bookworm`);
-  });
-});
