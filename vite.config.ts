@@ -3,6 +3,7 @@ import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, constants } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
+import { bundledPackages } from "./web/bundle/bundled_packages.ts";
 import { serviceWorker } from "./web/bundle/service_worker.ts";
 import { singlePage } from "./web/bundle/single_page.ts";
 
@@ -149,6 +150,9 @@ function copies(): Plugin {
   };
 }
 
+/** The npm packages in the page, for the list of components of a release. */
+const listed = () => bundledPackages(here("build/page.packages.json"), ["numcodecs"]);
+
 /**
  * The page. `npm run build:page` writes build/page, which the server hands out; `npm run dev` serves
  * it with hot reload and passes /v1 on to a running server (ISOSPLAT_SERVER, default port 8080).
@@ -157,7 +161,7 @@ export default defineConfig({
   root: here("web"),
   // Relative addresses: the page works at any path of any static host.
   base: "./",
-  plugins: [statedPolicy(), preloadedRenderer(), offline(), copies(), compressed()],
+  plugins: [statedPolicy(), preloadedRenderer(), offline(), copies(), compressed(), listed()],
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,
@@ -193,7 +197,7 @@ export default defineConfig({
       preserveEntrySignatures: "exports-only",
     },
   },
-  worker: { format: "es", plugins: () => [withoutNumcodecs()] },
+  worker: { format: "es", plugins: () => [withoutNumcodecs(), listed()] },
   server: {
     proxy: { "/v1": process.env.ISOSPLAT_SERVER ?? "http://localhost:8080" },
     fs: { allow: [here(".")] },
