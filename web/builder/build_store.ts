@@ -21,7 +21,7 @@ export interface BuiltStore {
   report: BuildReport;
 }
 
-/** Workers that encode, by default. The director is idle most of the time. */
+/** Default number of workers that encode. The director is idle most of the time. */
 export function defaultEncoderCount(): number {
   return Math.min(8, Math.max(1, navigator.hardwareConcurrency ?? 2));
 }
@@ -51,8 +51,8 @@ export async function buildStore(
 }
 
 /**
- * As buildStore, with another worker that directs: `start` makes its message, and it answers with
- * BuildWorkerMessages; others are for its owner.
+ * Like buildStore, but with another worker that directs. `start` makes its first message. It replies
+ * with BuildWorkerMessages; other messages are for its owner.
  */
 export async function buildWith(
   director: Worker,

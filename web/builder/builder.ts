@@ -33,8 +33,8 @@ export class Builder {
   }
 
   /**
-   * A task for an encoder; `wait` if a block must be added first; `complete` if all were added. Reads
-   * slices when a layer of blocks begins.
+   * The next task for an encoder; `wait` if a block must be added first; `complete` if all blocks were
+   * added. Reads slices when a layer of blocks begins.
    */
   next(): Uint8Array | "wait" | "complete" {
     this.#check(this.#module._isosplat_builder_next(this.#builder));

@@ -9,12 +9,15 @@ export interface Encoder {
   statistics(): Promise<Uint8Array>;
 }
 
-/** Tasks that an encoder has at a time: it never waits for the director between two of them. */
+/**
+ * Number of tasks that an encoder has at a time, so that it never waits for the director between two
+ * tasks.
+ */
 const tasksPerEncoder = 2;
 
 /**
- * Builds a store: gives the tasks of a build to encoders, and adds their blocks in whichever order they
- * come. Rejects with the first error; then no more tasks are given out. `signal` cancels.
+ * Builds a store: distributes the tasks of a build to encoders, and adds their blocks in any order.
+ * Rejects with the first error, and then distributes no more tasks. `signal` cancels.
  */
 export async function directBuild(
   builder: Builder,

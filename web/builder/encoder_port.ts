@@ -16,7 +16,7 @@ type Request = { id: number } & (
 );
 type Response = { id: number } & ({ bytes: Uint8Array } | WorkerFailure);
 
-/** Answers the requests of a PortEncoder with an encoder of its own. For the worker's side of a port. */
+/** Handles the requests of a PortEncoder with a local encoder. For the worker's side of a port. */
 export function serveEncoder(port: Port, program: CompiledModule): void {
   const builder = instantiateBuilder(program).then((module) => new Builder(module));
   builder.catch(() => {}); // each request reports the error
@@ -33,7 +33,7 @@ export function serveEncoder(port: Port, program: CompiledModule): void {
       const response: Response = { id: data.id, bytes };
       port.postMessage(response, [bytes.buffer as ArrayBuffer]);
     } catch (error) {
-      // WebAssembly that has aborted cannot be used again, and the build cannot go on without it.
+      // WebAssembly that has aborted cannot be used again, and the build cannot continue without it.
       port.postMessage({ id: data.id, ...failureOf(error) } satisfies Response, []);
     }
   };
@@ -70,7 +70,7 @@ export class PortEncoder implements Encoder {
     return this.#ask({ wantsStatistics: true }, []);
   }
 
-  /** Rejects what is pending: the worker was lost. */
+  /** Rejects all pending requests, because the worker was lost. */
   fail(reason: unknown): void {
     for (const request of this.#requests.values()) request.reject(reason);
     this.#requests.clear();

@@ -1,11 +1,15 @@
 import { compiledOnce } from "../core/compile_asset.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
 
-/** What a build asks of its environment, during its calls. Exceptions become the error of the call. */
+/**
+ * The functions that a build calls in its environment. Their exceptions become the error of the call.
+ */
 export interface BuilderHost {
   /** Fills `into` with the slices [first, first + count): little-endian voxels, x fastest. */
   readSlices(first: number, count: number, into: Uint8Array): void;
-  /** Takes a part of the store. All but the header comes in ascending order; the header comes last. */
+  /**
+   * Takes a part of the store. Parts arrive in ascending order, except the header, which arrives last.
+   */
   write(offset: number, bytes: Uint8Array): void;
   progress(fraction: number, voxelsPerSecond: number, secondsLeft: number): void;
 }

@@ -15,7 +15,7 @@ export interface VolumeDescription {
   origin?: readonly [number, number, number];
   /** A 3×3 matrix, row by row: its columns are the axes in the world, of unit length. */
   direction?: readonly number[];
-  /** The name of the volume: that of its file without suffixes. */
+  /** The name of the volume: the name of its file without suffixes. */
   name: string;
   /** The format of its file: "NRRD", "NIfTI", … */
   format: string;
@@ -26,7 +26,7 @@ export interface VolumeDescription {
   title?: string;
   /** The unit of the values. */
   units?: string;
-  /** What was assumed when the volume was read, in sentences. */
+  /** The assumptions made when the volume was read, as sentences. */
   notes?: readonly string[];
   /** The name of the volume's file, and a hash of its path, if it is known (FORMAT.md). */
   sourceFile?: string;
@@ -37,9 +37,9 @@ export interface VolumeDescription {
   fetchWeight?: number;
 }
 
-/** The limits of a build, on which the store does not depend. */
+/** The limits of a build. The store does not depend on them. */
 export interface BuildLimits {
-  /** How many blocks are encoded at a time. Default: 1. */
+  /** The number of blocks that are encoded concurrently. Default: 1. */
   encoders?: number;
   /** The most memory that the build may take, workers included. Default: 1 GiB. */
   memoryBytes?: number;

@@ -2,7 +2,7 @@
 export type Voxels = Blob | Uint8Array;
 
 /**
- * Reads slices of a volume, synchronously: of a Blob only in workers. Reading throws if the voxels do
+ * Reads slices of a volume synchronously; from a Blob only in workers. Reading throws if the voxels do
  * not have exactly `slices` slices of `sliceBytes` bytes.
  */
 export function sliceReader(

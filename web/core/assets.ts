@@ -1,13 +1,14 @@
 /**
- * The files that the page fetches at run time: WebAssembly and the programs of workers. They lie where
- * `new URL("…", import.meta.url)` says, an expression that bundlers replace by the address at which they
- * have put the file; or in the folder that `setAssetBase` names.
+ * The files that the page fetches at run time: WebAssembly and the programs of workers. Their address
+ * is `new URL("…", import.meta.url)`, an expression that bundlers replace by the address of their copy
+ * of the file. If `setAssetBase` was called, they are in the folder that it names.
  */
 let base: URL | undefined;
 
 /**
- * The folder of a copy of the package's `assets`, for bundlers that do not place them: its address, from
- * the page's. Call it before the first volume is opened. undefined: where the bundler has put the files.
+ * Sets the folder of a copy of the package's `assets`, for bundlers that do not copy them: its address,
+ * which may be relative to the page. Call it before the first volume is opened. undefined: the bundler
+ * has copied the files.
  */
 export function setAssetBase(url: string | URL | undefined): void {
   const page = typeof document === "undefined" ? undefined : document.baseURI;

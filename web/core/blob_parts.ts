@@ -1,7 +1,7 @@
-/** Bytes that are collected before they become a Blob, which the browser may keep on disk. */
+/** Number of bytes that are collected before they become a Blob, which the browser may keep on disk. */
 const partBytes = 16 << 20;
 
-/** Collects bytes that come in order, as a Blob. */
+/** Collects bytes, which arrive in order, as a Blob. */
 export class BlobParts {
   readonly #parts: Blob[] = [];
   #pending: Uint8Array[] = [];

@@ -24,7 +24,7 @@ export class CoreError extends Error {
   }
 }
 
-/** The fields of a chunk that decoding needs, besides the bytes. */
+/** The fields of a chunk that decoding needs besides the bytes. */
 export type ChunkShape = Pick<Chunk, "level" | "blockCells" | "bandBegin" | "bandEnd" | "cells">;
 
 /**

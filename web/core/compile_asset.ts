@@ -2,10 +2,15 @@ import { assetInBase } from "./assets.ts";
 import { fileBytes } from "./file_bytes.ts";
 import type { CompiledModule } from "./instantiate.ts";
 
-/** A file of the page cannot be had, or is another than expected. The message has its address. */
+/**
+ * A file of the page cannot be fetched, or is not the expected file. The message contains its address.
+ */
 export class AssetError extends Error {
   override readonly name = "AssetError";
-  /** unreachable: no response. server-fault: another response. renderer-failed: it cannot be compiled. */
+  /**
+   * unreachable: no response. server-fault: an unexpected response. renderer-failed: it cannot be
+   * compiled.
+   */
   readonly kind: "unreachable" | "server-fault" | "renderer-failed";
   constructor(kind: AssetError["kind"], message: string, cause?: unknown) {
     super(message, { cause });
@@ -14,9 +19,9 @@ export class AssetError extends Error {
 }
 
 /**
- * Fetches and compiles a WebAssembly file at the first call; after a failure, at the next one. `beside`
- * has its address where no asset base is set: `() => new URL("…", import.meta.url)`. Rejects with an
- * AssetError.
+ * Fetches and compiles a WebAssembly file at the first call, or, after a failure, at the next call.
+ * `beside` gives its address if no asset base is set: `() => new URL("…", import.meta.url)`. Rejects
+ * with an AssetError.
  */
 export function compiledOnce<Module = CompiledModule>(
   name: string,
@@ -34,7 +39,7 @@ export function compiledOnce<Module = CompiledModule>(
   };
 }
 
-/** Rejects with an AssetError. A file: URL is read, which Node's fetch does not. */
+/** Rejects with an AssetError. Also reads file: URLs, which Node's fetch does not support. */
 export async function compileAsset(url: URL): Promise<CompiledModule> {
   try {
     const file = await fileBytes(url);
@@ -47,7 +52,10 @@ export async function compileAsset(url: URL): Promise<CompiledModule> {
   }
 }
 
-/** Compiles a response while it arrives. Some hosts send .wasm with another type, which that refuses. */
+/**
+ * Compiles a response while it arrives. Streaming compilation refuses .wasm files with another MIME
+ * type, which some hosts send.
+ */
 async function fetched(url: URL): Promise<CompiledModule> {
   const response = await fetch(url).catch((cause) => {
     const text = `${url.href}: a part of the viewer cannot be fetched: ${messageOf(cause)}`;
@@ -57,7 +65,7 @@ async function fetched(url: URL): Promise<CompiledModule> {
   if (!response.ok || type.startsWith("text/html")) {
     const found = response.ok ? "found a page" : `found status ${response.status}`;
     const text = `expected a part of the viewer at ${url.href}, ${found}`;
-    // Vite up to 7 copies the package's scripts there, and not its files.
+    // Vite up to version 7 copies the package's scripts there, but not its other files.
     const remedy = /\/\.?vite\//.test(url.pathname)
       ? 'this is Vite\'s cache of dependencies: set optimizeDeps: { exclude: ["isosplat"] }'
       : "its bundler has not placed the file";

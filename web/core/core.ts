@@ -23,9 +23,12 @@ export interface SelectionView {
   loadCellPixels: number;
   drawCellPixels: number;
   cellBudget: number;
-  /** The view is only predicted: later selections do not depend on it. */
+  /** The view is only a prediction: later selections do not depend on it. */
   ahead?: boolean;
-  /** Leaves out what is hidden according to `setVisibility`, and requests such answers (`test`). */
+  /**
+   * Leaves out chunks that are hidden according to `setVisibility`, and requests occlusion queries
+   * (`test`).
+   */
   occlusion?: boolean;
 }
 
@@ -33,12 +36,12 @@ export interface SelectionView {
 export const maxHeaderBytes: number = layouts.maxHeaderBytes;
 /** Words of the regions of one chunk (RegionMask in shared/grid/region_mask.h). */
 export const regionWords: number = layouts.regionWords;
-/** Words of one chunk in the answer of an occlusion query (IsosplatVisibility). */
+/** Words of one chunk in the result of an occlusion query (IsosplatVisibility). */
 export const visibilityWords: number = layouts.visibilityBytes / 4;
 /** Words of one packed sample. */
 export const packedSampleWords: number = layouts.packedSampleBytes / 4;
 
-/** What a camera view needs (Selection in shared/select/selector.h). */
+/** The chunks and pages that a camera view needs (Selection in shared/select/selector.h). */
 export interface CoreSelection {
   /** Chunks and directory pages to fetch, the most needed first. */
   load: Chunk[];
@@ -48,9 +51,9 @@ export interface CoreSelection {
   regions: Uint32Array;
   /** Resident chunks that the view needs, drawn yet or not. */
   keep: Uint32Array;
-  /** Drawn chunks in place of finer ones. `setVisibility` needs an answer for each of them. */
+  /** Chunks drawn in place of finer ones. `setVisibility` needs a result for each of them. */
   test: Uint32Array;
-  /** The number of chunks that wait for these answers. */
+  /** The number of chunks that wait for these results. */
   undecided: number;
   finestLevel: number;
   coarsestLevel: number;
@@ -104,7 +107,7 @@ export class Core {
     }
   }
 
-  /** The checksum of a chunk's bytes, as the directory of the store holds it. */
+  /** The checksum of a chunk's bytes, in the form stored in the directory. */
   checksum(bytes: Uint8Array): number {
     const at = copyIn(this.#module, bytes);
     try {
@@ -214,7 +217,7 @@ export class Store {
     return this.#calls.decodePacked(shape, bytes);
   }
 
-  /** Decodes a chunk to samples in the world, as typed arrays that the caller owns. */
+  /** Decodes a chunk to samples in world coordinates, as typed arrays that the caller owns. */
   decodeSamples(chunk: ChunkShape & { block: Triple }, bytes: Uint8Array): Samples {
     const calls = this.#calls;
     calls.withChunk(chunk, bytes, (at, shape) =>
@@ -231,8 +234,8 @@ export class Store {
   }
 
   /**
-   * Projects the active samples of a chunk onto an isosurface. Each yields one point inside of its
-   * cell. `exact`: along the gradient to the trilinear surface, instead of by one Newton step.
+   * Projects the active samples of a chunk onto an isosurface. Each yields one point inside its cell.
+   * `exact`: projects along the gradient to the trilinear surface, instead of by one Newton step.
    */
   project(
     chunk: ChunkShape & { block: Triple },
@@ -331,7 +334,7 @@ export class Store {
     };
   }
 
-  /** Sets the answer of an occlusion query for the last selected view: `visibilityWords` per chunk. */
+  /** Sets the result of an occlusion query for the last selected view: `visibilityWords` per chunk. */
   setVisibility(answers: Uint32Array): void {
     const calls = this.#calls;
     calls.withBytes(asBytes(answers), (at) =>

@@ -4,7 +4,8 @@ let inheritsPolicy = false;
 
 /**
  * From now on, workers have the Content-Security-Policy that the page has when they start. Otherwise
- * they have the one that their program was sent with: what the page was given later is not in it.
+ * they have the policy of the response with their program, which lacks the policies that the page got
+ * later.
  */
 export function startWorkersWithPagePolicy(): void {
   inheritsPolicy = true;
@@ -15,15 +16,18 @@ const programs = new WeakMap<Worker, string>();
 
 /**
  * Starts a worker. `start` calls the constructor of the global `Worker` with a `new URL(…, import.meta.url)`
- * whose path is a literal: bundlers recognise this expression, and put the address of the program that they
- * have built into it. `name`: of the program in the folder of `setAssetBase`.
+ * whose path is a literal. Bundlers recognise this expression, and replace it by the address of the program
+ * that they have built. `name`: of the program in the folder of `setAssetBase`.
  *
- * Only the constructor is told that address. So, during the call, the global class is one that handles
- * programs of other origins. Throws what the constructor throws.
+ * Only the constructor receives that address. So, during the call, the global class is replaced by one that
+ * handles programs of other origins. Throws what the constructor throws.
  */
 export function startWorker(name: string, start: () => Worker): Worker {
   const Native = globalThis.Worker;
-  /** Its program may be of another origin than the page, or must have the page's policy: see importer. */
+  /**
+   * A worker whose program may come from another origin than the page, or must have the page's policy:
+   * see importer.
+   */
   class PageWorker extends Native {
     constructor(program: string | URL, options?: WorkerOptions) {
       const url = new URL(program, globalThis.location?.href);
@@ -41,7 +45,10 @@ export function startWorker(name: string, start: () => Worker): Worker {
   }
 }
 
-/** Why a worker has ended. An event without a message: its program could not be loaded. */
+/**
+ * The reason why a worker has ended. An event without a message means that its program could not be
+ * loaded.
+ */
 export function messageOfLoss(worker: Worker, event: ErrorEvent): string {
   if (event.message) return event.message;
   const program = programs.get(worker) ?? "its program";
@@ -59,13 +66,13 @@ function isImported({ origin, protocol }: URL): boolean {
 }
 
 /**
- * The address of a Blob that imports a program. Browsers allow only workers of the page's own origin,
- * and let those of a Blob inherit the page's policy.
+ * The address of a Blob that imports a program. Browsers allow only workers of the page's own origin.
+ * Workers started from a Blob inherit the page's policy.
  */
 function importer({ href, hash, pathname }: URL, options: WorkerOptions | undefined): string {
   const program = JSON.stringify(href);
   const text = options?.type === "module" ? `import ${program};` : `importScripts(${program});`;
   const address = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
-  // The fragment is the program's own; else its name, for who looks at a page's workers.
+  // The fragment is that of the program's address, or else its name, which developer tools show.
   return address + (hash || `#${pathname.slice(pathname.lastIndexOf("/") + 1)}`);
 }

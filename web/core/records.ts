@@ -10,7 +10,7 @@ import type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** A chunk, as the directory of the store describes it (IsosplatChunk in shared/wasm/records.h). */
 export interface Chunk {
-  /** A small number that stays the same while the store is open. */
+  /** A small number that identifies the chunk while the store is open. */
   handle: number;
   level: number;
   /** The index of the block, in blocks of the level. */
@@ -116,8 +116,8 @@ export function readInfo(record: Uint8Array, metadata: Uint8Array): StoreInfo {
 }
 
 /**
- * Reads the metadata of a store, which may be of any origin. A store opens even if they are not JSON:
- * nothing but texts depends on them. Known fields of another form are left out.
+ * Reads the metadata of a store, which may come from anywhere. A store opens even if they are not JSON,
+ * because only texts depend on them. Known fields with a wrong type are left out.
  */
 export function parseMetadata(bytes: Uint8Array): StoreMetadata {
   let parsed: unknown;
@@ -138,7 +138,7 @@ const isObject = (value: unknown): value is Record<string, unknown> =>
 const isListOf = (value: unknown, isItem: (item: unknown) => boolean): boolean =>
   Array.isArray(value) && value.every(isItem);
 
-/** More bins than any store has would be too many for the arguments of Math.max. */
+/** Limit of bins. No store has more, and more would be too many arguments for Math.max. */
 const mostBins = 10_000;
 
 function isBins(value: unknown): boolean {

@@ -48,7 +48,7 @@ export interface StoreMetadata {
   /** The same form: cells of level 0 that are active at the middle of each bin. */
   active_cells?: Bins;
   suggested_isovalues?: number[];
-  /** What was assumed when the volume was imported, one sentence each. */
+  /** The assumptions made when the volume was imported, one sentence each. */
   notes?: string[];
   [key: string]: unknown;
 }

@@ -1,6 +1,6 @@
 import { CoreError } from "./calls.ts";
 
-/** What a worker answers when it cannot do what was asked. */
+/** The reply of a worker that could not carry out a request. */
 export interface WorkerFailure {
   /** The name in shared/base/status.h, or "worker_lost". */
   status: string;
@@ -8,8 +8,8 @@ export interface WorkerFailure {
 }
 
 /**
- * The failure to answer for what was thrown. What is no CoreError comes from WebAssembly that has
- * aborted: it cannot be used again.
+ * Makes the reply for a thrown error. An error that is not a CoreError comes from WebAssembly that has
+ * aborted, and cannot be used again.
  */
 export function failureOf(error: unknown): WorkerFailure {
   if (error instanceof CoreError) return { status: error.status, message: error.detail };

@@ -1,10 +1,10 @@
 import type { ImportFiles } from "./module.ts";
 import type { InputFile } from "./types.ts";
 
-/** Reads bytes of a Blob at once: FileReaderSync in workers. */
+/** Reads bytes of a Blob synchronously: FileReaderSync in workers. */
 export type ReadBlob = (blob: Blob) => Uint8Array;
 
-/** Headers are read in small pieces: blocks of this size are kept. */
+/** Headers are read in small pieces, so blocks of this size are cached. */
 const blockBytes = 256 << 10;
 const keptBlocks = 16;
 
@@ -18,15 +18,15 @@ function normal(path: string): string {
   return parts.join("/");
 }
 
-/** Files by their paths, and their bytes. Of two files with one path, the first is taken. */
+/** Files by their paths, and their bytes. If two files have the same path, the first is used. */
 export class FileTable implements ImportFiles {
   readonly #files: Blob[] = [];
   readonly #byPath = new Map<string, number>();
   readonly #folders = new Map<string, Map<string, "f" | "d">>([["", new Map()]]);
   readonly #readBlob: ReadBlob;
-  /** The blocks that were read last, the newest at the end. */
+  /** The most recently read blocks, the newest at the end. */
   readonly #blocks = new Map<string, Uint8Array>();
-  /** Paths at which a file was looked for in vain. */
+  /** Paths at which no file was found. */
   readonly missing = new Set<string>();
 
   constructor(files: readonly InputFile[], readBlob: ReadBlob) {
@@ -44,7 +44,7 @@ export class FileTable implements ImportFiles {
     }
   }
 
-  /** Other bytes for a file that is there: what it is when it is unpacked. */
+  /** Replaces the bytes of an existing file by its decompressed bytes. */
   replace(path: string, content: Blob): void {
     const file = this.#byPath.get(normal(path));
     if (file === undefined) return;

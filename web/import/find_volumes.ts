@@ -1,8 +1,11 @@
 import type { InputFile, VolumeCandidate, VolumeChoice } from "./types.ts";
 
-/** Files whose first bytes are read, at most. */
+/** The largest number of files whose first bytes are read. */
 const maxDetected = 2000;
-/** Of a folder without a recognizable slice among them, nothing more is read. */
+/**
+ * If none of this number of files in a folder is a recognizable slice, the rest of the folder is not
+ * read.
+ */
 const maxUnknown = 20;
 
 const headerFormats = [
@@ -16,9 +19,9 @@ const headerFormats = [
   "VTK",
   "compressed",
 ];
-/** A folder of these is a volume; one alone is a picture. */
+/** A folder of these is a volume; a single file is a picture. */
 const imageFormats = ["PNG", "JPEG", "JPEG 2000"];
-/** Names that a drop may have beside volumes, and that are never one. */
+/** Names of files that may lie beside volumes, but are never volumes. */
 const ignored =
   /(^|\/)(\.[^/]*|Thumbs\.db|DICOMDIR|LICENSE[^/]*|README[^/]*)$|\.(isosplat|txt|md|json|pdf|html?)$/i;
 
@@ -27,15 +30,15 @@ function folderOf(path: string): string {
   return cut < 0 ? "." : path.slice(0, cut);
 }
 
-/** The name without what data files have after that of their header. */
+/** The name without the part that data files append to the name of their header. */
 function stem(path: string): string {
   return path.replace(/\.(gz|bz2|xz|zst)$/i, "").replace(/\.[^./]*$/, "");
 }
 
 /**
- * The volumes among files: files with a header, folders of slices, raw files; those with more bytes
- * first. `detect`: the format of a file by its first bytes. `choices`: the volumes of a file that has
- * several.
+ * Finds the volumes among files: files with a header, folders of slices, and raw files, the largest
+ * first. `detect` returns the format of a file by its first bytes. `choices` returns the volumes of a
+ * file with several.
  */
 export function volumesAmong(
   files: readonly InputFile[],
@@ -58,7 +61,7 @@ export function volumesAmong(
     let unknown = 0;
     for (const input of inside) {
       if (detected++ >= maxDetected || unknown > maxUnknown) break;
-      // The files of a folder of slices have one format: the first ones tell.
+      // All files of a folder of slices have one format, so the first ones decide.
       const isSlice = slices.length >= 8 && sliceFormat !== "";
       const format = isSlice ? sliceFormat : detect(input.path);
       if (headerFormats.includes(format)) {
@@ -104,7 +107,7 @@ function eachOf(volume: VolumeCandidate, several: readonly VolumeChoice[]): Volu
   return several.length < 2 ? [volume] : several.map((choice) => ({ ...volume, choice }));
 }
 
-/** Whether some header has its voxels in other files: raw files beside it may be those. */
+/** Whether some header refers to other files for its voxels, which may be the raw files beside it. */
 function folderHasDetached(headers: readonly InputFile[]): boolean {
   return headers.some(({ path }) => /\.(nhdr|mhd|hdr)$/i.test(path));
 }

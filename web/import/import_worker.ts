@@ -68,7 +68,7 @@ let sliceBytes = 0;
 
 const detect = (path: string) => importer.detect(path);
 
-/** None of a damaged file: opening it says what is wrong. */
+/** A damaged file has no choices: the error of opening it states the cause. */
 function choices(path: string): VolumeChoice[] {
   try {
     return importer.choices(path);

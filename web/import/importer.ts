@@ -8,7 +8,7 @@ import {
   type VolumeChoice,
 } from "./types.ts";
 
-/** The most bytes that are read at a time: they are in the importer's memory besides. */
+/** The most bytes that are read at a time. They take additional memory in the importer. */
 const readBytes = 16 << 20;
 
 /** One IsosplatImport. Throws a CoreError when a call fails. */
@@ -45,7 +45,7 @@ export class Importer {
     return JSON.parse(this.#text()) as VolumeChoice[];
   }
 
-  /** Throws a ChoiceError where the options do not choose one of several volumes. */
+  /** Throws a ChoiceError if there are several volumes and the options choose none. */
   open(path: string, options: ImportOptions = {}): ImportedVolume {
     const request = JSON.stringify({ path, options });
     try {

@@ -8,9 +8,12 @@ export interface ImportFiles {
   bytes(file: number): number;
   /** In milliseconds since 1970; 0: unknown. */
   modified(file: number): number;
-  /** Fills `into`, or less of it at the end of the file. Returns how many bytes. Throws if it cannot. */
+  /**
+   * Fills `into`, or a part of it at the end of the file. Returns the number of bytes. Throws if
+   * reading fails.
+   */
   read(file: number, offset: number, into: Uint8Array): number;
-  /** What a folder holds: names after "f" (file) or "d" (folder). */
+  /** The entries of a folder: names, each after "f" (file) or "d" (folder). */
   names(folder: string): readonly string[];
 }
 

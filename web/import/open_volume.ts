@@ -23,23 +23,26 @@ import {
 export interface OpenOptions extends ImportOptions {
   /** The file or folder to open. Default: the first that findVolumes finds. */
   path?: string;
-  /** Asked for each file that the volume names and `files` lacks; undefined: it does not exist. */
+  /**
+   * Called for each file that the volume names and that is not in `files`; returns undefined if it does
+   * not exist.
+   */
   findFile?(path: string): Promise<InputFile | undefined>;
   signal?: AbortSignal;
   /** The compiled modules. Default: they are fetched. */
   programs?: { import: CompiledModule; builder: CompiledModule };
 }
 
-/** What a store depends on beside the volume. */
+/** The options, besides the volume, on which a store depends. */
 export type StoreOptions = Pick<VolumeDescription, "title" | "units" | "maxError" | "fetchWeight">;
 
 export type BuildOptions = BuildStoreOptions &
   StoreOptions & {
-    /** Is given a copy with fewer voxels, before the others are read. */
+    /** Called with a copy with fewer voxels, before the other voxels are read. */
     reduced?: (volume: ReducedVolume) => void;
   };
 
-/** A worker with the importer. Each request is answered before the next one is sent. */
+/** A worker with the importer. The next request is sent after the reply to the previous one. */
 class ImportWorker {
   readonly worker = startWorker(
     "import_worker.js",
@@ -107,8 +110,8 @@ async function start(
 }
 
 /**
- * The volumes among the files, by their names and first bytes, the largest first. Empty: nothing here
- * is a volume that can be read.
+ * The volumes among the files, found by their names and first bytes, the largest first. Empty if there
+ * is no readable volume.
  */
 export async function findVolumes(
   files: readonly InputFile[],
@@ -126,13 +129,13 @@ export async function findVolumes(
 
 /** An open volume. */
 export class OpenedVolume {
-  /** What web/builder takes. */
+  /** The volume in the form that web/builder takes. */
   readonly description: VolumeDescription;
-  /** What was assumed, ignored or filled, in sentences. The store keeps them. */
+  /** Sentences about assumptions, ignored parts and filled gaps. The store keeps them. */
   readonly notes: readonly string[];
   /** Paths of all files that the volume is read from. */
   readonly files: readonly string[];
-  /** If one of several volumes was taken without an option: all of them. Else empty. */
+  /** All volumes, if one of several was chosen without an option; else empty. */
   readonly choices: readonly VolumeChoice[];
   readonly #worker: ImportWorker;
   readonly #builder: CompiledModule | undefined;
@@ -159,9 +162,9 @@ export class OpenedVolume {
   }
 
   /**
-   * Builds the store: the bytes of `isosplat build FILE`, which writes it to the volume's folder. A
-   * volume that is too large is refused before it is read, with the status out_of_memory. Ends the
-   * worker.
+   * Builds the store: the bytes of `isosplat build FILE`, which writes the store to the volume's
+   * folder. If the volume is too large, rejects before reading it, with the status out_of_memory. Ends
+   * the worker.
    */
   async build(options: BuildOptions = {}): Promise<BuiltStore> {
     const { title, units, maxError, fetchWeight, reduced } = options;
@@ -202,8 +205,8 @@ export class OpenedVolume {
 
 /**
  * Opens a volume among files. Rejects with a CoreError, whose status and message are those of the
- * program `isosplat` for the same file, or worker_lost; or with the signal's reason. Where the options
- * do not choose one of several volumes, the error is a ChoiceError.
+ * program `isosplat` for the same file, or worker_lost; or with the signal's reason. If there are
+ * several volumes and the options choose none, the error is a ChoiceError.
  */
 export async function openVolume(
   files: readonly InputFile[],
@@ -223,7 +226,7 @@ export async function openVolume(
   }
 }
 
-/** Unpacks a file that is compressed as a whole: what the worker opens is what is in it. */
+/** Decompresses a file that is compressed as a whole. The worker then opens its content. */
 async function unpackIn(
   worker: ImportWorker,
   { open, options }: { open: string; options: ImportOptions },
@@ -234,7 +237,7 @@ async function unpackIn(
   const input = files.find(({ path }) => path === open);
   if (packing === undefined || !input) return;
   const replace = (content: Blob) => worker.ask({ replace: open, content }, signal);
-  /** Whether it is worth while to unpack a file with this beginning. */
+  /** Whether a file with this beginning should be decompressed. */
   const accepts = async (beginning: Blob) => {
     if (options.dims || options.type) return true;
     await replace(beginning);
@@ -246,7 +249,7 @@ async function unpackIn(
   if (content) await replace(content);
 }
 
-/** Opens a volume; files that it lacks are looked for, until no more are found. */
+/** Opens a volume. Missing files are requested until no more are found. */
 async function openIn(
   worker: ImportWorker,
   request: Extract<ImportRequest, { open: string }>,

@@ -7,14 +7,14 @@ export interface ReducedVolume {
   voxels: Uint8Array;
 }
 
-/** At most so many voxels along each axis: those of one block of a store. */
+/** The most voxels along each axis: those of one block of a store. */
 const mostVoxels = 65;
 
 /**
- * Takes the nearest voxels to evenly spaced places from the first to the last along each axis, so that
- * the copy covers the same part of the world. Its values are values of the volume; what is smaller than
- * the distance of its voxels may be missing. `readSlice` reads slice z, x fastest, and is called for
- * ascending z.
+ * Takes the voxels nearest to evenly spaced positions, from the first to the last along each axis, so
+ * that the copy covers the same part of the world. Its values are values of the volume. Structures
+ * smaller than the distance of its voxels may be missing. `readSlice` reads slice z, x fastest, and is
+ * called for ascending z.
  */
 export function reducedVolume(
   volume: VolumeDescription,

@@ -30,9 +30,12 @@ export interface ImportOptions {
   channel?: number;
   /** HDF5: the path of a dataset. */
   dataset?: string;
-  /** Faults that are not errors. */
+  /** Faults of the file to accept. */
   allow?: readonly ("gaps" | "truncated" | "surplus" | "unplaced" | "frames")[];
-  /** Voxels of this value are absent; "none": no value is. Default: as the importer finds. */
+  /**
+   * Voxels of this value are missing; "none": no value means missing. Default: determined by the
+   * importer.
+   */
   missingValue?: number | "none";
 }
 
@@ -41,16 +44,16 @@ export type Packing = "gzip" | "bzip2" | "xz" | "zstd";
 
 /** One of several volumes in a file, or (`allow`) a fault of a file that can be accepted. */
 export interface VolumeChoice {
-  /** Tells it from the others: "/image", "series 2, channel 0 (DAPI)". */
+  /** Distinguishes it from the others: "/image", "series 2, channel 0 (DAPI)". */
   label: string;
-  /** What the file calls it, and sizes. */
+  /** Its name in the file, and sizes. */
   name?: string;
   options: Pick<ImportOptions, "dataset" | "series" | "segment" | "channel" | "timeStep" | "allow">;
 }
 
 /**
- * The options do not choose one of the volumes of a file. The options of one of `choices`, added to
- * those given, do; a further choice may follow.
+ * A file has several volumes, and the options choose none. To choose one, add the options of one of
+ * `choices`. A further choice may follow.
  */
 export class ChoiceError extends CoreError {
   readonly choices: readonly VolumeChoice[];
@@ -62,29 +65,29 @@ export class ChoiceError extends CoreError {
 
 /** A volume among files, by their names and first bytes. */
 export interface VolumeCandidate {
-  /** What openVolume takes as `path`: a file, or a folder of slices; "." is the root. */
+  /** The argument `path` of openVolume: a file, or a folder of slices; "." is the root. */
   path: string;
   /**
    * "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "PNG", "JPEG",
    * "JPEG 2000", "DICOM", "raw" or "compressed": what is in such a file is known when it is opened.
    */
   format: string;
-  /** Of a file with several volumes, one of them. */
+  /** One of the volumes of a file with several. */
   choice?: VolumeChoice;
-  /** Files that belong to it, as far as names tell, and their bytes. */
+  /** The number of files that belong to it according to their names, and their bytes. */
   files: number;
   bytes: number;
   /** A raw file whose name lacks dimensions or type: openVolume needs `dims` and `type`. */
   needsDims: boolean;
 }
 
-/** What the importer says of an open volume. */
+/** The importer's description of an open volume. */
 export interface ImportedVolume extends VolumeDescription {
   notes: string[];
   /** Paths of all files that the volume is read from. */
   files: string[];
-  /** The memory that reading takes, beside the slices. */
+  /** The memory that reading takes, besides the slices. */
   residentBytes: number;
-  /** If the files have several volumes and one was taken without an option: all of them. */
+  /** All volumes, if the files have several and one was chosen without an option. */
   choices?: VolumeChoice[];
 }

@@ -3,12 +3,13 @@ import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { InputFile, Packing } from "./types.ts";
 import type { UnpackRequest, UnpackResponse } from "./unpack_worker.ts";
 
-/** No volume that the browser can build has more bytes. */
+/** The largest decompressed size (bytes). The browser cannot build larger volumes. */
 export const maxUnpackedBytes = 2 ** 32;
 
 /**
- * What a compressed file has in it. `accepts` is given the beginning: if it rejects that, the rest is
- * not unpacked, and the result is undefined. Rejects with a CoreError or the signal's reason.
+ * Decompresses a file. `accepts` is called with the beginning of the content. If it resolves with
+ * false, the rest is not decompressed, and the result is undefined. Rejects with a CoreError or the
+ * signal's reason.
  */
 export async function unpackFile(
   { path, file }: InputFile,

@@ -1,4 +1,6 @@
-/** Decompresses files that are compressed as a whole. This is in the worker that unpacks, alone. */
+/**
+ * Decompresses files that are compressed as a whole. Only the worker that unpacks imports this file.
+ */
 import { Decompress } from "fzstd";
 import { Inflate, type ZStream } from "pako";
 import bitsOf from "unbzip2-stream/lib/bit_iterator.js";
@@ -9,16 +11,16 @@ import type { Packing } from "./types.ts";
 import { xzStreams } from "./xz_streams.ts";
 import { zstdFrames } from "./zstd_frames.ts";
 
-/** Decompressed bytes are handed over in parts of this size. */
+/** Decompressed bytes are passed on in parts of this size. */
 const partBytes = 1 << 20;
 
 /** The largest window, and the header of gzip, as zlib's inflateInit2 takes them. */
 const gzipOnly = 15 + 16;
 
-/** Is given the decompressed bytes in order; each part is its own. */
+/** Called with the decompressed bytes in order; it owns each part. */
 export type TakePart = (part: Uint8Array) => void;
 
-/** Decompresses all of a file. Rejects if its data are damaged or end early. */
+/** Decompresses a whole file. Rejects if its data are damaged or end early. */
 export function unpackStream(file: Blob, packing: Packing, take: TakePart): Promise<void> {
   return streams[packing](file, take);
 }
@@ -45,7 +47,7 @@ async function readAll(stream: ReadableStream<Uint8Array>, take: TakePart): Prom
   }
 }
 
-/** The browser's own decoder ends with the first member; block gzip (BGZF) has thousands. */
+/** The browser's decoder stops after the first member, but block gzip (BGZF) has thousands. */
 async function unpackGzip(file: Blob, take: TakePart): Promise<void> {
   let member: Inflate | undefined;
   let state: ZStream | undefined;
@@ -75,7 +77,7 @@ function firstOther(bytes: Uint8Array, value: number): number {
   return at < 0 ? bytes.byteLength : at;
 }
 
-/** Frame by frame: the decoder does not compare their checksums. */
+/** Decodes frame by frame, because the decoder does not verify their checksums. */
 async function unpackZstd(file: Blob, take: TakePart): Promise<void> {
   const { create64 } = await xxhash();
   for await (const { begin, end, checksum } of zstdFrames(file)) {
@@ -93,7 +95,7 @@ async function unpackZstd(file: Blob, take: TakePart): Promise<void> {
   }
 }
 
-/** Stream by stream: the decoder ends with the first one. */
+/** Decodes stream by stream, because the decoder stops after the first one. */
 async function unpackXz(file: Blob, take: TakePart): Promise<void> {
   for (const { begin, end } of await xzStreams(file)) {
     await readAll(new xz.XzReadableStream(file.slice(begin, end).stream()), take);
@@ -101,8 +103,8 @@ async function unpackXz(file: Blob, take: TakePart): Promise<void> {
 }
 
 /**
- * The decoder reads bits at once: a block is decoded when as many bytes are there as it can have. A
- * block of level n becomes n · 100,000 bytes and, with runs, 50 times as many.
+ * The decoder reads bits synchronously, so a block is decoded when the largest possible number of its
+ * bytes is available. A block of level n becomes n · 100,000 bytes and, with runs, 50 times as many.
  */
 async function unpackBzip2(file: Blob, take: TakePart): Promise<void> {
   const waiting: Uint8Array[] = [new Uint8Array()];

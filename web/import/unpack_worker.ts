@@ -3,18 +3,18 @@ import { BlobParts } from "../core/blob_parts.ts";
 import type { Packing } from "./types.ts";
 import { unpackStream } from "./unpack_streams.ts";
 
-/** Of the first part of what is unpacked. */
+/** The bytes of the first part. */
 const beginningBytes = 64 << 10;
 
 export interface UnpackRequest {
   file: Blob;
   packing: Packing;
-  /** More than so many bytes are an error. */
+  /** Decompressing more than this number of bytes is an error. */
   maxBytes: number;
 }
 
 export type UnpackResponse =
-  /** The first part, before the others are unpacked. */
+  /** The first part, before the others are decompressed. */
   { beginning: Blob } | { content: Blob } | { status: string; message: string };
 
 const worker = globalThis as unknown as {

@@ -1,19 +1,19 @@
-/** The place of a stream in a file of xz. */
+/** The byte range of a stream in an xz file. */
 export interface XzStream {
   begin: number;
   end: number;
 }
 
-/** Of a stream's header, and of its footer. */
+/** The size of a stream's header, and of its footer. */
 const headerBytes = 12;
 const largestIndex = 64 << 20;
-/** So much padding is read at a time. */
+/** The number of bytes of padding that are read at a time. */
 const paddingBytes = 64 << 10;
 
 /**
  * The streams of a file, in order (The .xz File Format 1.1, 2). They are found from the end: the footer
- * of a stream has the size of its index, and that has the sizes of its blocks. Throws if there is
- * something else between them.
+ * of a stream states the size of its index, and the index states the sizes of its blocks. Throws if
+ * there are other bytes between streams.
  */
 export async function xzStreams(file: Blob): Promise<XzStream[]> {
   const streams: XzStream[] = [];
@@ -39,7 +39,7 @@ async function bytesAt(file: Blob, begin: number, end: number): Promise<Uint8Arr
   return new Uint8Array(await file.slice(begin, end).arrayBuffer());
 }
 
-/** The zeros before `end`, some of them if they are many. Streams are padded with them. */
+/** The number of zeros before `end`, with which streams are padded; at most one piece of them. */
 async function zerosBefore(file: Blob, end: number): Promise<number> {
   const last = await bytesAt(file, Math.max(0, end - paddingBytes), end);
   return last.byteLength - 1 - last.findLastIndex((byte) => byte !== 0);

@@ -1,4 +1,4 @@
-/** A frame of Zstandard: its place in the file, and the checksum of its content, if it has one. */
+/** A Zstandard frame: its byte range in the file, and the checksum of its content, if it has one. */
 export interface ZstdFrame {
   begin: number;
   end: number;
@@ -6,12 +6,13 @@ export interface ZstdFrame {
 }
 
 const magic = 0xfd2fb528;
-/** The magic numbers of frames with other data: these 16 from here. */
+/** The first of the 16 magic numbers of skippable frames. */
 const skippable = 0x184d2a50;
 const largestHeader = 18;
 
 /**
- * The frames of a file (RFC 8878, 3.1). Throws at what is not a frame, and where the file ends in one.
+ * The frames of a file (RFC 8878, 3.1). Throws at bytes that are not a frame, and if the file ends
+ * within a frame.
  */
 export async function* zstdFrames(file: Blob): AsyncGenerator<ZstdFrame> {
   const viewOf = async (begin: number, size: number) =>

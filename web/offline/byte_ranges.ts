@@ -10,12 +10,12 @@ export function partIn(text: string | null): Part | undefined {
   return first === undefined ? undefined : { first: Number(first), last: Number(last) };
 }
 
-/** Stored parts that together contain a part, in order; undefined: some byte is in none of them. */
+/** Stored parts that together contain a part, in order; undefined if some byte is in none of them. */
 export function covering<P extends Part>(wanted: Part, stored: readonly P[]): P[] | undefined {
   const chosen: P[] = [];
   let next = wanted.first;
   while (next <= wanted.last) {
-    // Of those that have the next byte, the one that reaches furthest.
+    // Of the parts that contain the next byte, the one that extends furthest.
     const [best] = stored
       .filter(({ first, last }) => first <= next && last >= next)
       .sort((a, b) => b.last - a.last);

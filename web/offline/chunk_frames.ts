@@ -1,9 +1,12 @@
-/** The chunks of a batch one by one, so that other batches can be made of them (server/HTTP.md). */
+/** Splits a batch into its chunks, so that other batches can be composed of them (server/HTTP.md). */
 
 const headerBytes = 48;
 const padded = (bytes: number) => Math.ceil(bytes / 16) * 16;
 
-/** The addresses of the chunks of a batch, each as if it was asked for alone; undefined: no batch. */
+/**
+ * The addresses of the chunks of a batch, each as in a request for the chunk alone; undefined if the
+ * request is not for a batch.
+ */
 export function chunkAddresses(url: string): string[] | undefined {
   const { origin, pathname, searchParams } = new URL(url);
   const chunks = searchParams.get("chunks");
@@ -12,7 +15,7 @@ export function chunkAddresses(url: string): string[] | undefined {
   return chunks.split(",").map((place) => base + place);
 }
 
-/** The chunks in a batch's answer, in order; fewer, if it was cut off or has an error. */
+/** The chunks in the response of a batch, in order; fewer, if it was truncated or has an error. */
 export function chunksInFrames(answer: Uint8Array): Uint8Array[] {
   const chunks: Uint8Array[] = [];
   const view = new DataView(answer.buffer, answer.byteOffset, answer.byteLength);
@@ -28,8 +31,8 @@ export function chunksInFrames(answer: Uint8Array): Uint8Array[] {
 }
 
 /**
- * A batch's answer of chunks with these addresses. Frames have sizes and places; what else the server
- * says in them is 0: the directory has it, too.
+ * Composes the response of a batch from chunks with these addresses. Frames have sizes and positions.
+ * The other fields that a server sets are 0, because the directory has them too.
  */
 export function framesOf(addresses: readonly string[], chunks: readonly Uint8Array[]): Uint8Array {
   const frames = new Uint8Array(

@@ -1,2 +1,5 @@
-/** When a kept answer came from its host, as Date writes it. Only kept answers have this header. */
+/**
+ * The time at which a kept response was received, in the format of Date. Only kept responses have this
+ * header.
+ */
 export const keptHeader = "X-Isosplat-Kept";

@@ -7,12 +7,12 @@ export interface PageBuild {
 }
 
 const prefix = "isosplat-page-";
-/** The kept file is taken if the network has not answered after this time (ms). */
+/** The kept file is used if the network has not responded after this time (ms). */
 const longestWait = 5000;
 
 /**
- * A cache with all files of a build. Files whose names have a hash come from it; others come from the
- * network while it answers, so that a new page on the server is shown when it is opened.
+ * A cache with all files of a build. Files whose names have a hash come from it. Other files come from
+ * the network as long as it responds, so that a new page on the server is shown when it is opened.
  */
 export class PageCache {
   readonly #name: string;
@@ -26,7 +26,7 @@ export class PageCache {
     this.#base = base;
   }
 
-  /** Fetches all files. Rejects if one is missing: nothing of this build is used then. */
+  /** Fetches all files. Rejects if one is missing; no file of this build is used then. */
   async install(): Promise<void> {
     const cache = await caches.open(this.#name);
     const requests = [...this.#files].map((path) => {
@@ -36,7 +36,7 @@ export class PageCache {
     await cache.addAll(requests);
   }
 
-  /** Removes all builds but this one and the one before it, which a tab may still show. */
+  /** Removes all builds except this one and the previous one, which a tab may still show. */
   async removeOld(): Promise<void> {
     const names = (await caches.keys()).filter((name) => name.startsWith(prefix));
     const others = names.filter((name) => name !== this.#name);
@@ -47,7 +47,7 @@ export class PageCache {
     return this.#files.has(path) || hasHash(path);
   }
 
-  /** `loading`: the answer to a navigation that the browser has begun to load. */
+  /** `loading`: the response of a navigation that the browser has begun to load. */
   async answer(
     path: string,
     request: Request,
@@ -61,7 +61,9 @@ export class PageCache {
     return Promise.race([network.catch(() => kept), late]);
   }
 
-  /** A file that is not fetched with the others, such as another language: kept when it is used. */
+  /**
+   * A file that is not fetched with the others, such as another language. It is kept when it is used.
+   */
   async #fetched(request: Request): Promise<Response> {
     const answer = await fetch(request);
     if (!answer.ok) return answer;

@@ -1,14 +1,14 @@
 /**
- * Registers the service worker of this page. Does nothing where pages cannot have one: not a secure
- * origin, private browsing, a browser that saves data.
+ * Registers the service worker of this page. Does nothing if the page cannot have one: the origin is
+ * not secure, browsing is private, or the data saver is on.
  */
 
-/** How often a page that stays open asks for a new version (ms). */
+/** The interval at which a page that stays open checks for a new version (ms). */
 const updateInterval = 60 * 60 * 1000;
 
 /**
- * `updated`: called when a new version of the page was fetched completely; it is used when its argument
- * is called, which loads the page anew, or when all tabs with this page have been closed.
+ * `updated`: called when a new version of the page was fetched completely. The new version is used when
+ * its argument is called, which reloads the page, or when all tabs with this page have been closed.
  */
 export async function registerOffline(updated: (replace: () => void) => void): Promise<void> {
   const { connection } = navigator as { connection?: { saveData?: boolean } };
@@ -39,8 +39,9 @@ export async function registerOffline(updated: (replace: () => void) => void): P
 }
 
 /**
- * What this page has fetched about volumes, and its own files, of which one may be its language, pass
- * the new service worker, which keeps them. The browser has most of it in its cache.
+ * Requests the data of volumes that this page has fetched, and the page's files (one may be its
+ * language), once more through the new service worker, which keeps them. The browser has most of them
+ * in its cache.
  */
 async function repeatRequests(): Promise<void> {
   const names = performance.getEntriesByType("resource").map(({ name }) => name);

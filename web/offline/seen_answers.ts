@@ -1,6 +1,6 @@
 /**
- * Answers of the page's host about volumes, kept to be given again without a network: lists, headers,
- * directories, chunks and ranges of stores. Nothing is kept that the host calls private.
+ * Keeps responses of the page's host about volumes for use without a network: lists, headers,
+ * directories, chunks and ranges of stores. Responses that the host marks as private are not kept.
  */
 import { covering, type Part, partIn } from "./byte_ranges.ts";
 import { chunkAddresses, chunksInFrames, framesOf } from "./chunk_frames.ts";
@@ -8,9 +8,12 @@ import { keptHeader } from "./kept_header.ts";
 
 const listsName = "isosplat-lists";
 const storePrefix = "isosplat-seen-";
-/** The stores of which parts are kept. When there are more, those go that were kept first. */
+/**
+ * The largest number of stores of which parts are kept. If there are more, those kept first are
+ * removed.
+ */
 const mostStores = 16;
-/** Of one store, and of one answer. */
+/** The largest size of one store's parts, and of one response (bytes). */
 const mostBytes = 128 * 1024 * 1024;
 const mostAnswerBytes = 16 * 1024 * 1024;
 /** In the address of a part of a file. */
@@ -18,11 +21,14 @@ const partParameter = "isosplat-part";
 /** Bytes of a kept body. */
 const bytesHeader = "X-Isosplat-Bytes";
 
-/** What may change is kept as a list, by its address; the rest by the content id of its store. */
+/**
+ * Responses that may change are kept as lists, by their address; others by the content id of their
+ * store.
+ */
 export type AnswerKind = "list" | { store: string };
 
 /**
- * Undefined: such answers are not kept. `path`: relative to the page, without a slash before it; of a
+ * Undefined if such responses are not kept. `path`: relative to the page, without a leading slash; of a
  * server (server/HTTP.md), or of a site (docs/deploy.md).
  */
 export function answerKind(path: string, query: string): AnswerKind | undefined {
@@ -33,7 +39,7 @@ export function answerKind(path: string, query: string): AnswerKind | undefined 
   return id === undefined ? undefined : { store: id };
 }
 
-/** Keeps an answer. Does nothing if it is private, large or a failure, or if there is no room. */
+/** Keeps a response. Does nothing if it is private, large or a failure, or if there is no space. */
 export async function keepAnswer(kind: AnswerKind, request: Request, answer: Response) {
   const isPrivate = /private|no-store/.test(answer.headers.get("Cache-Control") ?? "");
   const isLarge = Number(answer.headers.get("Content-Length")) > mostAnswerBytes;
@@ -61,7 +67,7 @@ export async function keepAnswer(kind: AnswerKind, request: Request, answer: Res
   } catch {} // the disk is full, or the connection broke: what is kept stays
 }
 
-/** The addresses and bodies by which an answer is kept. */
+/** The addresses and bodies under which a response is kept. */
 function bodies(request: Request, answer: Response, body: Uint8Array): [string, Uint8Array][] {
   const addresses = chunkAddresses(request.url);
   if (addresses) {
@@ -76,7 +82,7 @@ function partAddress(url: string, { first, last }: Part): string {
   return `${url}?${partParameter}=${first}-${last}`;
 }
 
-/** An answer that was kept, or made of kept ones; undefined: not all of it was kept. */
+/** A kept response, or one composed of kept ones; undefined if some part of it was not kept. */
 export async function keptAnswer(
   kind: AnswerKind,
   request: Request,
@@ -129,7 +135,7 @@ async function partOf(url: string, wanted: Part, cache: Cache): Promise<Response
   return new Response(body, { status: 206, headers });
 }
 
-/** The name of a store's cache. Makes room for it, if it is new. */
+/** The name of a store's cache. Removes other caches if it is new and there are too many. */
 async function storeName(id: string): Promise<string> {
   const name = storePrefix + id;
   const names = (await caches.keys()).filter((each) => each.startsWith(storePrefix));
@@ -140,7 +146,7 @@ async function storeName(id: string): Promise<string> {
   return name;
 }
 
-/** Of each store's cache, once they were counted. */
+/** The size of each store's cache, after it was counted. */
 const keptBytes = new Map<string, number>();
 
 async function bytesIn(name: string, cache: Cache): Promise<number> {

@@ -1,13 +1,13 @@
 /**
- * Lets the page, and what was seen with it, work without a network. Everything comes from the network
- * while it answers, except for files that never change.
+ * Makes the page, and the data fetched with it, available without a network. Everything comes from the
+ * network as long as it responds, except files that never change.
  */
 import { type PageBuild, PageCache } from "./page_cache.ts";
 import { answerKind, keepAnswer, keptAnswer } from "./seen_answers.ts";
 import { keepSharedFiles } from "./shared_files.ts";
 
 declare const self: ServiceWorkerGlobalScope;
-/** Put in place by the build (vite.config.ts). */
+/** Inserted by the build (vite.config.ts). */
 declare const pageBuild: PageBuild;
 
 const base = self.registration.scope;
@@ -42,7 +42,7 @@ self.addEventListener("fetch", (event) => {
   if (kind) event.respondWith(answerOf(kind, request, (kept) => event.waitUntil(kept)));
 });
 
-/** From the network, and kept; without one, what was kept. */
+/** Responds from the network, and keeps the response; without a network, responds with the kept one. */
 async function answerOf(
   kind: NonNullable<ReturnType<typeof answerKind>>,
   request: Request,

@@ -1,4 +1,4 @@
-/** Files that another app shares with this one, on their way from the service worker to the page. */
+/** Passes files that another app shares with this one from the service worker to the page. */
 const cacheName = "isosplat-shared";
 const nameHeader = "X-Isosplat-Name";
 
@@ -14,7 +14,7 @@ export async function keepSharedFiles(request: Request): Promise<void> {
   }
 }
 
-/** Takes the shared files, in their order; none a second time. */
+/** Takes the shared files, in their order. Each file is returned only once. */
 export async function takeSharedFiles(): Promise<File[]> {
   if (!("caches" in globalThis) || !(await caches.has(cacheName))) return [];
   const cache = await caches.open(cacheName);

@@ -10,7 +10,7 @@ const half = 46;
 const axisLength = 30;
 const colours = ["#c8423a", "#3f8f3f", "#3d6fd0"] as const;
 
-/** An end of an axis: a button that leads to the view from there. */
+/** An end of an axis: a button that shows the view from there. */
 class AxisEnd {
   readonly view: AxisView;
   readonly element = svgElement("g", { class: "overlay-axis", role: "button", tabindex: -1 });
@@ -50,7 +50,7 @@ class AxisEnd {
   }
 }
 
-/** The world's axes as they are seen. */
+/** The world's axes in the present view. */
 export class AxesPart {
   readonly element = svgElement("svg", {
     class: "overlay-axes",
@@ -79,7 +79,8 @@ export class AxesPart {
       end.place(axisLength * right, axisLength * down);
       return { end, away };
     });
-    // Ends that point to the eye lie above the others. One that is moved there loses the focus.
+    // Ends that point to the eye are drawn above the others. An element that is moved in the document
+    // loses the focus.
     const order = seen.sort((a, b) => b.away - a.away).map(({ end }) => end.element);
     if (order.every((element, i) => this.element.children[i] === element)) return;
     const focused = order.find((element) => element.matches(":focus"));
@@ -87,7 +88,7 @@ export class AxesPart {
     focused?.focus({ preventScroll: true });
   }
 
-  /** The ends are one stop of the Tab key; arrows lead from end to end. */
+  /** The ends form one stop of the Tab key; arrow keys move from end to end. */
   #key(event: KeyboardEvent, look: (view: AxisView) => void): void {
     const at = this.#ends.findIndex(({ element }) => element === event.target);
     const end = this.#ends[at];

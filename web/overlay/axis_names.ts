@@ -1,7 +1,7 @@
 import type { StoreInfo } from "../stream/index.ts";
 import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 
-/** The formats whose coordinates are a patient's: x to the left, y to the back, z to the head. */
+/** The formats with patient coordinates: x to the left, y to the back, z to the head. */
 const anatomicalFormats = new Set(["DICOM", "NIfTI"]);
 
 /** False if a note of the import doubts the sides. */
@@ -27,7 +27,7 @@ export function axisNames(info: StoreInfo): readonly (readonly [string, string])
   ];
 }
 
-/** The name for a label that is read: "from the left", "from −x". */
+/** The name for labels of screen readers: "from the left", "from −x". */
 export function viewName(name: string, texts: OverlayTexts = overlayTexts): string {
   const sides: Readonly<Record<string, string>> = texts.sides;
   return texts.viewFrom(sides[name] ?? name);

@@ -5,7 +5,7 @@ import type { Screen, ScreenPoint } from "./screen.ts";
 export interface Edge {
   from: ScreenPoint;
   to: ScreenPoint;
-  /** It ends at the corner that is farthest from the eye: the volume is before it. */
+  /** Whether it ends at the corner farthest from the eye, so that the volume is in front of it. */
   isBehind: boolean;
 }
 
@@ -13,7 +13,7 @@ export interface Tick {
   at: ScreenPoint;
   /** mm from the volume's first voxel, along the edge. */
   length: number;
-  /** Away from the box, in pixels. */
+  /** The direction away from the box, in pixels. */
   outwards: { x: number; y: number };
 }
 

@@ -14,18 +14,21 @@ export const clipFaces: readonly ClipFace[] = ([0, 1, 2] as const).flatMap((axis
   { axis, end: "high" as const },
 ]);
 
-/** The box is never thinner: an empty box would show nothing, as an empty surface does. */
+/** The smallest thickness of the box. An empty box would show nothing, just like an empty surface. */
 export const leastThickness = 0.01;
 /** The accuracy of a drag. Keys move by whole steps of the sliders in the panel. */
 const dragStep = 0.001;
-/** A drag of this many pixels moves a face across the whole volume at most: axes seen end on. */
+/**
+ * A drag of this many pixels moves a face at most across the whole volume. This limits drags along axes
+ * seen end on.
+ */
 const leastPixels = 80;
 
 export function shareOf(clip: Clip, { axis, end }: ClipFace): number {
   return clip[end][axis];
 }
 
-/** The clip with a face at another place, as far as the opposite face allows. */
+/** The clip with a face moved to another position, as far as the opposite face allows. */
 export function movedFace(clip: Clip, { axis, end }: ClipFace, share: number): Clip {
   const round = (value: number) => Number(value.toFixed(6));
   const most = end === "low" ? clip.high[axis] - leastThickness : 1;
@@ -35,7 +38,7 @@ export function movedFace(clip: Clip, { axis, end }: ClipFace, share: number): C
   return { ...clip, [end]: moved };
 }
 
-/** The share that a key moves a face to; undefined if the key has no meaning here. */
+/** The share to which a key moves a face; undefined if the key has no effect here. */
 export function shareAfterKey(key: string, share: number, isShifted: boolean): number | undefined {
   const step = isShifted ? 0.1 : 0.01;
   const steps: Record<string, number> = {
@@ -61,7 +64,10 @@ function faceMiddle(clip: Clip, face: ClipFace): Triple {
   return shares;
 }
 
-/** Where the middle of a face is; `isBehind`: the box is before it. Undefined behind the eye. */
+/**
+ * The position of the middle of a face; `isBehind`: the box is in front of it. Undefined behind the
+ * eye.
+ */
 export function faceOnScreen(
   info: StoreInfo,
   screen: Screen,
@@ -73,7 +79,7 @@ export function faceOnScreen(
   return at && { ...at, isBehind: middle !== undefined && at.depth > middle.depth };
 }
 
-/** The twelve edges of the clip box, without those that reach behind the eye. */
+/** The twelve edges of the clip box, except those that extend behind the eye. */
 export function clipEdges(
   info: StoreInfo,
   screen: Screen,
@@ -97,7 +103,7 @@ export function clipEdges(
 }
 
 /**
- * The share at which a face is under the pointer, which has moved by these pixels since the face was
+ * The share at which a face follows the pointer, which has moved by these pixels since the face was
  * grabbed. `grabbed`: the clip at that time.
  */
 export function draggedShare(
@@ -114,7 +120,7 @@ export function draggedShare(
   const [x, y, z] = place(info, ahead);
   const motion = screen.motion(start, [x - start[0], y - start[1], z - start[2]]);
   if (!motion) return from;
-  // The part of the drag along the axis as it is seen, and the step that leads there.
+  // The component of the drag along the projected axis, and the step that corresponds to it.
   const squared = Math.max(motion.right ** 2 + motion.down ** 2, leastPixels ** 2);
   const along = (right * motion.right + down * motion.down) / squared;
   const rest = 1 - along * motion.nearing;

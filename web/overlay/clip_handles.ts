@@ -22,7 +22,7 @@ interface Drag {
   pointer: number;
   x: number;
   y: number;
-  /** Of the time when the face was grabbed. */
+  /** The clip at the time when the face was grabbed. */
   clip: Clip;
 }
 
@@ -33,14 +33,14 @@ interface Handle {
 }
 
 const axes = ["x", "y", "z"] as const;
-/** From the middle of a handle to the picture's edge, at least. */
+/** The least distance from the middle of a handle to the picture's edge. */
 const edgePx = 16;
 /** The value beside a handle needs this width. */
 const valuePx = 100;
 
 /**
- * The clip box above the picture of a viewer, with a handle in the middle of each face: pointers drag
- * it along its axis, and keys move it. The element is to lie exactly on the canvas.
+ * Draws the clip box over the picture of a viewer, with a handle in the middle of each face. Pointers
+ * drag a handle along its axis, and keys move it. The element must cover exactly the canvas.
  */
 export class ClipHandles {
   readonly element: HTMLElement;
@@ -52,7 +52,7 @@ export class ClipHandles {
   #drag: Drag | null = null;
   #handle = 0;
 
-  /** change: called with another clip, which the caller is to set. */
+  /** change: called with the new clip, which the caller must set. */
   constructor(viewer: Viewer, change: (clip: Clip) => void, texts: OverlayTexts = overlayTexts) {
     this.#viewer = viewer;
     this.#change = change;
@@ -123,8 +123,8 @@ export class ClipHandles {
   }
 
   /**
-   * A face whose middle is outside of the picture has its handle at the picture's edge, so that the
-   * handle keeps the focus and can be dragged back.
+   * If the middle of a face is outside the picture, its handle is at the picture's edge, so that it
+   * keeps the focus and can be dragged back.
    */
   #drawHandle({ face, element, value }: Handle, info: StoreInfo, screen: Screen, clip: Clip): void {
     const at = faceOnScreen(info, screen, clip, face);
@@ -152,7 +152,8 @@ export class ClipHandles {
   }
 
   #grab(event: PointerEvent, face: ClipFace): void {
-    // A drag whose end was not seen, since its handle was removed, does not prevent others.
+    // If a handle is removed during a drag, the end of the drag is not reported. This must not prevent
+    // other drags.
     if (!event.isPrimary || event.button !== 0) return;
     (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
     const { pointerId: pointer, clientX: x, clientY: y } = event;
@@ -183,7 +184,7 @@ export class ClipHandles {
     this.#set(face, share);
   }
 
-  /** A handle is no hole in the picture: the wheel zooms above it as well. */
+  /** The wheel also zooms while the pointer is over a handle. */
   #wheel(event: WheelEvent): void {
     event.preventDefault();
     this.#viewer.canvas.dispatchEvent(new WheelEvent("wheel", event));

@@ -33,7 +33,7 @@ export function formatPower(value: number, power: 2 | 3): string {
 export function roundBelow(value: number): number {
   const power = 10 ** Math.floor(Math.log10(value));
   const digit = value / power;
-  // A quotient such as 4.999… is meant to be 5.
+  // A quotient such as 4.999… is treated as 5.
   const round = digit > 5 - 1e-9 ? 5 : digit > 2 - 1e-9 ? 2 : 1;
   return Number((round * power).toPrecision(12));
 }

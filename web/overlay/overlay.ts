@@ -9,8 +9,8 @@ import { layerElement } from "./shapes.ts";
 import { overlayStyles } from "./styles.ts";
 
 /**
- * Orientation axes, a scale bar, and the volume's box with ticks, above the picture of a viewer. The
- * element is to lie exactly on the canvas; it takes no pointer events but on the ends of the axes.
+ * Orientation axes, a scale bar, and the volume's box with ticks, over the picture of a viewer. The
+ * element must cover exactly the canvas. It takes pointer events only on the ends of the axes.
  */
 export class Overlay {
   readonly element: HTMLElement;
@@ -44,7 +44,7 @@ export class Overlay {
     this.#request();
   }
 
-  /** Nothing follows the viewer any more; the element stays as it is. */
+  /** Stops following the viewer; the element stays as it is. */
   stop(): void {
     cancelAnimationFrame(this.#handle);
     for (const clean of this.#cleanup) clean();

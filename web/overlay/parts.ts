@@ -1,6 +1,6 @@
-/** What can be shown above the picture. */
+/** The parts that can be shown over the picture. */
 export const overlayParts = ["axes", "scale", "box"] as const;
 export type OverlayPart = (typeof overlayParts)[number];
 
-/** What is shown unless the visitor chooses otherwise. */
+/** The parts that are shown by default. */
 export const defaultParts: ReadonlySet<OverlayPart> = new Set<OverlayPart>(["axes", "scale"]);

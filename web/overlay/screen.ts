@@ -9,8 +9,8 @@ export interface ScreenPoint {
 }
 
 /**
- * Where points of the world are in a picture. `matrix`: world to clip space, 4 × 4, column by
- * column (Viewer.viewProjection).
+ * Projects points of the world into a picture. `matrix`: world to clip space, 4 × 4, column by column
+ * (Viewer.viewProjection).
  */
 export class Screen {
   readonly width: number;
@@ -35,8 +35,8 @@ export class Screen {
   }
 
   /**
-   * A direction of the world as seen in the middle of the picture: to the right, down, and away from
-   * the eye. As long as the direction is.
+   * A direction of the world in the coordinates of the view: to the right, down, and away from the eye.
+   * It keeps its length.
    */
   direction(world: Triple): { right: number; down: number; away: number } {
     const aspect = this.width / this.height;
@@ -93,7 +93,9 @@ export class Screen {
   }
 }
 
-/** The picture of a viewer, in an element that lies on its canvas. Undefined before the first. */
+/**
+ * The picture of a viewer, in an element that covers its canvas. Undefined before the first picture.
+ */
 export function screenOf(viewer: Viewer, element: HTMLElement): Screen | undefined {
   const { clientWidth: width, clientHeight: height } = element;
   if (width === 0 || height === 0) return undefined;

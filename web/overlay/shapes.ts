@@ -1,4 +1,4 @@
-/** Elements above the picture, made without a library: the element of a page loads few bytes. */
+/** Elements over the picture, made without a library, so that the viewer element loads few bytes. */
 
 type Attributes = Readonly<Record<string, string | number>>;
 
@@ -18,7 +18,7 @@ export function svgElement<K extends keyof SVGElementTagNameMap>(
   return element;
 }
 
-/** An element on the whole picture, with a style sheet of its own that touches nothing else. */
+/** An element that covers the whole picture, with its own style sheet, which affects nothing else. */
 export function layerElement(styles: string): { element: HTMLElement; root: ShadowRoot } {
   const element = document.createElement("div");
   element.className = "overlay";

@@ -1,7 +1,7 @@
 /**
- * The style sheets of what lies above the picture. Colours come from around it: the colour of text,
- * --overlay-surface behind text, --overlay-quiet for lines, --overlay-accent for handles. So does
- * where things are: --overlay-axes-inset, --overlay-axes-size, --overlay-scale-bottom.
+ * The style sheets of the overlays. Colours are inherited: the colour of text, --overlay-surface behind
+ * text, --overlay-quiet for lines, --overlay-accent for handles. Positions are inherited too:
+ * --overlay-axes-inset, --overlay-axes-size, --overlay-scale-bottom.
  */
 
 const layer = `

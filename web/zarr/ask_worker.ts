@@ -14,7 +14,10 @@ export async function openZarr(address: string, signal: AbortSignal): Promise<Za
   return answer.image;
 }
 
-/** Reads the voxels of a scale. `progress` gets the fraction that is read. Rejects as openZarr. */
+/**
+ * Reads the voxels of a scale. `progress` is called with the fraction read so far. Rejects like
+ * openZarr.
+ */
 export async function readZarr(
   { address }: ZarrImage,
   scale: ZarrScale,
@@ -29,7 +32,7 @@ function unexpected(): ZarrError {
   return new ZarrError("expected another answer of the worker: load the page again");
 }
 
-/** A worker for one request, which ends with the answer or the signal. */
+/** A worker for one request, which ends after its reply or by the signal. */
 async function ask(
   request: ZarrRequest,
   signal: AbortSignal,

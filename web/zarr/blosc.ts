@@ -17,7 +17,10 @@ const isShuffled = 1;
 const isCopied = 2;
 const isBitShuffled = 4;
 const isWhole = 16;
-/** Blocks are split into streams for elements up to this size, with at least so many elements. */
+/**
+ * Blocks are split into streams if elements have at most this size, and a block at least this number of
+ * elements.
+ */
 const maxStreams = 16;
 const minStreamBytes = 128;
 

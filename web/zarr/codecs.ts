@@ -4,15 +4,15 @@ import { decodeBlosc } from "./blosc.ts";
 import { Collected, inflate } from "./inflate.ts";
 import { decodeLz4 } from "./lz_blocks.ts";
 
-/** What zarrita tells a codec about the chunks of an array. */
+/** zarrita's description of the chunks of an array, for a codec. */
 interface ChunkShape {
   shape: readonly number[];
 }
 
-/** Decodes bytes of a chunk; what would be more than `most` is an error. */
+/** Decodes bytes of a chunk; more than `most` bytes are an error. */
 type Decode = (bytes: Uint8Array, most: number) => Uint8Array | Promise<Uint8Array>;
 
-/** The largest voxel, and what may stand beside the voxels of a chunk (bytes). */
+/** The largest size of a voxel, and of other data beside the voxels of a chunk (bytes). */
 const maxVoxelBytes = 8;
 const extraBytes = 1024;
 
@@ -39,8 +39,8 @@ function inflateLz4(bytes: Uint8Array, most: number): Uint8Array {
 }
 
 /**
- * Replaces zarrita's codecs for compressed bytes by ones with a limit, which need no evaluation of
- * strings: the page's Content-Security-Policy forbids that.
+ * Replaces zarrita's codecs for compressed bytes by codecs with a limit. They do not evaluate strings
+ * as code, which the page's Content-Security-Policy forbids.
  */
 export function replaceCodecs(): void {
   for (const [name, decode] of Object.entries(decoders)) {

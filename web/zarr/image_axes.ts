@@ -1,12 +1,14 @@
 import type { VolumeDescription, VoxelType } from "../builder/index.ts";
 import type { Triple } from "../core/index.ts";
 
-/** Metadata that cannot be a volume: the message says what was expected and found. */
+/** Metadata that do not describe a volume. The message states what was expected and found. */
 export class ZarrError extends Error {
   override readonly name = "ZarrError";
 }
 
-/** An entry of `multiscales` in the metadata of OME-Zarr, 0.1 to 0.5; all of it is unchecked. */
+/**
+ * An entry of `multiscales` in the metadata of OME-Zarr, 0.1 to 0.5. Its fields are not yet checked.
+ */
 export interface Multiscale {
   axes?: unknown;
   datasets?: unknown;
@@ -52,7 +54,7 @@ export function voxelType(dataType: string): VoxelType {
   );
 }
 
-/** The axes of a multiscale image; those of 0.1 and 0.2 are t, c, z, y, x. */
+/** The axes of a multiscale image. In versions 0.1 and 0.2 they are t, c, z, y, x. */
 export function imageAxes(multiscale: Multiscale, rank: number): Axis[] {
   const { axes = ["t", "c", "z", "y", "x"].slice(-rank) } = multiscale;
   const named = Array.isArray(axes) ? axes.map(axisOf) : [];
@@ -69,7 +71,9 @@ function axisOf(value: unknown): Axis | undefined {
   return typeof unit === "string" ? { name, unit } : { name };
 }
 
-/** Where x, y and z are among the axes: by their names, or the last three, reversed. */
+/**
+ * The indices of x, y and z among the axes, by their names; without names, the last three, reversed.
+ */
 export function spatialAxes(axes: readonly Axis[]): Triple {
   const at = (name: string) => axes.findIndex((axis) => axis.name.toLowerCase() === name);
   const named: Triple = [at("x"), at("y"), at("z")];
@@ -111,7 +115,7 @@ export function placement(
   return { scale, translation };
 }
 
-/** The grid of a volume in millimetres. Adds to `notes` what is assumed. */
+/** The grid of a volume in millimetres. Adds assumptions to `notes`. */
 export function gridOf(
   axes: readonly Axis[],
   spatial: Triple,

@@ -21,7 +21,7 @@ export async function inflate(
   }
 }
 
-/** Bytes that come in parts, up to a limit. */
+/** Bytes that arrive in parts, up to a limit. */
 export class Collected {
   readonly #parts: Uint8Array[] = [];
   readonly #most: number;

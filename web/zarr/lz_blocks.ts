@@ -1,4 +1,5 @@
-// Blocks of LZ4 and of BloscLZ: runs of literal bytes, and matches, which repeat what lies before.
+// Blocks of LZ4 and of BloscLZ consist of runs of literal bytes, and of matches, which repeat earlier
+// bytes.
 
 const damaged = "the compressed bytes are damaged";
 
@@ -18,7 +19,7 @@ class Output {
     this.at += count;
   }
 
-  /** A match may overlap what it writes: then it repeats it. */
+  /** A match may overlap its own output, which it then repeats. */
   match(distance: number, count: number): void {
     const end = this.at + count;
     if (distance < 1 || distance > this.at || end > this.bytes.length) throw new Error(damaged);

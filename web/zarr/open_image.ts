@@ -15,7 +15,7 @@ import {
 import type { ZarrImage, ZarrScale } from "./types.ts";
 import { ZarrHost } from "./zarr_host.ts";
 
-/** More scales than this are no image. */
+/** Metadata with more scales than this are refused. */
 const maxScales = 64;
 const maxVoxels = 2 ** 20;
 
@@ -23,9 +23,9 @@ type Node = Awaited<ReturnType<typeof open>>;
 type ZarrArray = Extract<Node, { kind: "array" }>;
 
 /**
- * Reads what is at an address: an OME-Zarr image, one scale of it, or an array. The indices of axes
- * beside x, y and z are in the address's fragment (`#c=1&t=0`); the default is 0. Rejects with a
- * ZarrError, or a StreamError.
+ * Reads an OME-Zarr image, one scale of it, or an array at an address. The indices of axes beside x, y
+ * and z are in the address's fragment (`#c=1&t=0`); the default is 0. Rejects with a ZarrError, or a
+ * StreamError.
  */
 export async function openImage(href: string): Promise<ZarrImage> {
   const address = folderOf(new URL(href));
@@ -50,7 +50,7 @@ export async function openImage(href: string): Promise<ZarrImage> {
   return { address: address.href, scales: [scale], chosen: 0, metadata: metadataOf([node], {}) };
 }
 
-/** The folder of an address: a file of metadata stands for its folder. */
+/** The folder of an address. The address of a metadata file means the file's folder. */
 function folderOf(address: URL): URL {
   address.pathname = address.pathname
     .replace(/\/(zarr\.json|\.zattrs|\.zarray|\.zgroup|\.zmetadata)$/, "")
@@ -209,7 +209,7 @@ function scaleOf(
   };
 }
 
-/** The index of an axis that is not of space. */
+/** The index that is read along an axis that is not spatial. */
 function indexOf(axis: string, size: number, indices: URLSearchParams, notes: string[]): number {
   const given = indices.get(axis);
   const index = given === null ? 0 : Number(given);
@@ -220,7 +220,7 @@ function indexOf(axis: string, size: number, indices: URLSearchParams, notes: st
   return index;
 }
 
-/** The name of an image: that of the folder with the ending .zarr, and what is below it. */
+/** The name of an image: the folder with the ending .zarr, and the path below it. */
 function nameOf({ pathname }: URL): string {
   const names = pathname.split("/").filter((name) => name !== "");
   const image = names.findLastIndex((name) => /\.zarr$/i.test(name));

@@ -2,20 +2,23 @@ import type { DataType, Array as ZarrArray } from "zarrita";
 import { ZarrError } from "./image_axes.ts";
 import type { ZarrScale } from "./types.ts";
 
-/** A layer of chunks, and the chunks that are being read, take at most so many bytes. */
+/** Limits of the bytes of a layer of chunks, and of the chunks that are being read. */
 const maxLayerBytes = 512 << 20;
 const maxChunkBytes = 256 << 20;
-/** More requests than this are not made for one volume. */
+/** The largest number of requests for one volume. */
 const maxChunks = 200_000;
-/** Chunks that are fetched at a time. */
+/** The number of chunks that are fetched concurrently. */
 const together = 8;
 
 type Numbers = Uint8Array | Float32Array | BigInt64Array;
 
-/** The part of an array that is read here. */
+/** The part of zarrita's array that is used here. */
 export type ChunkedArray = Pick<ZarrArray<DataType>, "chunks" | "getChunk">;
 
-/** Chunks of a scale: their number, and the largest bytes of one and of a layer along z. */
+/**
+ * The chunks of a scale: their number, and the largest size (bytes) of one chunk and of a layer along
+ * z.
+ */
 export interface ReadingPlan {
   chunks: number;
   chunkBytes: number;
@@ -49,8 +52,9 @@ export function planReading(
 }
 
 /**
- * Reads a scale, one layer of chunks along z after the other. `take` gets the slices of a layer:
- * little-endian voxels, x fastest. `progress`: how many chunks of all have been read.
+ * Reads a scale, one layer of chunks along z after the other. `take` is called with the slices of a
+ * layer: little-endian voxels, x fastest. `progress` is called with the number of chunks read so far,
+ * and in all.
  */
 export async function readScale(
   array: ChunkedArray,
@@ -102,7 +106,7 @@ async function copyChunk(
       `chunk ${coordinates.join("/")}: expected ${expected} voxels, found ${data.length}: it is damaged`,
     );
   }
-  // The place of the other axes inside of the chunk.
+  // The offset of the other axes' indices in the chunk.
   const offset = array.chunks.reduce(
     (sum, size, axis) => sum + ((fixed[axis] ?? 0) % size) * (stride[axis] ?? 0),
     0,

@@ -15,21 +15,23 @@ export interface ZarrScale {
   voxelBytes: number;
 }
 
-/** What is at an address of a Zarr hierarchy. */
+/** The content of an address in a Zarr hierarchy. */
 export interface ZarrImage {
-  /** The address that the paths of the scales begin at. */
+  /** The base address of the paths of the scales. */
   address: string;
-  /** As in the metadata: the finest first. */
+  /** In the order of the metadata: the finest first. */
   scales: ZarrScale[];
-  /** Of `scales`, the one that the address names; undefined: it names the whole image. */
+  /**
+   * The scale that the address names, an element of `scales`; undefined if it names the whole image.
+   */
   chosen: number | undefined;
-  /** What the metadata say, as a text: another one is another version. */
+  /** The metadata as a text. If the text differs, the image is another version. */
   metadata: string;
 }
 
 export interface ZarrVoxels {
   /** Little-endian, x fastest. */
   voxels: Blob;
-  /** What was assumed while reading, in sentences. */
+  /** The assumptions made while reading, as sentences. */
   notes: string[];
 }

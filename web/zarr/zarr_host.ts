@@ -3,9 +3,9 @@ import type { FaultKind } from "../stream/faults.ts";
 import { joined, Traffic, type TransferOptions, transfer } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
 
-/** Metadata that are larger are not those of a volume (bytes). */
+/** The largest size of metadata (bytes). */
 export const maxMetadataBytes = 16 << 20;
-/** A part is asked for so often before it is given up. */
+/** The number of attempts to fetch a part. */
 const maxTries = 4;
 /** The wait after the first failure (ms); doubled each time. */
 const firstWait = 500;
@@ -20,9 +20,9 @@ export class ZarrHost implements AsyncReadable {
   readonly #traffic = new Traffic();
   /** Each file of metadata is fetched once. */
   readonly #metadata = new Map<string, Promise<Uint8Array | undefined>>();
-  /** How many files were asked for that do not exist. */
+  /** The number of requested files that do not exist. */
   absent = 0;
-  /** Larger answers are refused (bytes). */
+  /** Larger responses are refused (bytes). */
   maxBytes = maxMetadataBytes;
 
   constructor(base: URL) {
@@ -44,7 +44,7 @@ export class ZarrHost implements AsyncReadable {
     let offset: number;
     let bytes: number;
     if ("suffixLength" in range) {
-      // Browsers ask hosts of other origins for leave before a request for the last bytes.
+      // For a request for the last bytes, browsers send a CORS preflight to hosts of other origins.
       const size = await this.#sizeOf(key);
       if (size === undefined) return undefined;
       bytes = Math.min(range.suffixLength, size);

@@ -1,4 +1,4 @@
-/** A worker that answers one request: it opens an image, or reads one scale of it. */
+/** A worker for one request: it opens an image, or reads one scale of it. */
 import { open, root } from "zarrita";
 import { BlobParts } from "../builder/index.ts";
 import type { FaultKind } from "../stream/faults.ts";
@@ -17,9 +17,9 @@ export type ZarrResponse =
   | ZarrVoxels
   | { message: string; fault: FaultKind | undefined };
 
-/** Progress is told at most so often (ms). */
+/** The shortest time between two reports of progress (ms). */
 const progressEvery = 100;
-/** A compressed chunk may be larger than its voxels by so many bytes. */
+/** A compressed chunk may be larger than its voxels by this number of bytes. */
 const surplus = 1 << 20;
 
 const worker = globalThis as unknown as {
