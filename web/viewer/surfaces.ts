@@ -32,3 +32,12 @@ export function surfacesAt(
     opacity: opacities[i] ?? 1,
   }));
 }
+
+/** Surfaces at these isovalues with the colours of others. Additional ones get the colour of the first. */
+export function withIsovalues(
+  surfaces: readonly Surface[],
+  isovalues: readonly number[],
+): Surface[] {
+  const first = surfaces[0] ?? { isovalue: 0, ...firstLook };
+  return isovalues.map((isovalue, i) => ({ ...(surfaces[i] ?? first), isovalue }));
+}

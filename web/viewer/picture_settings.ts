@@ -1,0 +1,93 @@
+import type { StoreInfo } from "../stream/index.ts";
+import { wholeVolume } from "./clipping.ts";
+import type { RendererModule } from "./renderer_module.ts";
+import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
+import {
+  type Clip,
+  defaultLook,
+  type Legend,
+  type Look,
+  type Slices,
+  type Surface,
+} from "./types.ts";
+
+/**
+ * What a picture shows and how: surfaces, look, clipping and slices, without the camera. The viewer keeps
+ * them here, whether a renderer and a volume exist or not.
+ */
+export class PictureSettings {
+  surfaces: readonly Surface[] = [];
+  look: Readonly<Look> = { ...defaultLook };
+  clip: Clip = wholeVolume;
+  #slices: Slices = noSlices;
+
+  get slices(): Slices {
+    return this.#slices;
+  }
+
+  set slices(slices: Slices) {
+    this.#slices = usableSlices(slices);
+  }
+
+  get hasSlices(): boolean {
+    return hasSlices(this.#slices);
+  }
+
+  apply(renderer: RendererModule, info: StoreInfo | null): void {
+    renderer.setSurfaces(this.surfaces);
+    renderer.setClip(this.clip);
+    this.applyLook(renderer, info);
+    this.applySlices(renderer, info);
+  }
+
+  /** `opacity`: of the background. */
+  applyLook(renderer: RendererModule, info: StoreInfo | null, opacity = 1): void {
+    renderer.setLook(this.look, this.#colourRange(info), opacity);
+  }
+
+  /** Without a volume, nothing happens: the planes depend on its grid. */
+  applySlices(renderer: RendererModule, info: StoreInfo | null): void {
+    if (info) renderer.setSlices(slicePlanes(this.#slices, info), this.#slices.range ?? info.range);
+  }
+
+  /**
+   * The meaning of colours; null if each surface has its own colour and there are no slices.
+   */
+  legend(renderer: RendererModule, info: StoreInfo): Legend | null {
+    const { colourBy, colourMap } = this.look;
+    const slices = this.hasSlices;
+    const sliceRange = this.#slices.range ?? info.range;
+    if (colourBy === "isosurface") {
+      if (!slices) return null;
+      return { colourBy: "isovalue", colours: ["#000", "#fff"], range: sliceRange, slices };
+    }
+    const colours = renderer.colours(colourMap, 16);
+    const legend: Legend = { colourBy, colours, range: this.#mappedRange(info) };
+    if (slices) legend.slices = slices;
+    if (slices && colourBy !== "isovalue") legend.greys = sliceRange;
+    return legend;
+  }
+
+  /** The range shown in the legend; null if it differs from view to view. */
+  #mappedRange(info: StoreInfo): [number, number] | null {
+    switch (this.look.colourBy) {
+      case "depth":
+        return null; // depends on the view
+      case "level":
+        return [0, 7];
+      case "projection-error":
+        return [0, 0.5];
+      default:
+        return this.#colourRange(info);
+    }
+  }
+
+  /** The range of values, or of gradients, that is passed to the renderer for colouring. */
+  #colourRange(info: StoreInfo | null): [number, number] {
+    if (!info) return [0, 1];
+    const [low, high] = info.range;
+    if (this.look.colourBy !== "gradient") return [low, high];
+    // The largest gradient of the scale: half of the range of values across one cell, a sharp edge.
+    return [0, (0.5 * (high - low)) / Math.min(...info.spacing)];
+  }
+}

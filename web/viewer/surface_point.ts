@@ -1,0 +1,12 @@
+import type { Pick } from "../../build/wasm/web/layouts.js";
+import type { SurfacePoint } from "./types.ts";
+
+/** What the renderer has found at a place of the picture. */
+export function surfacePointOf(pick: Pick): SurfacePoint {
+  const { position, voxel, normal, gradient, toNext, value, level, face } = pick;
+  const point: SurfacePoint = { position, voxel, normal, gradient, isovalue: value, level };
+  if (toNext > 0) point.toNext = toNext;
+  if (face === 1) point.cap = true;
+  if (face === 2) point.slice = true;
+  return point;
+}

@@ -1,0 +1,99 @@
+import type { StoreInfo } from "../stream/index.ts";
+import type { CanvasSize } from "./canvas_size.ts";
+import type { RendererModule } from "./renderer_module.ts";
+import type { Camera, Projection } from "./types.ts";
+
+/** What the camera needs from its viewer. */
+export interface ViewCameraHost {
+  renderer(): RendererModule | null;
+  /** The volume that is open. */
+  info(): StoreInfo | null;
+  moved(camera: Camera): void;
+}
+
+/** The camera of a viewer: its limits, its first view of a volume, and its moves. */
+export class ViewCamera {
+  readonly #size: CanvasSize;
+  readonly #host: ViewCameraHost;
+  #camera: Camera | null = null;
+
+  constructor(size: CanvasSize, host: ViewCameraHost) {
+    this.#size = size;
+    this.#host = host;
+  }
+
+  /** Null until a volume is open. */
+  get camera(): Camera | null {
+    return this.#camera;
+  }
+
+  /**
+   * A volume is open. `asked`, `projection`: of `OpenOptions`; `before`: the camera when the opening
+   * began.
+   */
+  opened(
+    renderer: RendererModule,
+    asked: Camera | undefined,
+    projection: Projection | undefined,
+    before: Camera | null,
+  ): void {
+    if (!asked) {
+      this.#camera = this.#first(renderer, projection);
+    } else if (this.#camera && this.#camera !== before) {
+      // It was moved while the volume was opened again: listeners know that camera.
+      this.set(this.#camera);
+    } else {
+      this.#camera = renderer.bounded(asked);
+    }
+  }
+
+  /** The camera within the limits of the open volume. */
+  set(camera: Camera): void {
+    this.#camera = this.#openRenderer?.bounded(camera) ?? camera;
+    this.#host.moved(this.#camera);
+  }
+
+  /** The first view of the volume; null until one is open. */
+  get whole(): Camera | null {
+    const renderer = this.#openRenderer;
+    return renderer && this.#first(renderer);
+  }
+
+  viewProjection(width: number, height: number): Float64Array | null {
+    if (!this.#camera) return null;
+    const size = [Math.max(1, width), Math.max(1, height)] as const;
+    return this.#openRenderer?.viewProjection(this.#camera, ...size) ?? null;
+  }
+
+  orbit(rightDegrees: number, upDegrees: number): void {
+    const renderer = this.#host.renderer();
+    if (renderer && this.#camera) {
+      this.set(renderer.orbited(this.#camera, rightDegrees, upDegrees));
+    }
+  }
+
+  pan(rightPx: number, downPx: number): void {
+    const renderer = this.#host.renderer();
+    if (renderer && this.#camera) {
+      this.set(renderer.panned(this.#camera, rightPx, downPx, this.#size.cssHeight));
+    }
+  }
+
+  /** The point at this offset from the picture's centre (CSS pixels) stays there. */
+  zoom(factor: number, at: { x: number; y: number }): void {
+    const renderer = this.#host.renderer();
+    if (!renderer || !this.#camera) return;
+    const before = this.#camera;
+    const zoomed = renderer.zoomed(before, factor);
+    const keep = 1 - before.distance / zoomed.distance;
+    this.set(renderer.panned(zoomed, at.x * keep, at.y * keep, this.#size.cssHeight));
+  }
+
+  get #openRenderer(): RendererModule | null {
+    return this.#host.info() && this.#host.renderer();
+  }
+
+  #first(renderer: RendererModule, projection = this.#camera?.projection): Camera {
+    return renderer.defaultCamera(this.#size.aspect, projection);
+  }
+}

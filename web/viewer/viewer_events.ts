@@ -1,0 +1,58 @@
+import type { Decoder, Progress, StoreInfo, StreamError } from "../stream/index.ts";
+import type { Light } from "./light.ts";
+import type { RendererError } from "./renderer_module.ts";
+import type { Camera, FrameReport, Projection, Surface } from "./types.ts";
+
+export interface ViewerEvents {
+  /** A volume is open. Its first surface follows. */
+  opened: StoreInfo;
+  /** The streaming progress has changed. */
+  progress: Progress;
+  /** A frame was drawn. */
+  frame: FrameReport;
+  /** `isBusy` has changed. */
+  busy: boolean;
+  /** The camera moved, by a gesture or by a call. */
+  camera: Camera;
+  /** A gesture turned the key light. */
+  light: Light;
+  /** The source had another volume at the same address, which is open now. */
+  replaced: StoreInfo;
+  /**
+   * Emitted once for each occurrence of a fault (web/stream/faults.ts). Progress.fault is set as
+   * long as a streaming fault lasts. The picture stays. If `info` is null afterwards, no volume is
+   * open: call open() again.
+   */
+  error: StreamError | RendererError;
+  /** The WebGL context was lost or restored. */
+  context: "lost" | "restored";
+}
+
+export interface ViewerOptions {
+  /**
+   * The largest number of samples (16 bytes each) in the GPU's memory. Default: depends on the device's
+   * memory (web/stream/device.ts).
+   */
+  sampleBudget?: number;
+  /** Most bytes fetched for other isovalues while a view is complete: see StreamOptions. */
+  backgroundBytes?: number;
+  /** Cells larger than this on the screen, in pixels, are refined. Default 1. */
+  targetCellPixels?: number;
+  /** The largest number of device pixels per CSS pixel. Default 2. */
+  maxPixelRatio?: number;
+  /** Whether mouse, touch and keys on the canvas move the camera. Default true. */
+  controls?: boolean;
+  /** What the key R does. Default: `Viewer.reset()`. */
+  reset?: () => void;
+  /** Decodes chunks, and is not closed with the viewer: several may share it. Default: one's own. */
+  decoder?: Decoder;
+}
+
+export interface OpenOptions {
+  /** The isosurfaces of the first view. Default: one, at the volume's first suggestion. */
+  surfaces?: readonly Surface[];
+  camera?: Camera;
+  /** Of the first camera, if there is no `camera`. Default: as it was, at first perspective. */
+  projection?: Projection;
+  signal?: AbortSignal;
+}
