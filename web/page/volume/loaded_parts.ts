@@ -1,0 +1,137 @@
+import type { ClipHandles } from "../../overlay/clip_handles.ts";
+import type { Overlay } from "../../overlay/overlay.ts";
+import type { StoreInfo } from "../../stream/index.ts";
+import { pageTexts } from "../../texts/page.ts";
+import type { AxisView, Clip, Viewer } from "../../viewer/index.ts";
+import { keptSessionKey, type UrlState } from "../address/url_state.ts";
+import type { Measure, MeasureHost } from "../measure/measure.ts";
+import type { LayoutState } from "./volume_layout.ts";
+
+/** What the parts need from their page. */
+export interface LoadedPartsHost extends MeasureHost {
+  lookAlong(view: AxisView): void;
+  changeClip(clip: Clip): void;
+}
+
+/** The parts of a volume page that are loaded after the first surface, or when they are first used. */
+export class LoadedParts {
+  readonly #viewer: Viewer;
+  readonly #url: UrlState;
+  readonly #search: string;
+  readonly #host: LoadedPartsHost;
+  #overlay: Overlay | null = null;
+  #clipHandles: ClipHandles | null = null;
+  #isClipBoxShown = false;
+  #measure: Measure | null = null;
+  #loadingMeasure: Promise<void> | null = null;
+  #slicesSection: LayoutState["slicesSection"] = null;
+
+  /** `search`: the query of the address as the page was opened, which `url` states. */
+  constructor(viewer: Viewer, url: UrlState, search: string, host: LoadedPartsHost) {
+    this.#viewer = viewer;
+    this.#url = url;
+    this.#search = search;
+    this.#host = host;
+  }
+
+  get overlay(): Overlay | null {
+    return this.#overlay;
+  }
+
+  get clipHandles(): ClipHandles | null {
+    return this.#clipHandles;
+  }
+
+  /** The clip box was asked for. */
+  get isClipBoxShown(): boolean {
+    return this.#isClipBoxShown;
+  }
+
+  /** The measurements; null until they are loaded. */
+  get measure(): Measure | null {
+    return this.#measure;
+  }
+
+  get slicesSection(): LayoutState["slicesSection"] {
+    return this.#slicesSection;
+  }
+
+  /** The measurements as the address has them. */
+  get measures(): readonly string[] {
+    return this.#measure?.lines ?? this.#url.measures ?? [];
+  }
+
+  /** The elements of the measurements, of an open volume. */
+  measureParts(info: StoreInfo | null): LayoutState["measure"] {
+    const measure = this.#measure;
+    return measure && info && { element: measure.element, section: measure.section(info) };
+  }
+
+  /** What lies above the picture is loaded after the first surface. */
+  async loadOverlay(): Promise<void> {
+    const { Overlay } = await import("../../overlay/overlay.ts");
+    this.#overlay = new Overlay(this.#viewer, (view) => this.#host.lookAlong(view));
+    this.#host.render();
+    if (this.#url.measures || hasKeptSession()) await this.loadMeasure();
+  }
+
+  /** Loads the handles at their first use. */
+  async showClipHandles(isShown: boolean): Promise<void> {
+    this.#isClipBoxShown = isShown;
+    this.#host.render();
+    if (!isShown || this.#clipHandles) return;
+    try {
+      const { ClipHandles } = await import("../../overlay/clip_handles.ts");
+      this.#clipHandles ??= new ClipHandles(this.#viewer, (clip) => this.#host.changeClip(clip));
+      this.#host.render();
+    } catch {
+      this.#host.note(pageTexts.noHandles);
+    }
+  }
+
+  async loadSlices(): Promise<void> {
+    if (this.#slicesSection) return;
+    try {
+      this.#slicesSection = (await import("../panel/slices_section.ts")).slicesSection;
+      this.#host.render();
+    } catch {
+      this.#host.note(pageTexts.noSection);
+    }
+  }
+
+  /** Measurements are loaded when they are first used, or if the address has some. */
+  loadMeasure(): Promise<void> {
+    this.#loadingMeasure ??= import("../measure/measure.ts").then(
+      ({ Measure }) => {
+        this.#measure = new Measure(
+          this.#viewer,
+          this.#host,
+          this.#url.measures ?? [],
+          this.#search,
+        );
+        this.#host.render();
+      },
+      () => {
+        this.#loadingMeasure = null;
+        this.#host.note(pageTexts.noMeasuring);
+      },
+    );
+    return this.#loadingMeasure;
+  }
+
+  /** Measures distances, or ends measuring. */
+  async beginMeasuring(): Promise<void> {
+    await this.loadMeasure();
+    const tool = this.#measure?.tool;
+    tool?.choose(tool.kind ?? "distance");
+  }
+}
+
+/** A session may belong to the address: see open_session.ts. */
+function hasKeptSession(): boolean {
+  try {
+    return sessionStorage.getItem(keptSessionKey) !== null;
+  } catch {
+    return false; // the browser keeps nothing
+  }
+}

@@ -1,0 +1,111 @@
+import {
+  type AxisView,
+  type Camera,
+  CameraMotion,
+  cameraAlong,
+  type Viewer,
+  writeCamera,
+} from "../../viewer/index.ts";
+import type { UrlState } from "../address/url_state.ts";
+
+/** The camera of a volume page: where it comes from, and its smooth moves. */
+export class PageCamera {
+  readonly #viewer: Viewer;
+  readonly #url: UrlState;
+  readonly #motion: CameraMotion;
+  #moved: Camera | null = null;
+  /** The camera that the viewer chose, if the address has none. */
+  #first: Camera | null = null;
+
+  /** changed: called when the camera has moved. */
+  constructor(viewer: Viewer, url: UrlState, changed: () => void) {
+    this.#viewer = viewer;
+    this.#url = url;
+    this.#motion = new CameraMotion(viewer);
+    viewer.on("camera", (camera) => {
+      this.#moved = camera;
+      changed();
+    });
+  }
+
+  /** The camera after its first move; null before. */
+  get moved(): Camera | null {
+    return this.#moved;
+  }
+
+  /** The camera for a volume that is opened. Undefined: the viewer chooses. */
+  toOpen(keepsView: boolean): Camera | undefined {
+    const present = keepsView ? this.#viewer.camera : null;
+    return present ?? this.#moved ?? this.#ofAddress;
+  }
+
+  /**
+   * A volume is open. `asked`: the camera of `toOpen`; `before`: `moved` then. Returns whether the
+   * viewer had to show another camera than `asked`; false for a view that was kept.
+   */
+  opened(asked: Camera | undefined, before: Camera | null, keepsView: boolean): boolean {
+    const shown = this.#viewer.camera;
+    if (!asked && !this.#moved) this.#first = shown;
+    if (keepsView || this.#moved !== before || !asked || !shown) return false;
+    if (writeCamera(asked) === writeCamera(shown)) return false;
+    this.#moved = shown;
+    return true;
+  }
+
+  get #ofAddress(): Camera | undefined {
+    const { camera, projection } = this.#url;
+    return camera && projection === "orthographic" ? { ...camera, projection } : camera;
+  }
+
+  /** The camera, or the one at which it will come to rest. */
+  get resting(): Camera | undefined {
+    return this.#motion.target ?? this.#moved ?? this.#viewer.camera ?? this.#ofAddress;
+  }
+
+  /** AddressState.isDefaultCamera. */
+  get isDefault(): boolean {
+    const camera = this.resting;
+    if (!camera || this.#url.camera) return false;
+    const defaults = [this.#first, this.#viewer.wholeView];
+    return defaults.some((each) => each && isSameCamera(each, camera));
+  }
+
+  to(camera: Camera): void {
+    this.#motion.to(camera);
+  }
+
+  reset(): void {
+    const whole = this.#viewer.wholeView;
+    if (whole) this.to(whole);
+  }
+
+  fit(): void {
+    const { camera, wholeView } = this.#viewer;
+    if (!camera || !wholeView) return;
+    const { target, distance } = wholeView;
+    this.to({ ...camera, target, distance });
+  }
+
+  /** The point of the surface at a place of the window becomes the centre of rotation. */
+  centre({ clientX, clientY }: { clientX: number; clientY: number }): void {
+    const { camera, canvas } = this.#viewer;
+    const box = canvas.getBoundingClientRect();
+    const point = this.#viewer.pick(clientX - box.left, clientY - box.top);
+    if (point && camera) this.to({ ...camera, target: point.position });
+  }
+
+  toggleProjection(): void {
+    const isOrthographic = this.#viewer.camera?.projection === "orthographic";
+    this.#viewer.setProjection(isOrthographic ? "perspective" : "orthographic");
+  }
+
+  lookAlong(view: AxisView): void {
+    const { camera } = this.#viewer;
+    if (camera) this.to(cameraAlong(camera, view));
+  }
+}
+
+function isSameCamera(a: Camera, b: Camera): boolean {
+  const isOrthographic = ({ projection }: Camera) => projection === "orthographic";
+  return writeCamera(a) === writeCamera(b) && isOrthographic(a) === isOrthographic(b);
+}

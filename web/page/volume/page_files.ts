@@ -1,0 +1,88 @@
+import type { StoreInfo } from "../../stream/index.ts";
+import { pageTexts } from "../../texts/page.ts";
+import type { Viewer } from "../../viewer/index.ts";
+import type { CaptureDialog } from "../capture/capture_dialog.ts";
+import type { DisplaySettings } from "../panel/display_settings.ts";
+import { plainValue } from "../shell/format.ts";
+import { keepThumbnailWhenIdle } from "../shell/thumbnails.ts";
+import type { Toast } from "../shell/toast.ts";
+
+/** The files that a volume page saves: pictures, films and surfaces; and the picture that lists show. */
+export class PageFiles {
+  readonly #viewer: Viewer;
+  readonly #settings: DisplaySettings;
+  readonly #toast: Toast;
+  readonly #title: () => string;
+  #capture: Promise<CaptureDialog> | null = null;
+  #keptThumbnail = "";
+
+  /** title: of the volume, for the names of files. */
+  constructor(viewer: Viewer, settings: DisplaySettings, toast: Toast, title: () => string) {
+    this.#viewer = viewer;
+    this.#settings = settings;
+    this.#toast = toast;
+    this.#title = title;
+  }
+
+  /** Offers a file to save, whose name begins with the volume's. */
+  save(ending: string, content: Blob): void {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(content);
+    link.download = `${this.#title().replace(/[^\w.-]+/g, "-")}-${ending}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+  }
+
+  async saveScreenshot(options: { transparent?: boolean } = {}): Promise<void> {
+    try {
+      const picture = await this.#viewer.screenshot(options);
+      this.save(`${this.#isovalues}.png`, picture);
+      this.#toast.done(pageTexts.pictureSaved);
+    } catch (error) {
+      this.#toast.note(error instanceof Error ? error.message : pageTexts.noPicture);
+    }
+  }
+
+  async saveSurface(): Promise<void> {
+    const { surfaces, active, clip } = this.#settings.state;
+    const { isovalue } = surfaces[active] ?? {};
+    const access = this.#viewer.storeAccess;
+    if (isovalue === undefined || !access) return;
+    try {
+      const { openSurfaceDialog } = await import("../capture/surface_dialog.ts");
+      openSurfaceDialog(access, isovalue, clip, (ending, file) =>
+        this.save(`${isovalue}.${ending}`, file),
+      );
+    } catch {
+      this.#toast.note(pageTexts.noSaving);
+    }
+  }
+
+  async openCapture(): Promise<void> {
+    try {
+      this.#capture ??= import("../capture/capture_dialog.ts").then(
+        ({ CaptureDialog }) =>
+          new CaptureDialog({
+            viewer: this.#viewer,
+            activeSurface: () => this.#settings.state.active,
+            save: (ending, content) => this.save(`${this.#isovalues}-${ending}`, content),
+          }),
+      );
+      await (await this.#capture).open();
+    } catch {
+      this.#capture = null;
+      this.#toast.note(pageTexts.noDialog);
+    }
+  }
+
+  /** Keeps the present picture for lists of volumes, unless it has been kept already. */
+  keepThumbnail({ contentId }: StoreInfo): void {
+    if (this.#keptThumbnail === contentId) return;
+    this.#keptThumbnail = contentId;
+    keepThumbnailWhenIdle(contentId, () => this.#viewer.screenshot({ smooth: false }));
+  }
+
+  get #isovalues(): string {
+    return this.#settings.surfaces.map((surface) => plainValue(surface.isovalue)).join("-");
+  }
+}

@@ -1,0 +1,171 @@
+import { render } from "lit";
+import type { StoreInfo } from "../../stream/index.ts";
+import { listed } from "../../texts/numbers.ts";
+import { pageTexts } from "../../texts/page.ts";
+import type { Viewer } from "../../viewer/index.ts";
+import type { Target } from "../address/target.ts";
+import type { DisplaySettings } from "../panel/display_settings.ts";
+import { Histogram } from "../panel/histogram.ts";
+import { formatValue } from "../shell/format.ts";
+import type { Toast } from "../shell/toast.ts";
+import type { LoadedParts } from "./loaded_parts.ts";
+import type { StatusLine } from "./status_line.ts";
+import { bannerOf, type VolumeFaults } from "./volume_faults.ts";
+import { type LayoutActions, type LayoutState, volumeLayout } from "./volume_layout.ts";
+
+/** What the layout shows. */
+export interface LaidOutPage {
+  readonly viewer: Viewer;
+  readonly settings: DisplaySettings;
+  readonly faults: VolumeFaults;
+  readonly parts: LoadedParts;
+  readonly status: StatusLine;
+  readonly toast: Toast;
+  readonly history: { canUndo: boolean; canRedo: boolean };
+  readonly target: Target;
+  /** The volume, once it is open. */
+  readonly info: StoreInfo | null;
+  /** A surface has been drawn. */
+  readonly hasPicture: boolean;
+  readonly title: string;
+  readonly actions: LayoutActions;
+}
+
+/** Lays out a volume page, and keeps what belongs to the layout alone: which parts of it are open. */
+export class PageLayout {
+  readonly #root: HTMLElement;
+  readonly #page: LaidOutPage;
+  readonly #histogram: Histogram;
+  /** The bytes of an isovalue. */
+  #cost: { isovalue: number; bytes: number } | null = null;
+  #tools: HTMLElement | null = null;
+  #isSheetOpen = false;
+  #isPanelHidden = false;
+  #handle = 0;
+
+  constructor(root: HTMLElement, page: LaidOutPage) {
+    this.#root = root;
+    this.#page = page;
+    this.#histogram = new Histogram({
+      pick: (value) => page.settings.actions.slide(value),
+      activate: (index) => page.settings.actions.activate(index),
+      step: (by) => page.settings.step(by, "step"),
+    });
+  }
+
+  /** Lays the page out in the next frame. */
+  request(): void {
+    if (this.#handle === 0) this.#handle = requestAnimationFrame(() => this.renderNow());
+  }
+
+  /** Adds a button to the bar. */
+  set tools(element: HTMLElement) {
+    this.#tools = element;
+    this.request();
+  }
+
+  themeChanged(): void {
+    this.#histogram.draw();
+    this.renderNow();
+  }
+
+  /** Another store is open: its isovalues cost other bytes. */
+  opened(): void {
+    this.#cost = null;
+    this.request();
+  }
+
+  /** The view rests. The isovalue's bytes are found now: it takes time in large volumes. */
+  rests(): void {
+    const { surfaces, active } = this.#page.settings.state;
+    const isovalue = surfaces[active]?.isovalue;
+    if (isovalue === undefined || this.#cost?.isovalue === isovalue) return;
+    const bytes = this.#page.viewer.bytesOf(isovalue);
+    if (bytes === undefined) return;
+    this.#cost = { isovalue, bytes };
+    this.request();
+  }
+
+  toggleSheet(): void {
+    this.openSheet(!this.#isSheetOpen);
+  }
+
+  openSheet(isOpen: boolean): void {
+    if (isOpen === this.#isSheetOpen) return;
+    this.#isSheetOpen = isOpen;
+    this.renderNow();
+    // The focused element may now be hidden.
+    if (!isOpen) this.#root.querySelector<HTMLElement>(".sheet-handle")?.focus();
+  }
+
+  togglePanel(): void {
+    this.#isPanelHidden = !this.#isPanelHidden;
+    this.request();
+  }
+
+  /** A surface was removed: the focused button is gone, or belongs to another surface. */
+  focusSurface(index: number): void {
+    this.renderNow();
+    const rows = this.#root.querySelectorAll<HTMLElement>(".surface-value");
+    rows[Math.min(index, rows.length - 1)]?.focus();
+  }
+
+  renderNow(): void {
+    cancelAnimationFrame(this.#handle);
+    this.#handle = 0;
+    const { viewer, parts, info, title } = this.#page;
+    const settings = this.#page.settings.state;
+    const isovalues = listed(settings.surfaces.map(({ isovalue }) => formatValue(isovalue)));
+    viewer.canvas.setAttribute("aria-label", pageTexts.picture(title, isovalues));
+    parts.overlay?.show(settings.show);
+    parts.clipHandles?.request();
+    render(volumeLayout(this.#state(), this.#page.actions), this.#root);
+    if (info) {
+      const { scale, isLogarithmic } = settings;
+      const { suggestions, marks } = this.#page.settings;
+      const { histogram, active_cells: activeCells } = info.metadata;
+      this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
+    }
+  }
+
+  #state(): LayoutState {
+    const { viewer, faults, parts, status, toast, target, info, hasPicture } = this.#page;
+    const settings = this.#page.settings.state;
+    const fault = faults.current(target.name);
+    const isClipBoxShown = parts.isClipBoxShown && !this.#isPanelHidden;
+    return {
+      title: this.#page.title,
+      provisional: target.provisional,
+      tools: this.#tools,
+      panel: info && {
+        info,
+        projection: viewer.camera?.projection,
+        canUndo: this.#page.history.canUndo,
+        canRedo: this.#page.history.canRedo,
+        histogram: this.#histogram.element,
+        bytes: this.#bytesOf(settings.surfaces[settings.active]?.isovalue),
+        ...settings,
+      },
+      background: settings.look.background,
+      // If there is no picture, the error takes its place.
+      problem: faults.problem ?? (hasPicture ? null : fault),
+      names: faults.names,
+      legend: viewer.legend,
+      banner: hasPicture ? bannerOf(fault) : null,
+      toast: toast.message,
+      isOpening: !hasPicture && !faults.isSettled,
+      isSheetOpen: this.#isSheetOpen,
+      isPanelHidden: this.#isPanelHidden,
+      canvas: viewer.canvas,
+      overlay: parts.overlay?.element ?? null,
+      clipHandles: isClipBoxShown ? (parts.clipHandles?.element ?? null) : null,
+      measure: parts.measureParts(info),
+      slicesSection: parts.slicesSection,
+      status: status.element,
+    };
+  }
+
+  #bytesOf(isovalue: number | undefined): number | undefined {
+    return this.#cost?.isovalue === isovalue ? this.#cost?.bytes : undefined;
+  }
+}

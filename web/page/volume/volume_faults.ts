@@ -1,0 +1,134 @@
+import { faults, type Progress, StreamError, slowWait } from "../../stream/index.ts";
+import type { RendererError } from "../../viewer/index.ts";
+import { kindOf, type Problem, problemOf, problemOfFault } from "../shell/problems.ts";
+import { fetchVolumes } from "../shell/volumes_api.ts";
+import type { Banner } from "./volume_layout.ts";
+
+/** What prevents the picture of a volume page, or a complete one; and when opening is tried again. */
+export class VolumeFaults {
+  /** Opens the volume again. */
+  readonly #reopen: () => void;
+  readonly #changed: () => void;
+  #problem: Problem | null = null;
+  #reopenTimer = 0;
+  /** Number of consecutive failures to open it. */
+  #failures = 0;
+  #names: readonly string[] = [];
+  #progress: Progress | null = null;
+  /** The renderer's last error, until it draws again. */
+  #rendererError: RendererError | null = null;
+  #isContextLost = false;
+
+  constructor(reopen: () => void, changed: () => void) {
+    this.#reopen = reopen;
+    this.#changed = changed;
+  }
+
+  /** Why the volume could not be opened. */
+  get problem(): Problem | null {
+    return this.#problem;
+  }
+
+  /** Volumes that exist, if the one of the address does not. */
+  get names(): readonly string[] {
+    return this.#names;
+  }
+
+  get isContextLost(): boolean {
+    return this.#isContextLost;
+  }
+
+  /** The renderer must be started again. */
+  get hasRendererError(): boolean {
+    return this.#rendererError !== null;
+  }
+
+  /** Nothing further comes by itself. */
+  get isSettled(): boolean {
+    const { state } = this.#progress ?? {};
+    return state === "complete" || state === "incomplete" || state === "offline";
+  }
+
+  /** `again`: the message of the last try stays until this one succeeds. */
+  opening({ again, keepsView }: { again: boolean; keepsView: boolean }): void {
+    clearTimeout(this.#reopenTimer);
+    if (!again) {
+      this.#problem = null;
+      this.#failures = 0;
+    }
+    if (!keepsView) this.#rendererError = null;
+  }
+
+  opened(): void {
+    this.#failures = 0;
+    this.#problem = null;
+    this.#rendererError = null;
+  }
+
+  /** Returns whether the message, or the state, has changed. */
+  progress(progress: Progress | null): boolean {
+    const before = this.#progress;
+    this.#progress = progress;
+    return before?.fault?.kind !== progress?.fault?.kind || before?.state !== progress?.state;
+  }
+
+  context(state: "lost" | "restored"): void {
+    this.#isContextLost = state === "lost";
+  }
+
+  /** The renderer has drawn a frame. */
+  drawn(): void {
+    if (!this.#rendererError) return;
+    this.#rendererError = null;
+    this.#changed();
+  }
+
+  /** The renderer has failed, while the volume stays open. */
+  rendererFailed(error: RendererError): void {
+    this.#rendererError = error;
+    this.#changed();
+  }
+
+  /**
+   * The volume cannot be opened. `what`: its name; `isRetryScheduled`: another try is already
+   * scheduled; `isListed`: it was asked for by the name that the server lists.
+   */
+  notOpened(error: unknown, what: string, isRetryScheduled: boolean, isListed: boolean): void {
+    this.#problem = problemOf(error, what);
+    clearTimeout(this.#reopenTimer);
+    const { retry } = faults[kindOf(error)];
+    if (!isRetryScheduled && retry !== "never") {
+      this.#reopenTimer = window.setTimeout(this.#reopen, slowWait(this.#failures++));
+    }
+    this.#changed();
+    if (error instanceof StreamError && error.kind === "not-found" && isListed) {
+      fetchVolumes({ limit: 20 })
+        .then(({ volumes }) => {
+          this.#names = volumes.filter((volume) => !volume.error).map((volume) => volume.name);
+          this.#changed();
+        })
+        .catch(() => {}); // the message is shown without the list
+    }
+  }
+
+  /** The fault that currently prevents a complete picture, while the volume is open. */
+  current(name: string): (Problem & { isWaiting: boolean }) | null {
+    if (this.#problem) return null;
+    if (this.#isContextLost) return { ...problemOfFault("context-lost", name), isWaiting: true };
+    if (this.#rendererError) return { ...problemOf(this.#rendererError, name), isWaiting: false };
+    const fault = this.#progress?.fault;
+    if (!fault) return null;
+    const isWaiting = faults[fault.kind].retry === "soon";
+    return { ...problemOfFault(fault.kind, name, fault.message), isWaiting };
+  }
+
+  /** Nothing is tried again. */
+  close(): void {
+    clearTimeout(this.#reopenTimer);
+  }
+}
+
+/** A fault above a picture. */
+export function bannerOf(fault: ReturnType<VolumeFaults["current"]>): Banner | null {
+  return fault && { ...fault, text: `${fault.title}. ${fault.text}` };
+}
