@@ -1,3 +1,5 @@
+import { type LightSetting, lightSettings } from "./light_settings.ts";
+
 /**
  * The light on the surfaces, and their material: the numbers of shared/render/settings/light.h. The key light
  * keeps its place in the camera's frame.
@@ -28,34 +30,18 @@ export interface Light {
 }
 
 /** The defaults of LightSettings. */
-export const defaultLight: Light = {
-  azimuth: -45,
-  elevation: 45,
-  key: 1,
-  sky: 1,
-  rim: 0.3,
-  highlight: 0.6,
-  roughness: 0.4,
-  occlusion: 1,
-  occlusionRadius: 0.2,
-  shadow: 0.9,
-  shadowSoftness: 0.1,
-};
+export const defaultLight = ofEach(({ first }) => first) as unknown as Light;
 
 /** The ranges in which the renderer uses these numbers. */
-export const lightRanges: Readonly<Record<keyof Light, readonly [number, number]>> = {
-  azimuth: [-180, 180],
-  elevation: [-90, 90],
-  key: [0, 2],
-  sky: [0, 2],
-  rim: [0, 2],
-  highlight: [0, 2],
-  roughness: [0.1, 1],
-  occlusion: [0, 1],
-  occlusionRadius: [0.001, 1],
-  shadow: [0, 1],
-  shadowSoftness: [0.01, 0.5],
-};
+export const lightRanges = ofEach(({ range }) => range) as Readonly<
+  Record<keyof Light, readonly [number, number]>
+>;
+
+function ofEach<Value>(value: (setting: LightSetting) => Value): Record<string, Value> {
+  return Object.fromEntries(
+    Object.entries(lightSettings).map(([name, setting]) => [name, value(setting)]),
+  );
+}
 
 const degrees = 180 / Math.PI;
 

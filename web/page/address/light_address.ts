@@ -1,17 +1,21 @@
 import { pageTexts } from "../../texts/page.ts";
 import { defaultLight, type Light, lightRanges } from "../../viewer/light.ts";
+import { lightNames, lightSettings } from "../../viewer/light_settings.ts";
 
 /**
  * The parameters of the address that set the light, and the settings in each of them. Later settings
  * of a parameter may be left out. `isosplat render` has options of the same names.
  */
-export const lightParameters: Readonly<Record<string, readonly (keyof Light)[]>> = {
-  light: ["azimuth", "elevation"],
-  "light-strength": ["key", "sky", "rim"],
-  material: ["highlight", "roughness"],
-  occlusion: ["occlusion", "occlusionRadius"],
-  shadow: ["shadow", "shadowSoftness"],
-};
+export const lightParameters: Readonly<Record<string, readonly (keyof Light)[]>> = groupedNames();
+
+function groupedNames(): Record<string, (keyof Light)[]> {
+  const groups: Record<string, (keyof Light)[]> = {};
+  for (const name of lightNames) {
+    const { parameter } = lightSettings[name];
+    groups[parameter] = [...(groups[parameter] ?? []), name];
+  }
+  return groups;
+}
 
 /** The settings in a parameter's value; undefined if it is invalid. */
 export function readLight(parameter: string, text: string): Partial<Light> | undefined {

@@ -9,26 +9,19 @@ import {
   lightOnDisc,
   lightRanges,
 } from "../../viewer/light.ts";
+import { lightNames, lightSettings } from "../../viewer/light_settings.ts";
 import type { PanelActions, PanelState } from "./panel.ts";
 
 type ValueElement = HTMLElement & { value: string };
 
 const percent = (value: number) => `${Math.round(value * 100)} %`;
-/** An arrow key turns the key light by this much. */
-const keyDegrees = 5;
 
-/** The sliders with their steps. */
-const sliders = [
-  { name: "key", step: 0.05 },
-  { name: "sky", step: 0.05 },
-  { name: "rim", step: 0.05 },
-  { name: "highlight", step: 0.05 },
-  { name: "roughness", step: 0.05 },
-  { name: "occlusion", step: 0.05 },
-  { name: "occlusionRadius", step: 0.01 },
-  { name: "shadow", step: 0.05 },
-  { name: "shadowSoftness", step: 0.01 },
-] as const;
+type Strength = Exclude<keyof Light, "azimuth" | "elevation">;
+
+/** The numbers that have sliders: the ball has the others. */
+const sliders = lightNames.filter(
+  (name): name is Strength => name !== "azimuth" && name !== "elevation",
+);
 
 function directionText({ azimuth, elevation }: Light): string {
   const degrees = (angle: number) => localized(String(Math.abs(angle)));
@@ -56,11 +49,12 @@ function ball(
     if ((event.currentTarget as HTMLElement).hasPointerCapture(event.pointerId)) move(event);
   };
   const keyed = (event: KeyboardEvent) => {
+    const { azimuth, elevation } = lightSettings;
     const steps: Record<string, [number, number]> = {
-      ArrowLeft: [-keyDegrees, 0],
-      ArrowRight: [keyDegrees, 0],
-      ArrowUp: [0, keyDegrees],
-      ArrowDown: [0, -keyDegrees],
+      ArrowLeft: [-azimuth.step, 0],
+      ArrowRight: [azimuth.step, 0],
+      ArrowUp: [0, elevation.step],
+      ArrowDown: [0, -elevation.step],
     };
     const step = steps[event.key];
     if (!step) return;
@@ -92,19 +86,17 @@ export function lightSection(state: PanelState, actions: PanelActions): Template
   const { look } = state;
   const { light } = look;
   const change = (to: Light) => actions.changeLook({ light: to });
-  const isDefault = (Object.keys(defaultLight) as (keyof Light)[]).every(
-    (name) => light[name] === defaultLight[name],
-  );
+  const isDefault = lightNames.every((name) => light[name] === defaultLight[name]);
   return html`<wa-details class="section" appearance="plain" summary=${panelTexts.light}>
     <div class="fields">
       ${ball(light, change, actions.turnLight)}
       ${sliders.map(
-        ({ name, step }) => html`<wa-slider
+        (name) => html`<wa-slider
           size="s"
           label=${panelTexts.lights[name]}
           .min=${lightRanges[name][0]}
           .max=${lightRanges[name][1]}
-          .step=${step}
+          .step=${lightSettings[name].step}
           .value=${light[name]}
           .valueFormatter=${percent}
           @input=${(event: Event) =>
