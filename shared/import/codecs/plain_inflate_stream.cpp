@@ -71,6 +71,37 @@ class PlainInflateStream : public InflateStream {
  private:
   enum class Container : uint8_t { unknown, gzip, zlib, raw, skipped };
 
+  /// What is where a member may begin.
+  enum class Start : uint8_t {
+    member,
+    ends_early,  ///< the file ends
+    failed,      ///< the file cannot be read
+    wrong_check,
+    unknown_method,
+    wrong_window,
+    needs_dictionary,  ///< which nobody has
+    unknown_flags,
+    wrong_header_crc,
+  };
+
+  /// What is wrong with the header of a member, in zlib's words.
+  static const char* text_of(Start start) {
+    switch (start) {
+      case Start::wrong_check:
+        return "incorrect header check";
+      case Start::unknown_method:
+        return "unknown compression method";
+      case Start::wrong_window:
+        return "invalid window size";
+      case Start::unknown_flags:
+        return "unknown header flags set";
+      case Start::wrong_header_crc:
+        return "header crc mismatch";
+      default:
+        return "not gzip data";
+    }
+  }
+
   void restart(uint64_t offset, Container container) {
     input_begin_ = offset;
     input_offset_ = offset;
@@ -91,19 +122,19 @@ class PlainInflateStream : public InflateStream {
     if (short_) return {};
     if (is_between_members_) {
       const bool is_first = !has_member_;
-      const char* wrong = read_container();
-      if (!wrong) {
+      const Start start = read_container();
+      if (start == Start::member) {
         is_between_members_ = false;
         return {};
       }
-      if (*wrong == 'f') return tl::unexpected(decoder_->failure());
+      if (start == Start::failed) return tl::unexpected(decoder_->failure());
       // Bytes after the last member are not gzip data: the data end here.
       if (!is_first) {
         ended_ = true;
-      } else if (*wrong == 's') {
+      } else if (start == Start::ends_early) {
         short_ = true;
       } else {
-        return damaged(wrong);
+        return damaged(text_of(start));
       }
       return {};
     }
@@ -138,20 +169,19 @@ class PlainInflateStream : public InflateStream {
     return {};
   }
 
-  /// Reads the header of a member. Null if it was read; "s…" if the file ends; "f…" if it cannot be
-  /// read; otherwise what is wrong with it.
-  const char* read_container() {
+  /// Reads the header of a member.
+  Start read_container() {
     const int first = byte(), second = byte();
-    if (second < 0) return fault_;
+    if (second < 0) return last_byte_;
     if (first == 0x1f && second == 0x8b) {
-      if (const char* wrong = read_gzip_header()) return wrong;
+      if (const Start start = read_gzip_header(); start != Start::member) return start;
       container_ = Container::gzip;
       trailer_bytes_ = 8;
     } else {
-      if ((first * 256 + second) % 31 != 0) return "incorrect header check";
-      if ((first & 15) != 8) return "unknown compression method";
-      if (first >> 4 > 7) return "invalid window size";
-      if ((second & 0x20) != 0) return "not gzip data";  // a dictionary that nobody has
+      if ((first * 256 + second) % 31 != 0) return Start::wrong_check;
+      if ((first & 15) != 8) return Start::unknown_method;
+      if (first >> 4 > 7) return Start::wrong_window;
+      if ((second & 0x20) != 0) return Start::needs_dictionary;
       container_ = Container::zlib;
       trailer_bytes_ = 4;
     }
@@ -160,15 +190,15 @@ class PlainInflateStream : public InflateStream {
     member_bytes_ = 0;
     is_empty_member_ = true;
     decoder_->begin({});
-    return nullptr;
+    return Start::member;
   }
 
-  const char* read_gzip_header() {
+  Start read_gzip_header() {
     header_crc_ = crc32(0, std::array<uint8_t, 2>{0x1f, 0x8b});
     const int method = byte(), flags = byte();
-    if (flags < 0) return fault_;
-    if (method != 8) return "unknown compression method";
-    if ((flags & 0xe0) != 0) return "unknown header flags set";
+    if (flags < 0) return last_byte_;
+    if (method != 8) return Start::unknown_method;
+    if ((flags & 0xe0) != 0) return Start::unknown_flags;
     for (int i = 0; i < 6; ++i) byte();
     if ((flags & 4) != 0) {
       const int low = byte(), high = byte();
@@ -185,16 +215,16 @@ class PlainInflateStream : public InflateStream {
       const uint32_t expected = header_crc_ & 0xffff;
       const int low = byte(), high = byte();
       if (high >= 0 && static_cast<uint32_t>(high * 256 + low) != expected) {
-        return "header crc mismatch";
+        return Start::wrong_header_crc;
       }
     }
-    return fault_;
+    return last_byte_;
   }
 
-  /// A byte of the container; below 0 sets fault_.
+  /// A byte of the container; below 0 if there is none. Sets last_byte_.
   int byte() {
     const int value = decoder_->byte();
-    fault_ = value >= 0 ? nullptr : value == -1 ? "short" : "failed";
+    last_byte_ = value >= 0 ? Start::member : value == -1 ? Start::ends_early : Start::failed;
     if (value >= 0) header_crc_ = crc32(header_crc_, std::array{static_cast<uint8_t>(value)});
     return value;
   }
@@ -255,7 +285,7 @@ class PlainInflateStream : public InflateStream {
   uint64_t input_offset_ = 0;  ///< of the next byte to read
   uint64_t position_ = 0, made_bytes_ = 0, member_bytes_ = 0;
   uint32_t trailer_bytes_ = 0, crc_ = 0, adler_ = 1, header_crc_ = 0;
-  const char* fault_ = nullptr;
+  Start last_byte_ = Start::member;  ///< what the last byte of a container said
   bool is_between_members_ = false, has_member_ = false, is_empty_member_ = false;
   bool ended_ = false, short_ = false;
 };
