@@ -7,121 +7,45 @@
 
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/bytes/input_files.h"
-#include "shared/import/codecs/deflated_reader.h"
-#include "shared/import/codecs/packing.h"
+#include "shared/import/codecs/file_head.h"
 #include "shared/import/dicom/dicom.h"
+#include "shared/import/formats.h"
 #include "shared/import/hdf5/hdf5.h"
 #include "shared/import/images/file.h"
 #include "shared/import/images/images.h"
 #include "shared/import/known_files.h"
-#include "shared/import/meta_image/meta_image.h"
-#include "shared/import/mrc/mrc.h"
-#include "shared/import/nifti/nifti.h"
-#include "shared/import/npy/npy.h"
-#include "shared/import/nrrd/nrrd.h"
-#include "shared/import/raw/raw.h"
 #include "shared/import/slices/slice_files.h"
-#include "shared/import/text/header_text.h"
 #include "shared/import/tiff/tiff.h"
 #include "shared/import/unpacked_volume.h"
 #include "shared/import/volume/file_stamps.h"
 #include "shared/import/volume/volume_choices.h"
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/missing_values.h"
-#include "shared/import/vtk/vtk.h"
 
 namespace isosplat {
 namespace {
 
-using Opener = Result<OpenVolume> (*)(const std::filesystem::path&, const ImportOptions&);
-
-/// Selects the reader by a file's first bytes; null if they have no known signature.
-Opener opener_for(std::string_view beginning) {
-  using namespace std::string_view_literals;
-  // Before TIFF: a DICOM file may begin with a TIFF header (PS3.10, 7.1).
-  if (beginning.size() > 132 && beginning.substr(128, 4) == "DICM") return open_dicom_file;
-  if (beginning.starts_with("NRRD000")) return open_nrrd;
-  if (beginning.starts_with("\x93NUMPY")) return open_npy;
-  if (is_hdf5(beginning)) return open_hdf5;
-  if (beginning.starts_with("CDF\1") || beginning.starts_with("CDF\2") ||
-      beginning.starts_with("CDF\5")) {
-    return refuse_netcdf_classic;
-  }
-  if (beginning.starts_with("# vtk DataFile")) return open_vtk_legacy;
-  if (beginning.starts_with("II*\0"sv) || beginning.starts_with("MM\0*"sv) ||
-      beginning.starts_with("II+\0"sv) || beginning.starts_with("MM\0+"sv)) {
-    return open_tiff_file;
-  }
-  if (beginning.size() >= 348 &&
-      (beginning.substr(344, 4) == "n+1\0"sv || beginning.substr(344, 4) == "ni1\0"sv)) {
-    return open_nifti;
-  }
-  if (beginning.size() >= 12 && (beginning.substr(4, 8) == "n+2\0\r\n\032\n"sv ||
-                                 beginning.substr(4, 8) == "ni2\0\r\n\032\n"sv)) {
-    return open_nifti;
-  }
-  if (is_mrc(beginning, false)) return open_mrc;
-  const std::string_view text = beginning.substr(0, std::min<size_t>(beginning.size(), 4096));
-  if (text.find("ElementDataFile") != text.npos || text.find("NDims") != text.npos) {
-    return open_meta_image;
-  }
-  return nullptr;
-}
-
-/// The first bytes of a file, decompressed if it is gzip data. Nothing if it cannot be read.
-std::optional<std::string> expanded_beginning(const std::filesystem::path& path) {
-  auto bytes = is_gzip(path) ? open_deflated(path) : open_plain(path);
-  if (!bytes) return std::nullopt;
-  const auto some = (*bytes)->count_after(0, 4096);
-  std::string text(static_cast<size_t>(some.value_or(540)), '\0');
-  if (!(*bytes)->read(0, std::as_writable_bytes(std::span(text)))) return std::nullopt;
-  return text;
-}
-
-/// Whether the name is one of MRC: such files from before 2000 have no signature.
-bool has_mrc_name(std::string_view lower_name) {
-  if (lower_name.ends_with(".gz")) lower_name.remove_suffix(3);
-  for (const char* suffix : {".mrc", ".map", ".rec", ".st", ".ccp4"}) {
-    if (lower_name.ends_with(suffix)) return true;
-  }
-  return false;
-}
-
-/// Whether a file with voxels has the header of a pair beside it.
-bool has_nifti_header(const std::filesystem::path& voxels) {
-  std::filesystem::path header = voxels;
-  if (lower_case(header.extension().string()) == ".gz") header.replace_extension();
-  if (lower_case(header.extension().string()) != ".img") return false;
-  for (const char* extension : {".hdr", ".HDR", ".hdr.gz"}) {
-    header.replace_extension(extension);
-    const auto beginning = expanded_beginning(header);
-    if (beginning && opener_for(*beginning) == open_nifti) return true;
-  }
-  return false;
-}
-
-constexpr const char* kFormats =
-    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF or legacy VTK";
-
-/// The error for a file that no reader takes. `beginning`: its first bytes, decompressed.
-tl::unexpected<Error> unsupported(const std::filesystem::path& path, std::string_view beginning) {
+/// The error for a file that no reader takes.
+tl::unexpected<Error> unsupported(const FileHead& head) {
   KnownFile known{"no known signature in the file",
                   "save the volume as NRRD or NIfTI (3D Slicer and ITK-SNAP write both), or give "
                   "--dims and --type if the file contains raw voxels"};
-  if (auto found = known_file(path, beginning)) known = std::move(*found);
+  if (auto found = known_file(head.path, head.bytes())) known = std::move(*found);
   return fail(Status::unsupported_format,
-              fmt::format("{}: expected {}, found {}: {}", path.string(), kFormats, known.what,
-                          known.remedy));
+              fmt::format("{}: expected {}, found {}: {}", head.path.string(), titles_of_formats(),
+                          known.what, known.remedy));
 }
+
+using FolderOpener = Result<OpenVolume> (*)(const std::filesystem::path&, const ImportOptions&);
 
 /// The reader of a folder: that of the format whose files are the largest in total. A DICOM scan
 /// may have a few screenshots beside it.
-Opener folder_opener(const std::filesystem::path& path) {
+FolderOpener folder_opener(const std::filesystem::path& path) {
   const uint64_t tiff_bytes = total_bytes(files_of_folder(path, {".tif", ".tiff"}));
   const uint64_t image_bytes = image_bytes_of_folder(path);
   if (tiff_bytes == 0 && image_bytes == 0) return open_dicom_folder;
   auto dicoms = files_of_folder(path, {});
-  std::erase_if(dicoms, [](const auto& file) { return !is_dicom(file); });
+  std::erase_if(dicoms, [](const auto& file) { return !is_dicom_file(file); });
   const uint64_t dicom_bytes = total_bytes(dicoms);
   if (dicom_bytes >= std::max(tiff_bytes, image_bytes)) return open_dicom_folder;
   return tiff_bytes >= image_bytes ? open_tiff_folder : open_image_folder;
@@ -147,73 +71,46 @@ Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOp
   return folder_opener(path)(path, options);
 }
 
-/// The reader of a file.
-struct Choice {
-  Opener opener = nullptr;          ///< null: none
-  bool has_header = false;          ///< and so takes no options for raw files
-  Packing packing = Packing::none;  ///< what must be removed before the reader can read the file
-  std::string beginning = {};       ///< the first bytes, decompressed if they are gzip data
+/// What a file is, by its beginning and its name.
+struct Kind {
+  FileHead head;
+  const Format* format = nullptr;  ///< null: none, or one that is known once the file is unpacked
+  bool must_unpack = false;        ///< before its reader can read it
 };
 
-/// Chooses the reader. `is_raw`: the options say what raw voxels it has. Errors: io_error.
-Result<Choice> choose_opener(const std::filesystem::path& path, bool is_raw) {
-  auto beginning = read_beginning(path, 4096);
-  if (!beginning) return tl::unexpected(beginning.error());
-  const Packing packing = packing_of(*beginning);
-  if (packing != Packing::none && packing != Packing::gzip) {
-    return Choice{nullptr, false, packing, std::move(*beginning)};
+/// `is_raw`: the options say what raw voxels it has. Errors: those of read_head.
+Result<Kind> kind_of_file(const std::filesystem::path& path, bool is_raw) {
+  auto head = read_head(path);
+  if (!head) return tl::unexpected(head.error());
+  if (head->packing != Packing::none && !head->is_gzip()) {
+    return Kind{std::move(*head), nullptr, true};
   }
-  Opener opener = opener_for(*beginning);
-  const std::string name = lower_case(path.filename().string());
-  if (packing == Packing::gzip) {
-    // The content decides, not the file's name.
-    auto inside = expanded_beginning(path);
-    opener = inside ? opener_for(*inside) : nullptr;
-    if (!opener && inside && !is_raw && has_mrc_name(name) && is_mrc(*inside, true)) {
-      opener = open_mrc;
-    }
-    if (opener && opener != open_nifti && opener != open_mrc) {
-      return Choice{opener, true, packing, std::move(*inside)};
-    }
-    if (inside) beginning = std::move(*inside);
-  }
-  if (!opener && (name.ends_with(".nii.gz") || name.ends_with(".nii")) &&
-      !known_file(path, *beginning)) {
-    opener = open_nifti;
-  }
-  if (!opener && has_nifti_header(path)) opener = open_nifti;
-  if (!opener && !is_raw && has_mrc_name(name) && is_mrc(*beginning, true)) opener = open_mrc;
-  const bool has_header = opener != nullptr;
-  if (!opener && (is_raw || raw_name_is_complete(path) || name.ends_with(".raw") ||
-                  name.ends_with(".raw.gz"))) {
-    opener = open_raw;
-  }
-  // Without the prefix "DICM".
-  if (!opener && packing == Packing::none && is_dicom(path)) opener = open_dicom_file;
-  return Choice{opener, has_header, Packing::none, std::move(*beginning)};
+  const Format* format = format_of(*head, is_raw);
+  const bool must_unpack = format && head->is_gzip() && !format->reads_gzip;
+  return Kind{std::move(*head), format, must_unpack};
 }
 
 Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOptions& options);
 
 /// Opens a file that is compressed as a whole, once.
-Result<OpenVolume> open_packed(const std::filesystem::path& path, Packing packing,
-                               const ImportOptions& options) {
+Result<OpenVolume> open_packed(const FileHead& packed, const ImportOptions& options) {
   const auto check = [&](const std::filesystem::path& unpacked) -> Result<void> {
-    auto choice = choose_opener(unpacked, options.dims || options.type);
-    if (!choice) return tl::unexpected(choice.error());
-    if (choice->packing != Packing::none) {
-      return fail(
-          Status::unsupported_format,
-          fmt::format("{}: expected a file that is compressed once, found {} in {}: unpack "
-                      "it with {} -d",
-                      path.string(), name_of(choice->packing), name_of(packing), name_of(packing)));
+    const auto kind = kind_of_file(unpacked, options.dims || options.type);
+    if (!kind) return tl::unexpected(kind.error());
+    if (kind->must_unpack) {
+      return fail(Status::unsupported_format,
+                  fmt::format("{}: expected a file that is compressed once, found {} in {}: unpack "
+                              "it with {} -d",
+                              packed.path.string(), name_of(kind->head.packing),
+                              name_of(packed.packing), name_of(packed.packing)));
     }
-    if (!choice->opener) return unsupported(unpacked, choice->beginning);
+    if (!kind->format) return unsupported(kind->head);
     return {};
   };
-  return open_unpacked(path, packing, {check, [&](const std::filesystem::path& unpacked) {
-                                         return open_format(unpacked, options);
-                                       }});
+  return open_unpacked(packed.path, packed.packing,
+                       {check, [&](const std::filesystem::path& unpacked) {
+                          return open_format(unpacked, options);
+                        }});
 }
 
 /// Opens a volume with the reader of its format.
@@ -235,46 +132,32 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
     }
     return volume;
   }
-  const auto choice = choose_opener(path, options.dims || options.type);
-  if (!choice) return tl::unexpected(choice.error());
-  if (const auto size = size_of_file(path); !size) return tl::unexpected(size.error());
-  if (choice->packing != Packing::none) return open_packed(path, choice->packing, options);
-  if (choice->has_header && raw_options) {
+  const auto kind = kind_of_file(path, options.dims || options.type);
+  if (!kind) return tl::unexpected(kind.error());
+  if (kind->must_unpack) return open_packed(kind->head, options);
+  if (!kind->format) return unsupported(kind->head);
+  if (kind->format->has_header && raw_options) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: --dims, --type, --endian and --skip-bytes are for raw files, this "
                             "file has a header: remove these options",
                             path.string()));
   }
-  const Opener opener = choice->opener;
-  if (!opener) return unsupported(path, choice->beginning);
-  return opener(path, options);
+  return kind->format->open(kind->head, options);
 }
 
 }  // namespace
 
 std::string_view format_of_file(const std::filesystem::path& path) {
-  constexpr struct {
-    Opener opener;
-    std::string_view name;
-  } kNames[] = {{open_nrrd, "NRRD"},      {open_meta_image, "MetaImage"},
-                {open_nifti, "NIfTI"},    {open_vtk_legacy, "VTK"},
-                {open_mrc, "MRC"},        {open_npy, "NumPy"},
-                {open_hdf5, "HDF5"},      {refuse_netcdf_classic, "netCDF"},
-                {open_tiff_file, "TIFF"}, {open_dicom_file, "DICOM"},
-                {open_raw, "raw"}};
-  const auto choice = choose_opener(path, false);
-  if (!choice) return {};
+  const auto kind = kind_of_file(path, false);
+  if (!kind) return {};
+  if (kind->format) return kind->format->name;
   // A file that must be unpacked first may be anything: its opening says what it is.
-  if (choice->packing != Packing::none && !choice->opener) return "compressed";
-  for (const auto& [opener, name] : kNames) {
-    if (choice->opener == opener) return name;
-  }
-  return image_format_of(choice->beginning);
+  return kind->must_unpack ? "compressed" : image_format_of(kind->head.bytes());
 }
 
 std::string_view packing_of_file(const std::filesystem::path& path) {
-  const auto choice = choose_opener(path, false);
-  return choice ? name_of(choice->packing) : std::string_view{};
+  const auto kind = kind_of_file(path, false);
+  return kind && kind->must_unpack ? name_of(kind->head.packing) : std::string_view{};
 }
 
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options) {
@@ -302,20 +185,21 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
 
 Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path) {
   std::vector<VolumeChoice> volumes;
-  if (input_kind(path) == InputKind::file && format_of_file(path) == "HDF5") {
-    auto datasets = hdf5_datasets(path);
-    if (!datasets) return tl::unexpected(datasets.error());
-    if (datasets->size() < 2) return volumes;
-    for (std::string& each : *datasets) {
-      VolumeChoice choice;
-      choice.label = each;
-      choice.dataset = std::move(each);
-      volumes.push_back(std::move(choice));
-    }
+  const InputKind input = input_kind(path);
+  if (input == InputKind::folder) {
+    return folder_opener(path) == open_tiff_folder ? tiff_volumes(path) : volumes;
   }
-  const bool is_folder = input_kind(path) == InputKind::folder;
-  if (is_folder ? folder_opener(path) == open_tiff_folder : format_of_file(path) == "TIFF") {
-    return tiff_volumes(path);
+  const std::string_view format = format_of_file(path);
+  if (format == "TIFF") return tiff_volumes(path);
+  if (format != "HDF5") return volumes;
+  auto datasets = hdf5_datasets(path);
+  if (!datasets) return tl::unexpected(datasets.error());
+  if (datasets->size() < 2) return volumes;
+  for (std::string& each : *datasets) {
+    VolumeChoice choice;
+    choice.label = each;
+    choice.dataset = std::move(each);
+    volumes.push_back(std::move(choice));
   }
   return volumes;
 }

@@ -60,6 +60,15 @@ Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path
   return std::make_unique<PlainReader>(std::move(*file));
 }
 
+Result<std::string> read_beginning(const std::filesystem::path& path, size_t limit) {
+  auto reader = open_plain(path);
+  if (!reader) return tl::unexpected(reader.error());
+  std::string text(static_cast<size_t>(std::min<uint64_t>(limit, (*reader)->size_limit())), '\0');
+  auto read = (*reader)->read(0, std::as_writable_bytes(std::span(text)));
+  if (!read) return tl::unexpected(read.error());
+  return text;
+}
+
 bool is_gzip(const std::filesystem::path& path) {
   auto reader = open_plain(path);
   std::array<std::byte, 2> magic{};

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "shared/base/status.h"
@@ -40,6 +41,9 @@ class ByteReader {
 
 /// Opens an uncompressed file. Errors: io_error.
 Result<std::unique_ptr<ByteReader>> open_plain(const std::filesystem::path& path);
+
+/// The first bytes of a file, up to `limit`, for formats with text headers. Errors: io_error.
+Result<std::string> read_beginning(const std::filesystem::path& path, size_t limit = 64 * 1024);
 
 /// Whether a file begins with gzip's magic number.
 bool is_gzip(const std::filesystem::path& path);

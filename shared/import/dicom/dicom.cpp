@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/bytes/input_files.h"
 #include "shared/import/dicom/order.h"
 #include "shared/import/dicom/segments.h"
@@ -24,6 +25,9 @@
 // slices are requested.
 namespace isosplat {
 namespace {
+
+/// What is looked at to tell whether a file is DICOM.
+constexpr size_t kLookedAtBytes = 256;
 
 using namespace dicom;
 
@@ -250,11 +254,11 @@ bool is_named_dicom(const std::filesystem::path& path) {
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
 }
 
-/// Whether a file ends before DICOM's prefix would, and all its bytes are 0.
-bool is_blank(const std::filesystem::path& path) {
-  if (input_state(path).value_or(InputState{1}).bytes == 0) return true;
-  const auto beginning = read_beginning(path, 256);
-  return beginning && beginning->size() < 132 &&
+/// Whether a file ends before DICOM's prefix would, and all its bytes are 0. `beginning`: its first
+/// bytes, if they can be read.
+bool is_blank(const std::filesystem::path& path, const Result<std::string>& beginning) {
+  if (!beginning) return input_state(path).value_or(InputState{1}).bytes == 0;
+  return beginning->size() < 132 &&
          beginning->find_first_not_of('\0') >= std::min<size_t>(128, beginning->size());
 }
 
@@ -281,8 +285,12 @@ Result<FileContent> add_file(const std::filesystem::path& path, Collection& coll
 
 }  // namespace
 
-bool is_dicom(const std::filesystem::path& path) {
-  const auto beginning = read_beginning(path, 256);
+bool is_dicom(std::string_view beginning) {
+  return looks_like_dicom(beginning.substr(0, kLookedAtBytes));
+}
+
+bool is_dicom_file(const std::filesystem::path& path) {
+  const auto beginning = read_beginning(path, kLookedAtBytes);
   return beginning && looks_like_dicom(*beginning);
 }
 
@@ -318,8 +326,9 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
   IgnoredFiles ignored;
   for (const std::filesystem::path& file : files_of_folder(path, {})) {
     const std::string name = file.string();
-    if (!is_dicom(file) && !is_named_dicom(file)) {
-      if (!is_blank(file)) {
+    const auto beginning = read_beginning(file, kLookedAtBytes);
+    if (!(beginning && is_dicom(*beginning)) && !is_named_dicom(file)) {
+      if (!is_blank(file, beginning)) {
         ignored.not_dicom.push_back(name);
         continue;
       }

@@ -1,14 +1,18 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
 namespace isosplat {
 
-/// Whether the first bytes of a file are those of DICOM.
-bool is_dicom(const std::filesystem::path& path);
+/// Whether the first bytes of a file, up to 256 of them, are those of DICOM.
+bool is_dicom(std::string_view beginning);
+
+/// Whether the first bytes of the file at a path are. Not if it cannot be read.
+bool is_dicom_file(const std::filesystem::path& path);
 
 /// Opens a file with several frames. Errors: those of open_volume.
 Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const ImportOptions& options);

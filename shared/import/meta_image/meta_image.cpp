@@ -8,6 +8,7 @@
 #include <map>
 #include <span>
 
+#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/bytes/input_files.h"
 #include "shared/import/codecs/deflated_reader.h"
 #include "shared/import/geometry/conventions.h"

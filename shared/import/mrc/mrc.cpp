@@ -124,8 +124,9 @@ void note_byte_order(const MrcHeader& h, std::vector<std::string>& notes) {
 
 }  // namespace
 
-Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options) {
-  const bool deflated = is_gzip(path);
+Result<OpenVolume> open_mrc(const FileHead& head, const ImportOptions& options) {
+  const std::filesystem::path& path = head.path;
+  const bool deflated = head.is_gzip();
   auto bytes = deflated ? open_deflated(path) : open_plain(path);
   if (!bytes) return tl::unexpected(bytes.error());
   std::array<std::byte, kMrcBytes> raw{};

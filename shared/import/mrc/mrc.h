@@ -1,8 +1,8 @@
 #pragma once
 
-#include <filesystem>
 #include <string_view>
 
+#include "shared/import/codecs/file_head.h"
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
@@ -13,6 +13,6 @@ namespace isosplat {
 bool is_mrc(std::string_view beginning, bool by_name);
 
 /// Opens a file of MRC. Errors: those of open_volume.
-Result<OpenVolume> open_mrc(const std::filesystem::path& path, const ImportOptions& options);
+Result<OpenVolume> open_mrc(const FileHead& head, const ImportOptions& options);
 
 }  // namespace isosplat

@@ -113,11 +113,12 @@ Result<uint64_t> voxel_offset_of(const std::filesystem::path& path, const NiftiH
 
 }  // namespace
 
-Result<OpenVolume> open_nifti(const std::filesystem::path& named, const ImportOptions& options) {
+Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options) {
+  const std::filesystem::path& named = head.path;
   std::filesystem::path path = named;
   const bool names_voxels = lower_case(named.filename().string()).find(".img") != std::string::npos;
   if (names_voxels) path = sibling(named, ".hdr", ".HDR").value_or(named);
-  bool deflated = is_gzip(path);
+  bool deflated = path == named ? head.is_gzip() : is_gzip(path);
   auto bytes = open_bytes(path, deflated);
   if (!bytes) return tl::unexpected(bytes.error());
   const auto header = read_header(path, **bytes);
@@ -151,7 +152,7 @@ Result<OpenVolume> open_nifti(const std::filesystem::path& named, const ImportOp
       return fail(Status::io_error, fmt::format("{}: its voxels are missing: expected {} beside it",
                                                 path.string(), path.stem().string() + ".img"));
     }
-    deflated = is_gzip(*voxels);
+    deflated = *voxels == named ? head.is_gzip() : is_gzip(*voxels);
     bytes = open_bytes(*voxels, deflated);
     if (!bytes) return tl::unexpected(bytes.error());
   }

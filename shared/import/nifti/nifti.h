@@ -1,13 +1,12 @@
 #pragma once
 
-#include <filesystem>
-
+#include "shared/import/codecs/file_head.h"
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
 namespace isosplat {
 
 /// Opens a file of NIfTI, a pair's header or its voxels. Errors: those of open_volume.
-Result<OpenVolume> open_nifti(const std::filesystem::path& path, const ImportOptions& options);
+Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options);
 
 }  // namespace isosplat

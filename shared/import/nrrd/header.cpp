@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/text/header_text.h"
 #include "shared/import/voxels/data_files.h"
 

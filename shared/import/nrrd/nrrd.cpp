@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/bytes/input_files.h"
 #include "shared/import/codecs/deflated_reader.h"
 #include "shared/import/nrrd/axes.h"

@@ -70,7 +70,8 @@ bool raw_name_is_complete(const std::filesystem::path& path) {
   return layout_in_name(path).has_value();
 }
 
-Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options) {
+Result<OpenVolume> open_raw(const FileHead& head, const ImportOptions& options) {
+  const std::filesystem::path& path = head.path;
   std::vector<std::string> notes;
   const auto named = layout_in_name(path);
   if ((!options.dims && !named) || (!options.type && !named)) {
@@ -100,7 +101,7 @@ Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptio
     notes.push_back("a raw file has no voxel spacing: 1,1,1 is assumed; --spacing sets another");
   }
   array.offset = options.skip_bytes;
-  array.plain = !is_gzip(path);
+  array.plain = !head.is_gzip();
   auto bytes = array.plain ? open_plain(path) : open_deflated(path);
   if (!bytes) return tl::unexpected(bytes.error());
 

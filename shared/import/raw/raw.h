@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "shared/import/codecs/file_head.h"
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
@@ -11,6 +12,6 @@ namespace isosplat {
 bool raw_name_is_complete(const std::filesystem::path& path);
 
 /// Opens raw voxels. Errors: those of open_volume.
-Result<OpenVolume> open_raw(const std::filesystem::path& path, const ImportOptions& options);
+Result<OpenVolume> open_raw(const FileHead& head, const ImportOptions& options);
 
 }  // namespace isosplat

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <span>
 
-#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/text/float_from_chars.h"
 
 namespace isosplat {
@@ -13,15 +11,6 @@ namespace {
 constexpr std::string_view kSpace = " \t\r\n\v\f";
 
 }  // namespace
-
-Result<std::string> read_beginning(const std::filesystem::path& path, size_t limit) {
-  auto reader = open_plain(path);
-  if (!reader) return tl::unexpected(reader.error());
-  std::string text(static_cast<size_t>(std::min<uint64_t>(limit, (*reader)->size_limit())), '\0');
-  auto read = (*reader)->read(0, std::as_writable_bytes(std::span(text)));
-  if (!read) return tl::unexpected(read.error());
-  return text;
-}
 
 std::optional<std::string_view> pop_line(std::string_view& text) {
   const size_t end = text.find('\n');

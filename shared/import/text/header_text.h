@@ -1,18 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
-
 namespace isosplat {
-
-/// The first bytes of a file, up to `limit`, for formats with text headers. Errors: io_error.
-Result<std::string> read_beginning(const std::filesystem::path& path, size_t limit = 64 * 1024);
 
 /// Removes the next line from `text` and returns it without "\n" or "\r\n". Nothing if there is no
 /// line end.

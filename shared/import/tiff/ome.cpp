@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/bytes/input_files.h"
 #include "shared/import/text/header_text.h"
 #include "shared/import/text/xml_scanner.h"

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "shared/import/bytes/byte_reader.h"
 #include "shared/import/bytes/input_files.h"
 #include "shared/import/codecs/access_points.h"
 #include "shared/import/codecs/deflated_reader.h"
