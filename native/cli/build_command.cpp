@@ -60,7 +60,7 @@ int run(const BuildCall& call) {
   const std::filesystem::path store =
       call.store.empty() ? default_store(call.volume) : std::filesystem::path(call.store);
   import_options->memory_bytes = build_options->memory_bytes;
-  const auto opened = open_volume(call.volume, *import_options);
+  const auto opened = import::open_volume(call.volume, *import_options);
   if (!opened) return report(opened.error());
   if (auto other = check_not_input(store, opened->source->files()); !other) {
     return report(other.error());

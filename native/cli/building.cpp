@@ -15,7 +15,7 @@
 
 namespace isosplat::cli {
 
-Result<BuildReport> build_with_progress(const OpenVolume& volume,
+Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
                                         const std::filesystem::path& store, BuildOptions options) {
   if (auto other = check_not_input(store, volume.source->files()); !other) {
     return tl::unexpected(other.error());

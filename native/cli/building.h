@@ -11,7 +11,7 @@ namespace isosplat::cli {
 /// Builds the store of an open volume. The store keeps the volume's notes. Prints notes and
 /// progress on stderr. Errors: those of build_store_file, and invalid_argument if the store would
 /// overwrite one of the volume's files.
-Result<BuildReport> build_with_progress(const OpenVolume& volume,
+Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
                                         const std::filesystem::path& store, BuildOptions options);
 
 /// The default name of a volume's store, without folder and extension: "scan" for "a/scan.nii.gz"

@@ -118,7 +118,7 @@ void print_histogram(double low, double high, const std::vector<double>& counts)
 int run_volume(const InfoCall& call) {
   const auto options = call.volume_flags.options();
   if (!options) return report(options.error());
-  auto opened = open_volume(call.path, *options);
+  auto opened = import::open_volume(call.path, *options);
   if (!opened) return report(opened.error());
   const VolumeHeader& header = opened->source->header();
   if (call.chunks) note("--chunks has no effect: this is a volume, not a store");

@@ -65,14 +65,14 @@ void VolumeFlags::add_to(CLI::App& command) {
                   "the value that the file declares, or a single value far outside the range of "
                   "all others)")
       ->type_name("VALUE");
-  for (const AllowanceFlag& allowance : kAllowances) {
+  for (const import::AllowanceFlag& allowance : import::kAllowances) {
     command.add_flag_callback(
         allowance.flag, [this, &allowance] { allowed_.add(allowance.allowance); }, allowance.help);
   }
 }
 
-Result<ImportOptions> VolumeFlags::options() const {
-  ImportOptions options;
+Result<import::ImportOptions> VolumeFlags::options() const {
+  import::ImportOptions options;
   if (!dims_.empty()) {
     options.dims = parse_whole_triple(dims_);
     const auto fits = [](int64_t d) { return d >= 1 && d <= 1'000'000'000; };
@@ -83,7 +83,7 @@ Result<ImportOptions> VolumeFlags::options() const {
     }
   }
   if (!type_.empty()) {
-    options.type = voxel_type_of(type_);
+    options.type = import::voxel_type_of(type_);
     if (!options.type) {
       return usage(fmt::format(
           "--type: expected one of u8, i8, u16, i16, u32, i32, u64, i64, f32 and f64, found '{}'",
@@ -123,7 +123,7 @@ std::string VolumeFlags::key() const {
   std::string text =
       fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}", dims_, type_, spacing_, endian_,
                   skip_bytes_, time_step_, missing_value_, series_, segment_, channel_, dataset_);
-  for (const AllowanceFlag& allowance : kAllowances) {
+  for (const import::AllowanceFlag& allowance : import::kAllowances) {
     if (allowed_.has(allowance.allowance)) text += fmt::format("\n{}", allowance.flag);
   }
   return text;

@@ -20,14 +20,14 @@ class VolumeFlags {
   void add_to(CLI::App& command);
 
   /// Errors: invalid_argument.
-  Result<ImportOptions> options() const;
+  Result<import::ImportOptions> options() const;
 
   /// All options as text: part of the key of a cached store.
   std::string key() const;
 
  private:
   std::string dims_, type_, spacing_, endian_, missing_value_, series_, segment_, dataset_;
-  Allowances allowed_;
+  import::Allowances allowed_;
   uint64_t skip_bytes_ = 0;
   int64_t time_step_ = -1, channel_ = -1;
 };

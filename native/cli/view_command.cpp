@@ -99,7 +99,7 @@ Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
                 fmt::format("{}: expected a volume, found nothing: check the path", call.volume));
   }
   import_options->memory_bytes = build_options->memory_bytes;
-  const auto opened = open_volume(call.volume, *import_options);
+  const auto opened = import::open_volume(call.volume, *import_options);
   if (!opened) return tl::unexpected(opened.error());
   const auto folder = cache_folder();
   if (!folder) return tl::unexpected(folder.error());

@@ -19,7 +19,7 @@
 #include "shared/import/tiff/tiff.h"
 #include "shared/import/vtk/vtk.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using namespace std::string_view_literals;
@@ -220,4 +220,4 @@ std::string titles_of_formats() {
   return text;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

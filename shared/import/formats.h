@@ -7,7 +7,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A format of files: what tells it, and what opens it. A function that a format does not need is
 /// null.
@@ -36,4 +36,4 @@ const Format* format_of(const FileHead& head, bool is_raw);
 /// "NRRD, MetaImage, … or legacy VTK".
 std::string titles_of_formats();
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 #include "shared/import/volume/opened_volume.h"
 
 // In WebAssembly, JavaScript unpacks files before it opens them (web/import/unpack_file.ts).
-namespace isosplat {
+namespace isosplat::import {
 
 Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing packing,
                                  const UnpackedOpener&) {
@@ -15,4 +15,4 @@ Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing pack
                   path.string(), name_of(packing), name_of(packing)));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

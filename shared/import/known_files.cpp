@@ -13,7 +13,7 @@
 #include "shared/import/text/commands.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using namespace std::string_view_literals;
@@ -259,4 +259,4 @@ std::optional<KnownFile> known_folder(const std::filesystem::path& path) {
                    fmt::format("give one of them, such as {}", shell_word(path / folders[0]))};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

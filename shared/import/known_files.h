@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A file or folder that Isosplat does not read: what it is, and what to do. Both are parts of a
 /// sentence: "expected a volume, found WHAT: REMEDY". A remedy is one command where there is one,
@@ -22,4 +22,4 @@ std::optional<KnownFile> known_file(const std::filesystem::path& path, std::stri
 /// other folders.
 std::optional<KnownFile> known_folder(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

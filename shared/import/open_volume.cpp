@@ -22,7 +22,7 @@
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/missing_values.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The error for a file that no reader takes.
@@ -204,4 +204,4 @@ Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& p
   return volumes;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

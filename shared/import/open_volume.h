@@ -7,7 +7,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), MRC (.mrc,
 /// .map, .rec, also compressed), NumPy (.npy), HDF5, legacy VTK structured points (.vtk), TIFF (one
@@ -40,4 +40,4 @@ std::string_view packing_of_file(const std::filesystem::path& path);
 /// needs no choice for this file. Errors: those of open_volume.
 Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/volume/opened_volume.h"
 #include "shared/posix_file/posix_file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kPiece = 1 << 20;
@@ -143,4 +143,4 @@ Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing pack
   return volume;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

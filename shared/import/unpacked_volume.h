@@ -5,7 +5,7 @@
 #include "shared/import/codecs/packing.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// What opens an unpacked file.
 struct UnpackedOpener {
@@ -22,4 +22,4 @@ struct UnpackedOpener {
 Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing packing,
                                  const UnpackedOpener& opener);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

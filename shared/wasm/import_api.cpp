@@ -59,17 +59,17 @@ uint32_t isosplat_import_result_bytes(const IsosplatImport* importer) {
 }
 
 uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint32_t bytes) {
-  put(importer, format_of_file(std::filesystem::path(std::string(path, bytes))));
+  put(importer, import::format_of_file(std::filesystem::path(std::string(path, bytes))));
   return 0;
 }
 
 uint32_t isosplat_import_packing(IsosplatImport* importer, const char* path, uint32_t bytes) {
-  put(importer, packing_of_file(std::filesystem::path(std::string(path, bytes))));
+  put(importer, import::packing_of_file(std::filesystem::path(std::string(path, bytes))));
   return 0;
 }
 
 uint32_t isosplat_import_choices(IsosplatImport* importer, const char* path, uint32_t bytes) {
-  const auto volumes = volumes_in_file(std::filesystem::path(std::string(path, bytes)));
+  const auto volumes = import::volumes_in_file(std::filesystem::path(std::string(path, bytes)));
   if (!volumes) return report(importer, volumes.error());
   put(importer, choices_text(*volumes));
   return 0;
@@ -82,9 +82,9 @@ uint32_t isosplat_import_open(IsosplatImport* importer, const char* request, uin
     put(importer, choices_text({}));
     return report(importer, parsed.error());
   }
-  std::vector<VolumeChoice> choices;
+  std::vector<import::VolumeChoice> choices;
   parsed->options.choices = &choices;
-  auto volume = open_volume(parsed->path, parsed->options);
+  auto volume = import::open_volume(parsed->path, parsed->options);
   if (!volume) {
     put(importer, choices_text(choices));
     return report(importer, volume.error());

@@ -6,7 +6,7 @@
 #include "shared/wasm/import_host.h"
 
 // The files of shared/import in a browser: those that JavaScript offers.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 int32_t find(const std::filesystem::path& path) {
@@ -75,4 +75,4 @@ std::vector<FolderEntry> folder_entries(const std::filesystem::path& folder) {
   return entries;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -31,11 +31,11 @@ bool has_three(const Json& json, const char* key) {
          json[key][1].is_number() && json[key][2].is_number();
 }
 
-Result<void> read_allowances(const Json& list, Allowances& allowed) {
+Result<void> read_allowances(const Json& list, import::Allowances& allowed) {
   if (!list.is_array()) return invalid("allow", "a list of names");
   for (const Json& name : list) {
     bool is_known = false;
-    for (const AllowanceFlag& known : kAllowances) {
+    for (const import::AllowanceFlag& known : import::kAllowances) {
       if (!name.is_string() ||
           name.get<std::string>() != std::string_view(known.flag).substr(kAllow.size())) {
         continue;
@@ -48,7 +48,7 @@ Result<void> read_allowances(const Json& list, Allowances& allowed) {
   return {};
 }
 
-Result<void> read_options(const Json& json, ImportOptions& options) {
+Result<void> read_options(const Json& json, import::ImportOptions& options) {
   if (json.contains("dims")) {
     if (!has_three(json, "dims") || !is_whole(json["dims"][0]) || !is_whole(json["dims"][1]) ||
         !is_whole(json["dims"][2])) {
@@ -61,7 +61,9 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
     }
   }
   if (json.contains("type")) {
-    if (json["type"].is_string()) options.type = voxel_type_of(json["type"].get<std::string>());
+    if (json["type"].is_string()) {
+      options.type = import::voxel_type_of(json["type"].get<std::string>());
+    }
     if (!options.type) return invalid("type", "u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64");
   }
   if (json.contains("bigEndian")) {
@@ -119,9 +121,9 @@ Result<void> read_options(const Json& json, ImportOptions& options) {
   return {};
 }
 
-Json json_of(const std::vector<VolumeChoice>& volumes) {
+Json json_of(const std::vector<import::VolumeChoice>& volumes) {
   Json list = Json::array();
-  for (const VolumeChoice& each : volumes) {
+  for (const import::VolumeChoice& each : volumes) {
     Json options = Json::object();
     if (!each.dataset.empty()) options["dataset"] = each.dataset;
     if (!each.series.empty()) options["series"] = each.series;
@@ -129,7 +131,7 @@ Json json_of(const std::vector<VolumeChoice>& volumes) {
     if (each.channel) options["channel"] = *each.channel;
     if (each.time_step) options["timeStep"] = *each.time_step;
     if (each.allowance) {
-      options["allow"] = {flag_of(*each.allowance).substr(kAllow.size())};
+      options["allow"] = {import::flag_of(*each.allowance).substr(kAllow.size())};
     }
     Json choice = {{"label", each.label}};
     if (!each.name.empty()) choice["name"] = each.name;
@@ -156,8 +158,8 @@ Result<ImportRequest> parse_import_request(std::string_view text) {
   return request;
 }
 
-std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume,
-                          const std::vector<VolumeChoice>& choices) {
+std::string imported_text(const std::filesystem::path& path, const import::OpenVolume& volume,
+                          const std::vector<import::VolumeChoice>& choices) {
   const VolumeHeader& header = volume.source->header();
   const VolumeGrid& grid = header.grid;
   // As if the store was written to the volume's folder, like `isosplat build` does by default.
@@ -184,7 +186,7 @@ std::string imported_text(const std::filesystem::path& path, const OpenVolume& v
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string choices_text(const std::vector<VolumeChoice>& volumes) {
+std::string choices_text(const std::vector<import::VolumeChoice>& volumes) {
   return json_of(volumes).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -12,7 +12,7 @@ namespace isosplat {
 /// What JavaScript asks to open.
 struct ImportRequest {
   std::filesystem::path path;
-  ImportOptions options;
+  import::ImportOptions options;
 };
 
 /// Parses {"path", "options"}: ImportOptions in web/import/types.ts. Errors: invalid_argument.
@@ -20,10 +20,10 @@ Result<ImportRequest> parse_import_request(std::string_view text);
 
 /// An open volume as JSON text: ImportedVolume in web/import/types.ts. `choices`: what could have
 /// been read instead.
-std::string imported_text(const std::filesystem::path& path, const OpenVolume& volume,
-                          const std::vector<VolumeChoice>& choices);
+std::string imported_text(const std::filesystem::path& path, const import::OpenVolume& volume,
+                          const std::vector<import::VolumeChoice>& choices);
 
 /// The volumes of a file as a JSON list: VolumeChoice in web/import/types.ts.
-std::string choices_text(const std::vector<VolumeChoice>& volumes);
+std::string choices_text(const std::vector<import::VolumeChoice>& volumes);
 
 }  // namespace isosplat

@@ -46,11 +46,12 @@ struct Outcome {
   std::vector<std::string> notes;
 };
 
-Outcome open_sample(const Sample& sample, const Files& files, const ImportOptions& options,
+Outcome open_sample(const Sample& sample, const Files& files, const import::ImportOptions& options,
                     bool may_lack = false) {
   const test::TempFolder folder;
   for (const auto& [name, content] : files) test::write_file(folder / name, content);
-  auto volume = open_volume(sample.main.empty() ? folder.path() : folder / sample.main, options);
+  auto volume =
+      import::open_volume(sample.main.empty() ? folder.path() : folder / sample.main, options);
   if (!volume) return {volume.error(), {}, {}};
   const auto values = read_values(*volume->source);
   if (!values) return {values.error(), {}, volume->notes};
@@ -71,8 +72,8 @@ void expect_rule(const Sample& sample, const Files& files, bool try_allowed) {
   if (outcome.error) expect_sane(*outcome.error);
   EXPECT_EQ(outcome.error ? "" : outcome.difference, "") << "read without an error";
   if (!try_allowed || !sample.try_allowances) return;
-  ImportOptions options = sample.options;
-  for (const AllowanceFlag& flag : kAllowances) options.allowed.add(flag.allowance);
+  import::ImportOptions options = sample.options;
+  for (const import::AllowanceFlag& flag : import::kAllowances) options.allowed.add(flag.allowance);
   const Outcome allowed = open_sample(sample, files, options, true);
   if (allowed.error) return expect_sane(*allowed.error);
   EXPECT_EQ(allowed.difference, "") << "read with all allowances";
@@ -92,7 +93,7 @@ void check_sample(const Sample& sample, Random& random) {
     }
   }
   if (sample.needs_choice) {
-    ImportOptions options;
+    import::ImportOptions options;
     options.spacing = sample.options.spacing;
     EXPECT_TRUE(open_sample(sample, sample.files, options).error) << "read without a choice";
   }

@@ -86,7 +86,7 @@ TEST(NiftiReference, ItsOwnLibraryReadsTheSameVolume) {
     const Truth truth = truth_of(*image, sample.options.time_step.value_or(0));
     nifti_image_free(image);
     ++compared;
-    auto volume = open_volume(folder / sample.main, sample.options);
+    auto volume = import::open_volume(folder / sample.main, sample.options);
     ASSERT_TRUE(volume) << volume.error().message;
     const auto values = read_values(*volume->source);
     ASSERT_TRUE(values) << values.error().message;

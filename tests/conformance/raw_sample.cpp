@@ -16,7 +16,7 @@ Sample make_raw(Random& random) {
                              VoxelType::f32, VoxelType::f64};
   truth.steps = {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
   const bool gzip = random.chance(25);
-  ImportOptions& options = sample.options;
+  import::ImportOptions& options = sample.options;
   std::string before;
   if (random.chance(40)) {
     options.spacing = Vec3d{1, 2, 3};

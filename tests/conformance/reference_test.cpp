@@ -87,7 +87,7 @@ TEST_P(Reference, OtherProgramsReadTheSameVolume) {
     // The reader does not know a spacing of the options.
     if (results[i].contains("skipped") || samples[i].options.spacing) continue;
     ++compared;
-    auto volume = open_volume(requests[i]["path"].get<std::string>(), samples[i].options);
+    auto volume = import::open_volume(requests[i]["path"].get<std::string>(), samples[i].options);
     ASSERT_TRUE(volume) << volume.error().message;
     const auto values = read_values(*volume->source);
     ASSERT_TRUE(values) << values.error().message;

@@ -54,7 +54,7 @@ struct Truth {
 struct Sample {
   std::map<std::string, std::string> files;  ///< by file name
   std::string main;                          ///< the file to open; empty: the folder
-  ImportOptions options;
+  import::ImportOptions options;
   Truth truth;
   std::string text;            ///< description for messages
   bool must_be_noted = false;  ///< the header leaves something undefined: a note is required

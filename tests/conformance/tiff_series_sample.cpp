@@ -237,7 +237,7 @@ void write_frames(Random& random, Sample& sample, Writer& writer) {
   std::vector<Page> pages = writer.pages(one, "CZT");
   const char* axis = random.one_of({"frames", "channels"});
   pages[0].description = fmt::format("ImageJ=1.53t\nimages={0}\n{1}={0}\n", pages.size(), axis);
-  sample.options.allowed.add(Allowance::frames);
+  sample.options.allowed.add(import::Allowance::frames);
   sample.needs_choice = true;
   sample.must_be_noted = true;
   sample.files["v.tif"] = writer.file(pages);

@@ -14,7 +14,7 @@
 #include "shared/import/open_volume.h"
 #include "tests/fuzz/edits.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Five columns, four rows and three sections.
@@ -72,7 +72,7 @@ std::vector<std::string> make_files() {
           hdf5("conventions/scales")};
 }
 
-void import(const std::filesystem::path& path) {
+void read_file(const std::filesystem::path& path) {
   ImportOptions options;
   options.allowed.add(Allowance::truncated);
   auto volume = open_volume(path, options);
@@ -86,10 +86,11 @@ void import(const std::filesystem::path& path) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace isosplat;
+  using namespace isosplat::import;
   static const std::vector<std::string> files = make_files();
   static const int memory = memfd_create("array", 0);
   static const std::string path = "/proc/self/fd/" + std::to_string(memory);
@@ -106,6 +107,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   if (ftruncate(memory, 0) != 0) return 0;
   if (pwrite(memory, file.data(), file.size(), 0) != static_cast<ssize_t>(file.size())) return 0;
-  import(path);
+  read_file(path);
   return 0;
 }

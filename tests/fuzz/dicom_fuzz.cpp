@@ -15,7 +15,7 @@
 #include "tests/fuzz/edits.h"
 #include "tests/native/dicom_siemens.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 std::vector<std::string> make_files() {
@@ -79,7 +79,7 @@ std::vector<std::string> make_files() {
   return files;
 }
 
-void import(const std::filesystem::path& path) {
+void read_file(const std::filesystem::path& path) {
   const auto elements = dicom::read_elements(path);
   if (!elements) return;
   dicom::Collection collection;
@@ -120,10 +120,11 @@ void import(const std::filesystem::path& path) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace isosplat;
+  using namespace isosplat::import;
   static const std::vector<std::string> files = make_files();
   static const int memory = memfd_create("dicom", 0);
   static const std::filesystem::path path = fmt::format("/proc/self/fd/{}", memory);
@@ -140,6 +141,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   if (ftruncate(memory, 0) != 0) return 0;
   if (pwrite(memory, file.data(), file.size(), 0) != static_cast<ssize_t>(file.size())) return 0;
-  import(path);
+  read_file(path);
   return 0;
 }

@@ -35,15 +35,16 @@ Outcome with_zlib(const uint8_t* data, size_t size) {
 }
 
 Outcome with_own(const uint8_t* data, size_t size) {
-  using Stop = isosplat::DeflateDecoder::Stop;
+  using Stop = isosplat::import::DeflateDecoder::Stop;
   Outcome outcome;
-  isosplat::DeflateDecoder decoder([&](std::span<uint8_t> bytes) -> isosplat::Result<size_t> {
-    const size_t count = std::min({bytes.size(), size, size_t{7}});
-    std::copy_n(data, count, bytes.data());
-    data += count;
-    size -= count;
-    return count;
-  });
+  isosplat::import::DeflateDecoder decoder(
+      [&](std::span<uint8_t> bytes) -> isosplat::Result<size_t> {
+        const size_t count = std::min({bytes.size(), size, size_t{7}});
+        std::copy_n(data, count, bytes.data());
+        data += count;
+        size -= count;
+        return count;
+      });
   decoder.begin({});
   while (outcome.bytes.size() <= kMostBytes) {
     const Stop stop = decoder.run();

@@ -14,7 +14,7 @@
 #include "shared/import/tiff/series.h"
 #include "tests/fuzz/edits.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 struct Form {
@@ -80,7 +80,7 @@ std::vector<std::string> make_files(const char* path) {
   return files;
 }
 
-void import(const std::filesystem::path& path) {
+void read_file(const std::filesystem::path& path) {
   const auto pages = find_tiff_pages(path);
   if (!pages) return;
   const auto file = open_plain_tiff(path);
@@ -97,10 +97,11 @@ void import(const std::filesystem::path& path) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace isosplat;
+  using namespace isosplat::import;
   static const int memory = memfd_create("tiff", 0);
   static const std::string path = "/proc/self/fd/" + std::to_string(memory);
   static const std::vector<std::string> files = make_files(path.c_str());
@@ -117,6 +118,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   if (ftruncate(memory, 0) != 0) return 0;
   if (pwrite(memory, file.data(), file.size(), 0) != static_cast<ssize_t>(file.size())) return 0;
-  import(path);
+  read_file(path);
   return 0;
 }

@@ -20,7 +20,7 @@ std::unique_ptr<VolumeSource> real_volume(const std::string& name) {
   const char* chosen = std::getenv("ISOSPLAT_VOLUMES");
   const std::filesystem::path folder = chosen ? chosen : ISOSPLAT_SOURCE "/../shared/volumes";
   if (!std::filesystem::exists(folder / name)) return nullptr;
-  auto volume = open_volume(folder / name, {});
+  auto volume = import::open_volume(folder / name, {});
   if (!volume) throw std::runtime_error(volume.error().message);
   return std::move(volume->source);
 }

@@ -478,7 +478,7 @@ TEST_P(RealScaled, IsAsSmallAsItsVoxels) {
   if (!std::filesystem::exists(folder / GetParam())) {
     GTEST_SKIP() << GetParam() << " is not in " << folder;
   }
-  const auto volume = open_volume(folder / GetParam(), {});
+  const auto volume = import::open_volume(folder / GetParam(), {});
   ASSERT_TRUE(volume) << volume.error().message;
   VolumeSource& source = *volume->source;
   const VolumeHeader& header = source.header();

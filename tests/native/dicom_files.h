@@ -304,7 +304,8 @@ struct BallSeries {
 };
 
 /// Expects that every voxel has the value of the series' field at its world position.
-inline void expect_field(OpenVolume& volume, const BallSeries& series, double tolerance = 1) {
+inline void expect_field(import::OpenVolume& volume, const BallSeries& series,
+                         double tolerance = 1) {
   ASSERT_TRUE(volume.source);
   const VolumeGrid& grid = volume.source->header().grid;
   EXPECT_EQ(grid.voxels.x, series.size.x);
@@ -325,8 +326,8 @@ inline void expect_field(OpenVolume& volume, const BallSeries& series, double to
   EXPECT_GT(greatest, 1000) << "the volume does not contain the balls";
 }
 
-inline ImportOptions allowing(Allowance allowance) {
-  ImportOptions options;
+inline import::ImportOptions allowing(import::Allowance allowance) {
+  import::ImportOptions options;
   options.allowed.add(allowance);
   return options;
 }
@@ -334,8 +335,8 @@ inline ImportOptions allowing(Allowance allowance) {
 /// Expects that opening fails with a message that contains all of `texts`.
 inline void expect_open_error(const std::filesystem::path& path,
                               const std::vector<std::string>& texts,
-                              const ImportOptions& options = {}) {
-  const auto volume = open_volume(path, options);
+                              const import::ImportOptions& options = {}) {
+  const auto volume = import::open_volume(path, options);
   ASSERT_FALSE(volume) << "expected an error that contains \"" << texts[0] << "\"";
   for (const std::string& text : texts) {
     EXPECT_NE(volume.error().message.find(text), std::string::npos) << volume.error().message;

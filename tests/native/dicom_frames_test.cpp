@@ -4,7 +4,7 @@
 #include "tests/native/dicom_files.h"
 
 // Files with several frames.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -316,4 +316,4 @@ TEST_F(DicomFrames, TruncatedFilesAreErrorsOrHaveAbsentVoxels) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

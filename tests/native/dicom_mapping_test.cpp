@@ -1,7 +1,7 @@
 #include "tests/native/dicom_files.h"
 
 // Real World Value Mapping: what pixels mean if the file has no Rescale Slope.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -169,4 +169,4 @@ TEST_F(DicomMapping, FloatsAreMappedAndHaveTheirOwnPadding) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

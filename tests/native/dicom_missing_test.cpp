@@ -3,7 +3,7 @@
 #include "tests/native/dicom_files.h"
 
 // DICOM files with missing pixels, and pixels that stand for no value.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::allowing;
@@ -152,4 +152,4 @@ TEST(DicomMissing, PaddingThatDiffersFromSliceToSliceIsKeptAndNoted) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

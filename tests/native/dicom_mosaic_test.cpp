@@ -1,7 +1,7 @@
 #include "tests/native/dicom_siemens.h"
 
 // Siemens mosaics: the slices of a volume as tiles of one image.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -169,4 +169,4 @@ TEST_F(DicomMosaic, ATruncatedMosaicLacksItsLastVoxels) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -2,7 +2,7 @@
 
 // Every assumption has a note of its own, and no note denies what the file states. Files that are
 // no volumes are named for what they are.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -221,4 +221,4 @@ TEST_F(DicomNotes, PartsOfAConcatenationAreOneVolume) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

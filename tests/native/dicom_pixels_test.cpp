@@ -5,7 +5,7 @@
 #include "tests/native/dicom_files.h"
 
 // Encodings of pixels and elements: transfer syntaxes, codecs, and damaged data.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -258,4 +258,4 @@ TEST(DicomElements, LargeLengthsAllocateNothing) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "tests/native/dicom_encode.h"
 #include "tests/native/dicom_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -244,4 +244,4 @@ TEST(PlainDicomCodec, OtherSyntaxesNameTheProgram) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -3,7 +3,7 @@
 #include "tests/native/dicom_files.h"
 
 // Segmentations: 1-bit, fractional and label maps.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
@@ -350,4 +350,4 @@ TEST_F(DicomSegments, TruncatedBitsAreAnErrorOrAbsent) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 #include "tests/native/dicom_files.h"
 
 // Folders with a file per slice.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::allowing;
@@ -678,4 +678,4 @@ TEST(DicomSeries, LargePrivateElementsLoseNoSliceAndUseNoMemory) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 
 // Files of other programs' conventions that were once read wrongly: what each of them says. They
 // are beside the checkout; without them the test is skipped.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::error_of;
@@ -133,4 +133,4 @@ TEST(ImportCases, EachFileIsReadAsItDescribesItself) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

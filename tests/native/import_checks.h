@@ -5,15 +5,17 @@
 // Checks of what opening a volume gives: the volume, its notes, or an error.
 namespace isosplat::test {
 
-inline OpenVolume open(const std::filesystem::path& path, const ImportOptions& options = {}) {
-  auto volume = open_volume(path, options);
+inline import::OpenVolume open(const std::filesystem::path& path,
+                               const import::ImportOptions& options = {}) {
+  auto volume = import::open_volume(path, options);
   EXPECT_TRUE(volume) << volume.error().message;
-  return volume ? std::move(*volume) : OpenVolume{};
+  return volume ? std::move(*volume) : import::OpenVolume{};
 }
 
 /// The error of opening the file or of reading it; empty if there is none.
-inline std::string error_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
-  auto volume = open_volume(path, options);
+inline std::string error_of(const std::filesystem::path& path,
+                            const import::ImportOptions& options = {}) {
+  auto volume = import::open_volume(path, options);
   if (!volume) return volume.error().message;
   const VolumeHeader& header = volume->source->header();
   const Index3 n = header.grid.voxels;
@@ -23,14 +25,14 @@ inline std::string error_of(const std::filesystem::path& path, const ImportOptio
 }
 
 inline void expect_error(const std::filesystem::path& path, const std::string& part,
-                         const ImportOptions& options = {}) {
+                         const import::ImportOptions& options = {}) {
   const std::string error = error_of(path, options);
   EXPECT_NE(error, "");
   EXPECT_NE(error.find(part), std::string::npos) << error;
 }
 
 /// Expects that one of the notes contains `part`.
-inline void expect_note(const OpenVolume& volume, const std::string& part) {
+inline void expect_note(const import::OpenVolume& volume, const std::string& part) {
   for (const std::string& note : volume.notes) {
     if (note.find(part) != std::string::npos) return;
   }

@@ -2,7 +2,7 @@
 
 // Headers that contradict their data or themselves, and assumptions that need a note: cases that
 // were once read without either.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -226,4 +226,4 @@ TEST(Contradictions, AssumptionsAboutRawFilesAreNoted) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -11,7 +11,7 @@
 #include "tests/native/temporary_folder.h"
 #include "tests/native/volume_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::deflated;
@@ -187,4 +187,4 @@ TEST(ImportDeflated, AccessPointsAreLimitedInNumber) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -1,6 +1,6 @@
 #include "tests/native/volume_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -235,4 +235,4 @@ TEST(ImportErrors, FlippedBytesOfHeadersNeverCrash) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

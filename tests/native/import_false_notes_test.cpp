@@ -10,7 +10,7 @@
 // A note must not deny what is in the file. Each note that says "the file does not state …" is in
 // the table below, with a file that has this note, and with files that state it, in each form that
 // the format knows: those must not have the note.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -310,4 +310,4 @@ TEST(FalseNotes, EveryDenialHasARow) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

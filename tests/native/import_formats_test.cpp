@@ -4,7 +4,7 @@
 
 #include "tests/native/volume_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::byte_swapped;
@@ -474,4 +474,4 @@ TEST(Import, ReadsTheRealVolumes) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

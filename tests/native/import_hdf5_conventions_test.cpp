@@ -8,7 +8,7 @@
 #include "shared/import/hdf5/hdf5.h"
 #include "tests/native/import_checks.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::expect_error;
@@ -229,4 +229,4 @@ TEST(ImportHdf5Conventions, Errors) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

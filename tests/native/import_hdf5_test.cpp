@@ -5,7 +5,7 @@
 #include "shared/import/hdf5/hdf5.h"
 #include "tests/native/import_checks.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::error_of;
@@ -266,4 +266,4 @@ TEST(ImportHdf5, DamagedVoxelsAreNoticed) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

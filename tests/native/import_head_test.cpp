@@ -8,7 +8,7 @@
 #include "tests/native/temporary_folder.h"
 #include "tests/native/volume_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Counts how often a file is opened, by whomever.
@@ -71,4 +71,4 @@ TEST(FileHead, IsReadOnceToTellTheFormat) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 #include "tests/native/import_checks.h"
 
 // Folders with a picture per slice. The pictures are written by the libraries of their formats.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::error_of;
@@ -244,4 +244,4 @@ TEST(ImportImages, OnePictureIsNotAVolume) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -11,7 +11,7 @@
 #include "tests/native/temporary_folder.h"
 #include "tests/native/volume_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::write_file;
@@ -193,10 +193,10 @@ TEST(ImportChecksums, AreZlibs) {
   for (const size_t count : {0, 1, 7, 8, 9, 5552, 5553, 99'999}) {
     const auto* from = reinterpret_cast<const Bytef*>(data.data());
     const auto size = static_cast<uInt>(count);
-    EXPECT_EQ(isosplat::crc32(0, bytes.first(count)), ::crc32(0, from, size));
-    EXPECT_EQ(isosplat::adler32(1, bytes.first(count)), ::adler32(1, from, size));
+    EXPECT_EQ(import::crc32(0, bytes.first(count)), ::crc32(0, from, size));
+    EXPECT_EQ(import::adler32(1, bytes.first(count)), ::adler32(1, from, size));
   }
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 
 // Which value stands for "no value": one that is declared, or one that programs use for it and that
 // nothing else explains. Objects, backgrounds and labels of one value are kept.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -266,4 +266,4 @@ TEST(RuleMissingValues, ThePaddingOfALabelMapIsItsBackground) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

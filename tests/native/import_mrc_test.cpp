@@ -2,7 +2,7 @@
 
 #include "tests/native/import_checks.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -325,4 +325,4 @@ TEST(ImportMrc, Errors) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -1,6 +1,6 @@
 #include "tests/native/import_checks.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::byte_swapped;
@@ -195,4 +195,4 @@ TEST(ImportNpy, Errors) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 #include "shared/import/geometry/orientation.h"
 #include "tests/native/volume_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::pattern;
@@ -142,4 +142,4 @@ TEST(Orientation, RefusesVolumesWithoutCellsAndTooLargeOnes) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

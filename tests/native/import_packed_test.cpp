@@ -10,7 +10,7 @@
 #include "tests/native/import_checks.h"
 
 // Volumes that are compressed as a whole, by any of four programs.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -212,4 +212,4 @@ TEST(PackedVolumes, NothingIsLeftInTheTemporaryFolder) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/tiff/pages.h"
 #include "tests/native/import_checks.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::read_file;
@@ -286,4 +286,4 @@ TEST(PlainTiff, ChainsOfDirectoriesEndWhereTheyReturn) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

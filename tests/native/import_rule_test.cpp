@@ -10,7 +10,7 @@
 
 // The right volume, the right volume with a note, or an error: cases that were once read wrongly.
 // The conformance suite tests the same rule on many generated files.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::bytes_of;
@@ -495,4 +495,4 @@ TEST(RuleChanges, AVolumeThatChangesWhileItIsReadIsAnError) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -3,7 +3,7 @@
 #include "tests/native/import_checks.h"
 
 // The descriptions that ImageJ and OME programs write into TIFF stacks.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using test::error_of;
@@ -231,4 +231,4 @@ TEST(TiffDescriptions, OmeSizesFitThePages) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::import

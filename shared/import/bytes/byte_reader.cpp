@@ -8,7 +8,7 @@
 
 #include "shared/import/bytes/readable_file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class PlainReader : public ByteReader {
@@ -92,4 +92,4 @@ uint64_t total_bytes(const std::vector<std::filesystem::path>& files) {
   return bytes;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Random access to bytes: a file, or the decompressed data of a file. Not thread-safe.
 class ByteReader {
@@ -55,4 +55,4 @@ Result<uint64_t> size_of_file(const std::filesystem::path& path);
 /// The sizes of all files; those that cannot be read count as 0.
 uint64_t total_bytes(const std::vector<std::filesystem::path>& files);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -13,7 +13,7 @@
 /// The files that volumes are read from: those of the system (system_files.cpp), or in a browser
 /// those that its user has chosen (shared/wasm/import_files.cpp). Nothing else in shared/import
 /// asks for files.
-namespace isosplat {
+namespace isosplat::import {
 
 /// An open file; the destructor closes it.
 class InputFile {
@@ -49,4 +49,4 @@ struct FolderEntry {
 /// What a folder holds, in any order; empty if it cannot be read.
 std::vector<FolderEntry> folder_entries(const std::filesystem::path& folder);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "shared/base/status.h"
 #include "shared/import/bytes/input_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// An open file, and its size when it was opened.
 struct ReadableFile {
@@ -22,4 +22,4 @@ struct ReadableFile {
   std::unique_ptr<InputFile> input;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

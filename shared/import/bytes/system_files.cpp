@@ -4,7 +4,7 @@
 #include "shared/import/bytes/input_files.h"
 #include "shared/posix_file/posix_file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class SystemFile : public InputFile {
@@ -63,4 +63,4 @@ std::vector<FolderEntry> folder_entries(const std::filesystem::path& folder) {
   return entries;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A place between two blocks of deflated data, from which they can be decompressed without what
 /// precedes it (as in zlib's examples/zran.c).
@@ -62,4 +62,4 @@ class AccessPoints {
   uint64_t distance_ = kFirstDistance;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

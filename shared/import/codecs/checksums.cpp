@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kSlices = 8;
@@ -60,4 +60,4 @@ uint32_t adler32(uint32_t adler, std::span<const uint8_t> bytes) {
   return b << 16 | a;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kInputBytes = size_t{64} << 10;
@@ -336,4 +336,4 @@ DeflateDecoder::Stop DeflateDecoder::decode_codes() {
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/base/status.h"
 #include "shared/import/codecs/huffman_table.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Decompresses deflated data (RFC 1951) forwards. It pulls its input, so that it never stops
 /// inside of a code, and keeps what it has made, with the 32 KiB before it, in a buffer.
@@ -98,4 +98,4 @@ class DeflateDecoder {
   HuffmanTable literals_, distances_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/codecs/access_points.h"
 #include "shared/import/codecs/inflate_stream.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 std::unique_ptr<InflateStream> make_stream(const ReadableFile& file, uint64_t start, Deflate kind) {
@@ -131,4 +131,4 @@ Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& p
   return std::make_unique<DeflatedReader>(std::move(*file), start, kind);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

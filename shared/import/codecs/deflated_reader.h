@@ -6,7 +6,7 @@
 
 #include "shared/import/bytes/byte_reader.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The container format of deflated data.
 enum class Deflate : uint8_t { gzip_or_zlib, raw };
@@ -20,4 +20,4 @@ Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& p
                                                   uint64_t start = 0,
                                                   Deflate kind = Deflate::gzip_or_zlib);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/codecs/deflated_reader.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kHeadBytes = 4096;
@@ -34,4 +34,4 @@ Result<FileHead> read_head(const std::filesystem::path& path) {
   return head;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/base/status.h"
 #include "shared/import/codecs/packing.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The beginning of a file, up to 4096 bytes, which says what the file is. It is read once, and
 /// handed to all who ask.
@@ -27,4 +27,4 @@ struct FileHead {
 /// Reads the beginning of a file. Errors: io_error; malformed_volume for an empty file.
 Result<FileHead> read_head(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr unsigned kMaxBits = 15;
@@ -104,4 +104,4 @@ bool HuffmanTable::build(Kind kind, std::span<const uint8_t> lengths) {
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

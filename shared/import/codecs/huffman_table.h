@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A table that decodes a Huffman code of RFC 1951 (3.2.2), whose bits come lowest first. The low
 /// root_bits of the input index an entry: that of a symbol, or of a table for longer codes.
@@ -42,4 +42,4 @@ class HuffmanTable {
   std::array<uint32_t, kMaxEntries> entries_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

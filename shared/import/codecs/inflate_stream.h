@@ -9,7 +9,7 @@
 #include "shared/import/codecs/access_points.h"
 #include "shared/import/codecs/deflated_reader.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Decompresses forwards, from the beginning of the data or from an access point.
 class InflateStream {
@@ -39,4 +39,4 @@ std::unique_ptr<InflateStream> make_zlib_stream(const ReadableFile& file, uint64
 std::unique_ptr<InflateStream> make_plain_inflate_stream(const ReadableFile& file, uint64_t start,
                                                          Deflate kind);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

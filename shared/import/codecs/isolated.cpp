@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The header of a result in the pipe; the text follows.
@@ -149,4 +149,4 @@ SharedBytes::~SharedBytes() {
   if (!bytes_.empty()) ::munmap(bytes_.data(), bytes_.size());
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Runs `function` in a child process and returns its result. It is for libraries that print, abort
 /// or crash on damaged files: the child's output is discarded; if the child dies, the result is an
@@ -42,4 +42,4 @@ class SharedBytes {
   std::span<std::byte> bytes_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

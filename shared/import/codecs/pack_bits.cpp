@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::import {
 
 // 0 … 127: n + 1 bytes follow; 129 … 255: the next byte, 257 − n times; 128: nothing.
 bool expand_pack_bits(std::span<const uint8_t> in, std::span<uint8_t> out) {
@@ -25,4 +25,4 @@ bool expand_pack_bits(std::span<const uint8_t> in, std::span<uint8_t> out) {
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 Packing packing_of(std::string_view beginning) {
   using namespace std::string_view_literals;
@@ -34,4 +34,4 @@ std::filesystem::path unpacked_name(const std::filesystem::path& path) {
   return path.filename();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

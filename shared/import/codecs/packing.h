@@ -8,7 +8,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// How a file is compressed as a whole, by its first bytes.
 enum class Packing : uint8_t { none, gzip, bzip2, xz, zstd };
@@ -37,4 +37,4 @@ class UnpackStream {
 Result<std::unique_ptr<UnpackStream>> open_unpack_stream(const std::filesystem::path& path,
                                                          Packing packing);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

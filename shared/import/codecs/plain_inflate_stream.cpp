@@ -11,7 +11,7 @@
 #include "shared/import/codecs/inflate_stream.h"
 
 // The containers of deflated data: gzip (RFC 1952) and zlib (RFC 1950).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class PlainInflateStream : public InflateStream {
@@ -297,4 +297,4 @@ std::unique_ptr<InflateStream> make_plain_inflate_stream(const ReadableFile& fil
   return std::make_unique<PlainInflateStream>(file, start, kind);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

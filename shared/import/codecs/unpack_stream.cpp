@@ -13,7 +13,7 @@
 #include "shared/import/codecs/inflate_stream.h"
 #include "shared/import/codecs/packing.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxMemory = uint64_t{256} << 20;
@@ -230,4 +230,4 @@ Result<std::unique_ptr<UnpackStream>> open_unpack_stream(const std::filesystem::
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 
 #include "shared/import/codecs/checksums.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 Result<size_t> ZlibInflater::read_rest(std::span<uint8_t> into) {
   const size_t count = std::min(into.size(), rest_.size());
@@ -43,4 +43,4 @@ ZlibInflater::Outcome ZlibInflater::inflate(std::span<const uint8_t> in, std::sp
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

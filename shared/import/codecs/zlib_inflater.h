@@ -5,7 +5,7 @@
 
 #include "shared/import/codecs/deflate_decoder.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Decompresses zlib data (RFC 1950) that are in memory. It keeps the memory that this needs.
 class ZlibInflater {
@@ -32,4 +32,4 @@ class ZlibInflater {
 /// How many bytes one byte of deflated data becomes at most.
 constexpr uint64_t kMostDeflateExpansion = 1032;
 
-}  // namespace isosplat
+}  // namespace isosplat::import

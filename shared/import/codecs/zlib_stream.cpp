@@ -8,7 +8,7 @@
 #include "shared/import/codecs/deflated_reader.h"
 #include "shared/import/codecs/inflate_stream.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr int kRawWindow = -15;            // for zlib: deflated data without a container
@@ -190,4 +190,4 @@ std::unique_ptr<InflateStream> make_zlib_stream(const ReadableFile& file, uint64
   return std::make_unique<ZlibStream>(file, start, kind);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

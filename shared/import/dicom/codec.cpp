@@ -4,7 +4,7 @@
 
 #include "shared/import/dicom/pixels.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 tl::unexpected<Error> decompression_error(const EncodedFrame& frame) {
   return fail(
@@ -56,4 +56,4 @@ Result<void> decode_each(std::span<const EncodedFrame> frames, bool fill_missing
   return {};
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

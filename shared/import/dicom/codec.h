@@ -7,7 +7,7 @@
 #include "shared/import/dicom/fragments.h"
 #include "shared/import/dicom/frames.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 struct EncodedFrame {
   const Image* image = nullptr;
@@ -44,4 +44,4 @@ Result<void> decode_each(std::span<const EncodedFrame> frames, bool fill_missing
 /// The error for a frame that is damaged.
 tl::unexpected<Error> decompression_error(const EncodedFrame& frame);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -23,7 +23,7 @@
 // frames from the files' elements, stacks.h groups frames into stacks, order.h orders
 // them by position. values.h chooses the voxels' type. source.h reads the pixels when
 // slices are requested.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// What is looked at to tell whether a file is DICOM.
@@ -372,4 +372,4 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
   return open_frames(std::move(collection), path, options, std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

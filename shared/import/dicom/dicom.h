@@ -6,7 +6,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Whether the first bytes of a file, up to 256 of them, are those of DICOM.
 bool is_dicom(std::string_view beginning);
@@ -21,4 +21,4 @@ Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const Impo
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

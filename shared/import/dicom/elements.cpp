@@ -10,7 +10,7 @@
 
 #include "shared/import/codecs/deflated_reader.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 constexpr Tag kItem = 0xfffee000;
@@ -510,4 +510,4 @@ Result<Elements> read_elements(const std::filesystem::path& path) {
   return out;
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

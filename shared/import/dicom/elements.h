@@ -12,7 +12,7 @@
 #include "shared/import/dicom/tags.h"
 
 // The elements of a DICOM file up to its pixels (PS3.5 and PS3.10).
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 class Item;
 
@@ -72,4 +72,4 @@ bool looks_like_dicom(std::string_view beginning);
 /// ends within an element, malformed_volume.
 Result<Elements> read_elements(const std::filesystem::path& path);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

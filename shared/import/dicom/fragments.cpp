@@ -7,7 +7,7 @@
 #include <cstring>
 #include <span>
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 constexpr uint32_t kItem = 0xe000fffe;  // as little-endian bytes
@@ -145,4 +145,4 @@ Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, cons
   return result;
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

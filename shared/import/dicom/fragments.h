@@ -10,7 +10,7 @@
 // frames' offsets; the others are fragments of compressed frames.
 //
 //   | item: offset table | item: fragment | item: fragment | … | sequence delimiter |
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 struct Fragment {
   uint64_t offset = 0;  ///< of the fragment's bytes, in the file
@@ -23,4 +23,4 @@ struct Fragment {
 Result<std::vector<std::vector<Fragment>>> find_fragments(ByteReader& file, const Image& image,
                                                           bool allow_partial = false);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

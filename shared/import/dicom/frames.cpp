@@ -11,7 +11,7 @@
 #include "shared/import/dicom/mosaic.h"
 #include "shared/import/dicom/places.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 uint32_t text_id(Collection& collection, std::string_view text) {
@@ -248,4 +248,4 @@ Result<FileContent> add_frames(const Elements& elements, const std::filesystem::
   return FileReader(elements, path, to).read();
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -13,7 +13,7 @@
 // Frames with positions and values, from the files of a folder or from one file. Single-frame files
 // of CT, MR and PET, multi-frame files with functional groups (Enhanced CT, MR, PET), nuclear
 // medicine and dose grids all become the same kind of frames (PS3.3, C.7.6).
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// Attributes that distinguish frames at the same position: time, echo, … NaN if the file does not
 /// have the attribute. Text is replaced by a number that identifies it.
@@ -96,4 +96,4 @@ enum class FileContent : uint8_t {
 Result<FileContent> add_frames(const Elements& elements, const std::filesystem::path& path,
                                Collection& to);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

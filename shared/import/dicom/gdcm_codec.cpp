@@ -10,7 +10,7 @@
 #include "shared/import/codecs/isolated.h"
 #include "shared/import/dicom/codec.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 gdcm::Image describe(const Image& image) {
@@ -93,4 +93,4 @@ Result<void> decompress_with_gdcm(std::span<const EncodedFrame> frames, bool fil
   return {};
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

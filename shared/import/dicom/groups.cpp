@@ -1,6 +1,6 @@
 #include "shared/import/dicom/groups.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 FrameGroups::FrameGroups(const Item& data) : data_(data), shared_(data.first_item(kSharedGroups)) {
   if (const Element* groups = data.find(kPerFrameGroups)) per_frame_ = &groups->items;
@@ -26,4 +26,4 @@ std::optional<double> FrameGroups::number(size_t frame, Tag sequence, Tag tag) c
   return data_.number(tag);
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

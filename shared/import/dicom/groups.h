@@ -4,7 +4,7 @@
 
 #include "shared/import/dicom/elements.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// The functional groups of a file's frames (PS3.3, C.7.6.16): sequences that the file has for each
 /// frame, or for all frames. It refers to the data set.
@@ -33,4 +33,4 @@ class FrameGroups {
   const std::vector<Item>* per_frame_ = nullptr;
 };
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -9,7 +9,7 @@
 #include "shared/import/dicom/fragments.h"
 #include "shared/import/dicom/groups.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 constexpr std::string_view kNativeSyntaxes[] = {
@@ -263,4 +263,4 @@ Result<Image> read_image(const Elements& elements, const std::filesystem::path& 
   return ImageReader(elements, path).read();
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 #include "shared/import/dicom/elements.h"
 
 // Describes a file's pixels, and checks that the file has all of them (PS3.3, C.7.6.3).
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// Upper limit of the number of frames in a file.
 inline constexpr double kMaxFrames = 1 << 20;
@@ -89,4 +89,4 @@ std::string_view sop_class(const Item& data);
 /// The error for a header that is incomplete or contradicts itself.
 tl::unexpected<Error> contradiction(const std::filesystem::path& path, std::string_view why);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

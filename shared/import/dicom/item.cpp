@@ -6,7 +6,7 @@
 #include "shared/import/text/float_from_chars.h"
 
 // Access to the values of a data set's elements (PS3.5, 6.2).
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 std::string_view trimmed(std::string_view text) {
@@ -71,4 +71,4 @@ const Item* Item::first_item(Tag sequence) const {
   return element && !element->items.empty() ? &element->items.front() : nullptr;
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -9,7 +9,7 @@
 // A sample is stored as the difference from a prediction by its neighbours:
 //   c b
 //   a x
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Huffman codes of the number of bits of differences (T.81, annex C).
@@ -225,4 +225,4 @@ int decode_lossless_jpeg(std::span<const uint8_t> in, size_t columns, std::span<
   return Decoder(in, columns, out).decode();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 
 #include "shared/import/dicom/pixels.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 /// A Real World Value Mapping: a line, for the stored values from `first` to `last`.
@@ -181,4 +181,4 @@ Result<void> read_mapping(const FrameGroups& groups, size_t i, const std::filesy
   return MappingReader(groups, i, path, image).read(frame, quantity);
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

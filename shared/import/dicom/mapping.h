@@ -6,7 +6,7 @@
 #include "shared/import/dicom/groups.h"
 
 // The mapping from stored pixels to values (PS3.3, C.11.1 and C.7.6.16.2.11).
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// Reads the slope and intercept of frame `i`: Rescale Slope and Intercept; else Dose Grid Scaling;
 /// else a Real World Value Mapping. Adds notes to the image about what is assumed or not applied,
@@ -15,4 +15,4 @@ namespace isosplat::dicom {
 Result<void> read_mapping(const FrameGroups& groups, size_t i, const std::filesystem::path& path,
                           Image& image, Frame& frame, std::string& quantity);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

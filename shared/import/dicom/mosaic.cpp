@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 constexpr size_t kEntryBytes = 84, kNameBytes = 64, kItemBytes = 16;
@@ -93,4 +93,4 @@ std::optional<Mosaic> read_mosaic(const Item& data) {
   return out;
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

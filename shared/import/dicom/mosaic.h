@@ -9,7 +9,7 @@
 // Siemens mosaics: all slices of a volume as tiles of one image, from left to right and from top to
 // bottom; the last tiles may be empty. The number of slices and their normal are in private
 // elements.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// Whether a data set says that its image is a mosaic.
 bool is_mosaic(const Item& data);
@@ -35,4 +35,4 @@ std::optional<Mosaic> read_mosaic(const Item& data);
 /// what NiBabel documents.)
 std::vector<double> csa_numbers(std::string_view header, std::string_view name);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

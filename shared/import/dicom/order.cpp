@@ -13,7 +13,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 /// Tolerance of positions: files round them to as little as 0.1 mm, so half of that, or a hundredth
@@ -521,4 +521,4 @@ Result<Arrangement> arrange(const Collection& collection, const Stack& stack,
   return stack.lattice.empty() ? orderer.arrange(stack) : orderer.arrange_segment(stack);
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

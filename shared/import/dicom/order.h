@@ -6,7 +6,7 @@
 
 // Orders a stack's frames by their positions. If the stack has several volumes (times, echoes, …),
 // selects one of them.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// A slice of the volume: (1 − weight) · first + weight · second; or the background of the
 /// segmentation that `first` belongs to.
@@ -29,4 +29,4 @@ Result<Arrangement> arrange(const Collection& collection, const Stack& stack,
                             const std::filesystem::path& path, const ImportOptions& options,
                             std::vector<std::string>& notes);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -12,7 +12,7 @@
 #include "shared/import/dicom/codec.h"
 #include "shared/import/voxels/absent_voxels.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 bool is_big_endian(const Image& image) {
@@ -246,4 +246,4 @@ Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool
   return {};
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -5,7 +5,7 @@
 
 // Reads the pixels of frames: directly from native and deflated files; encapsulated pixels are
 // decompressed by codec.h.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// A frame, and the mapping from its pixels to values.
 struct FramePixels {
@@ -31,4 +31,4 @@ uint64_t stored_frame_bytes(const Image& image);
 /// The smallest and largest stored number that an image's pixels can have.
 std::pair<double, double> stored_range(const Image& image);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 
 #include "shared/import/dicom/mosaic.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 bool is_finite(Vec3d v) {
@@ -386,4 +386,4 @@ Result<void> place_tiles(const FrameGroups& groups, const std::filesystem::path&
   return PlaceReader(groups, path, image).place_tiles(frames);
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 
 // Where the frames of a file lie (PS3.3, C.7.6.2 and C.7.6.16.2). Everything that is assumed
 // becomes a note of the image.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// Reads position, orientation and pixel spacing of each frame. A frame without a position of its
 /// own stays unplaced. Errors: malformed_volume for values that are no numbers, or no directions.
@@ -24,4 +24,4 @@ Result<void> place_together(const FrameGroups& groups, const std::filesystem::pa
 Result<void> place_tiles(const FrameGroups& groups, const std::filesystem::path& path, Image& image,
                          std::vector<Frame>& frames);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 #include "shared/import/dicom/codec.h"
 #include "shared/import/dicom/lossless_jpeg.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 bool is_run_lengths(const Image& image) {
@@ -90,4 +90,4 @@ Result<void> decompress_plainly(std::span<const EncodedFrame> frames, bool fill_
   return {};
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

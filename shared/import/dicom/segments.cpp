@@ -10,7 +10,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 using Kind = Segmentation::Kind;
@@ -227,4 +227,4 @@ Result<Stack> choose_segment(const Collection& collection, Stack stack,
   return SegmentChooser(collection, std::move(stack), path, options, notes).choose();
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

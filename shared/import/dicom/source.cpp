@@ -9,7 +9,7 @@
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/slice_range.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 /// out = (1 − weight) · out + weight · other, rounded for integers.
@@ -160,4 +160,4 @@ std::unique_ptr<VolumeSource> make_dicom_source(VolumeHeader header, const Colle
                                        options.memory_bytes);
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

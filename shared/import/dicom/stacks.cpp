@@ -10,7 +10,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 /// More stacks than this are not volumes, but unrelated slices.
@@ -201,4 +201,4 @@ Result<Stack> choose_stack(const Collection& collection, const std::filesystem::
   return std::move(stacks->front());
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 
 // Groups frames into stacks: frames of one series with the same size, orientation and pixel
 // spacing.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 struct Stack {
   std::vector<uint32_t> frames;  ///< indices in Collection::frames
@@ -24,4 +24,4 @@ struct Stack {
 Result<Stack> choose_stack(const Collection& collection, const std::filesystem::path& path,
                            const ImportOptions& options, std::vector<std::string>& notes);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 struct Named {
@@ -140,4 +140,4 @@ Steps find_steps(const Collection& collection, const Positions& positions) {
   return StepFinder(collection, positions).find();
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -4,7 +4,7 @@
 
 // Separates several frames at each position (times, echoes, gradients, …) by the attributes (keys)
 // of the frames.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// Frames at the same position, for each position along the normal.
 using Positions = std::vector<std::vector<uint32_t>>;
@@ -20,4 +20,4 @@ struct Steps {
 /// separates the frames.
 Steps find_steps(const Collection& collection, const Positions& positions);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 /// In ascending order of tags.
@@ -168,4 +168,4 @@ const KnownTag* find_private_tag(std::string_view creator, Tag tag) {
   return nullptr;
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

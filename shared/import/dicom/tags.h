@@ -5,7 +5,7 @@
 
 // The DICOM elements that the importer reads (PS3.6, Registry of DICOM Data Elements): group in the
 // high 16 bits, element in the low 16 bits. Elements that tags.cpp does not list are skipped.
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 using Tag = uint32_t;
 
@@ -157,4 +157,4 @@ const KnownTag* find_known_tag(Tag tag);
 /// that reserves the block. Null for an element that the importer does not read.
 const KnownTag* find_private_tag(std::string_view creator, Tag tag);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -6,7 +6,7 @@
 #include "shared/import/dicom/pixels.h"
 #include "shared/import/voxels/absent_voxels.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 namespace {
 
 /// The narrowest integer type for numbers from `low` to `high`; f64 if there is none.
@@ -71,4 +71,4 @@ Values find_values(const Collection& collection, std::span<const uint32_t> frame
   return values;
 }
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -7,7 +7,7 @@
 #include "shared/grid/voxel_type.h"
 #include "shared/import/dicom/frames.h"
 
-namespace isosplat::dicom {
+namespace isosplat::import::dicom {
 
 /// How the pixels of all frames are read: as one type that can hold all of them.
 struct Values {
@@ -26,4 +26,4 @@ struct Values {
 Values find_values(const Collection& collection, std::span<const uint32_t> frames,
                    std::optional<int> label = std::nullopt);
 
-}  // namespace isosplat::dicom
+}  // namespace isosplat::import::dicom

@@ -8,7 +8,7 @@
 
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 void negate_row(size_t row, HeaderGeometry& geometry) {
@@ -193,4 +193,4 @@ void spacing_to_millimetres(const std::array<std::string, 3>& units, HeaderGeome
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

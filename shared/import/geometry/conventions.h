@@ -11,7 +11,7 @@
 // How formats define positions in space. Isosplat uses the coordinates of DICOM: millimetres, x to
 // the patient's left, y to the back, z to the head (LPS), right-handed. README.md in this folder
 // has a table of each format's conventions.
-namespace isosplat {
+namespace isosplat::import {
 
 /// The directions of a file's x, y and z axes.
 enum class Frame {
@@ -54,4 +54,4 @@ void to_millimetres(std::string_view unit, HeaderGeometry& geometry,
 void spacing_to_millimetres(const std::array<std::string, 3>& units, HeaderGeometry& geometry,
                             std::vector<std::string>& notes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Scales the columns to length 1. False if the result is singular.
@@ -82,4 +82,4 @@ Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry) {
   return result;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

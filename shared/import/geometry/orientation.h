@@ -6,7 +6,7 @@
 #include "shared/base/status.h"
 #include "shared/grid/grid.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Positions of voxels as a file's header gives them: any matrix, any handedness.
 struct HeaderGeometry {
@@ -32,4 +32,4 @@ struct Orientation {
 /// z. Errors: no_cells, volume_too_large, and malformed_volume if an axis has no voxel.
 Result<Orientation> orient(Vec3<int64_t> voxels, HeaderGeometry geometry);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

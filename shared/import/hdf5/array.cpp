@@ -10,7 +10,7 @@
 #include "shared/import/hdf5/filters.h"
 #include "shared/import/hdf5/type.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxLayerBytes = uint64_t{512} << 20;
@@ -312,4 +312,4 @@ Result<std::optional<std::vector<double>>> hdf5_small_array(const std::shared_pt
   return numbers;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/hdf5/layout.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 constexpr size_t kNoHdf5Axis = ~size_t{0};
 
@@ -33,4 +33,4 @@ Result<std::optional<std::vector<double>>> hdf5_small_array(const std::shared_pt
                                                             const Hdf5Object& object,
                                                             std::vector<uint64_t>& sizes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 // An attribute: u8 version, u8 flags, u16 bytes of its name, of its type, of its dataspace, u8
 // character set (version 3); name, type and dataspace (in version 1 each padded to 8 bytes);
 // values.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxElements = 1024;
@@ -187,4 +187,4 @@ double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes)
   });
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

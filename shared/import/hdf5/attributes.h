@@ -7,7 +7,7 @@
 
 #include "shared/import/hdf5/type.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The numbers of an attribute. Nothing if there is no such attribute, it is no numbers, or more
 /// than can be of use here.
@@ -34,4 +34,4 @@ std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object
 /// A number of these bytes.
 double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class Reader {
@@ -200,4 +200,4 @@ Result<Hdf5Axes> hdf5_axes(const Hdf5File& file, const Hdf5Volume& volume,
   return Reader(file, volume, std::move(description), options).read();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

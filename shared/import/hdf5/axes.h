@@ -8,7 +8,7 @@
 #include "shared/import/hdf5/description.h"
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The part of an array that is a volume, and where it lies.
 struct Hdf5Axes {
@@ -24,4 +24,4 @@ struct Hdf5Axes {
 Result<Hdf5Axes> hdf5_axes(const Hdf5File& file, const Hdf5Volume& volume,
                            Hdf5Description description, const ImportOptions& options);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

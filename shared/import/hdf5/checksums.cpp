@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace isosplat {
+namespace isosplat::import {
 
 uint32_t hdf5_lookup3(std::span<const std::byte> bytes) {
   uint32_t a = 0xdeadbeef + static_cast<uint32_t>(bytes.size()), b = a, c = a;
@@ -64,4 +64,4 @@ uint32_t hdf5_fletcher32(std::span<const std::byte> bytes) {
   return fold(sum2) << 16 | fold(sum1);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

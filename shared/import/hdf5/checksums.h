@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The checksum of HDF5's structures: hashlittle of Bob Jenkins's lookup3.c, beginning with 0.
 uint32_t hdf5_lookup3(std::span<const std::byte> bytes);
@@ -12,4 +12,4 @@ uint32_t hdf5_lookup3(std::span<const std::byte> bytes);
 /// The checksum of HDF5's filter Fletcher32: sums of big-endian 16-bit words.
 uint32_t hdf5_fletcher32(std::span<const std::byte> bytes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

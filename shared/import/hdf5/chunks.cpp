@@ -17,7 +17,7 @@
 // arrays   index.h: an entry's number counts the chunks that the array may have. In an array
 // that
 //          can grow along one axis, that axis is the slowest one.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using Chunks = std::vector<Hdf5Chunk>;
@@ -179,4 +179,4 @@ Result<Chunks> read_hdf5_chunks(Hdf5File& file, const Hdf5Layout& layout) {
   return chunks;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The words of a name: letters and digits between other characters.
@@ -115,4 +115,4 @@ Result<Hdf5Description> describe_hdf5(const std::shared_ptr<Hdf5File>& file,
   return Hdf5Description{};  // the last one always describes
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

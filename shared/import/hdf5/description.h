@@ -9,7 +9,7 @@
 #include "shared/grid/grid.h"
 #include "shared/import/hdf5/volumes.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// An axis of an array.
 struct Hdf5Axis {
@@ -67,4 +67,4 @@ Result<bool> describe_open_pmd(const std::shared_ptr<Hdf5File>& file, const Hdf5
 Result<bool> describe_by_attributes(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
                                     Hdf5Description& description);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

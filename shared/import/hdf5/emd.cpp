@@ -17,7 +17,7 @@
 // MATLAB 7.3                 attribute MATLAB_class; the axes are those of MATLAB in reverse order
 // openPMD                    attributes of a mesh: axisLabels, gridSpacing, gridGlobalOffset,
 //                            gridUnitSI (metres); position of the array in a cell
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// "[n_m]" → "nm".
@@ -163,4 +163,4 @@ Result<bool> describe_open_pmd(const std::shared_ptr<Hdf5File>& file, const Hdf5
   return false;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -21,7 +21,7 @@
 //     u16 ×2   version 1 only
 //     address ×4: base, free space, end, driver
 //     root group: address of its name, address of its object header, …
-namespace isosplat {
+namespace isosplat::import {
 
 std::span<const std::byte> Hdf5Fields::bytes(uint64_t count) {
   if (count > rest_.size()) {
@@ -166,4 +166,4 @@ std::string hdf5_printable(std::string_view text) {
   return out;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

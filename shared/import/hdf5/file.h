@@ -12,7 +12,7 @@
 #include "shared/base/status.h"
 #include "shared/import/bytes/byte_reader.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The address of what does not exist: all bits are set.
 constexpr uint64_t kHdf5Undefined = ~uint64_t{0};
@@ -95,4 +95,4 @@ std::string hdf5_printable(std::string_view text);
 constexpr uint64_t kHdf5SuperblockPlaces[] = {0, 512, 1024, 2048};
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
 
-}  // namespace isosplat
+}  // namespace isosplat::import

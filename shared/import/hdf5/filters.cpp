@@ -5,7 +5,7 @@
 #include "shared/import/hdf5/checksums.h"
 #include "shared/import/hdf5/lzf.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The filter stores the first byte of all elements, then the second of all, and so on. What does
@@ -105,4 +105,4 @@ Result<std::vector<std::byte>> Hdf5Decoder::decode(const Hdf5File& file, const H
   return stored;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "shared/import/codecs/zlib_inflater.h"
 #include "shared/import/hdf5/layout.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Undoes the filters of chunks. It keeps the memory that decompression needs.
 class Hdf5Decoder {
@@ -21,4 +21,4 @@ class Hdf5Decoder {
   ZlibInflater zlib_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -18,7 +18,7 @@
 // its leaf       "SNOD", u8 1, u8, u16 entries
 //                address of the name in the heap, address of the object header, u32 kind, 20 bytes
 // local heap     "HEAP", u8 0, 3 bytes, length: bytes of its data, length, address: its data
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using Links = std::vector<Hdf5Link>;
@@ -149,4 +149,4 @@ Result<Links> hdf5_links(Hdf5File& file, const Hdf5Object& group) {
   return links;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -12,7 +12,7 @@
 // Reads volumes of HDF5 files. Without HDF5's library, so that it is the same natively and in a
 // browser, and so that hostile files are read by checked code
 // (docs/decisions/014-hdf5-without-its-library.md).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Whether a part has all elements of its array.
@@ -106,4 +106,4 @@ Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOpti
   return result;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Whether the first 4096 bytes of a file have HDF5's signature, perhaps after a user block.
 bool is_hdf5(std::string_view beginning);
@@ -24,4 +24,4 @@ Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
 /// open_volume.
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -20,7 +20,7 @@
 //           offsets count from the signature
 // indirect  "FHIB", u8 0, address of the header, offset in the heap, addresses, u32 checksum
 // id        u8 kind (bits 4 and 5: 0 in a block, 1 huge, 2 in the id itself); then offset and size
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr int kMaxDepth = 8;
@@ -142,4 +142,4 @@ Result<std::optional<std::vector<std::byte>>> Hdf5Heap::object(
   return std::move(*content);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 
 #include "shared/import/hdf5/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A fractal heap: the links of groups that have many, and the attributes of objects that have
 /// many.
@@ -38,4 +38,4 @@ class Hdf5Heap {
   std::vector<Block> blocks_;  ///< that have objects, ascending
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -20,7 +20,7 @@
 // y, x /Chimera/NAME              attributes step, origin, cell_angles, rotation_axis,
 // rotation_angle
 //   ARRAY                    z, y, x; attribute subsample_spacing of coarser copies; ångström
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr double kMillimetresPerAngstrom = 1e-7;
@@ -168,4 +168,4 @@ Result<bool> describe_chimera(const std::shared_ptr<Hdf5File>& file, const Hdf5V
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -31,7 +31,7 @@
 //               blocks, u32 checksum
 //   data        "EADB", u8 0, u8 kind, address of the header, its first index,
 //               without pages: entries, u32 checksum; with pages: u32 checksum; pages as above
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// What both kinds have in common.
@@ -238,4 +238,4 @@ Result<void> visit_hdf5_growing_array(Hdf5File& file, const Hdf5Layout& layout,
   return GrowingArray(file, layout, visit).visit();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 
 #include "shared/import/hdf5/layout.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A field of an array of chunks: where a chunk is. Chunks that do not exist have no address.
 struct Hdf5ChunkEntry {
@@ -22,4 +22,4 @@ Result<void> visit_hdf5_fixed_array(Hdf5File& file, const Hdf5Layout& layout, ui
 Result<void> visit_hdf5_growing_array(Hdf5File& file, const Hdf5Layout& layout,
                                       const Hdf5ChunkVisitor& visit);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "shared/import/hdf5/type.h"
 
 // The messages of an array that say where its elements are: layout, filters, fill value.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// A larger chunk is not decompressed in memory.
@@ -206,4 +206,4 @@ Result<Hdf5Layout> read_hdf5_layout(const Hdf5File& file, const Hdf5Object& obje
   return layout;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 
 #include "shared/import/hdf5/object.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A step that the bytes of a chunk go through when they are written.
 enum class Hdf5Filter : uint16_t {
@@ -62,4 +62,4 @@ struct Hdf5Chunk {
 /// All chunks, ascending by number. Errors: malformed_volume, truncated, io_error.
 Result<std::vector<Hdf5Chunk>> read_hdf5_chunks(Hdf5File& file, const Hdf5Layout& layout);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

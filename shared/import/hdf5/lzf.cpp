@@ -10,7 +10,7 @@
 // bytes
 //       are added up to one that is not 255. Then these bytes, and u16 distance. The last pair has
 //       no copy.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class Copier {
@@ -90,4 +90,4 @@ bool decompress_lz4(std::span<const std::byte> in, std::span<std::byte> out) {
   return !copier.has_failed() && copier.is_full();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

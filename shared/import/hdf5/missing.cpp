@@ -13,7 +13,7 @@
 #include "shared/import/voxels/absent_voxels.h"
 
 // netCDF's conventions for values (NUG, appendix A; CF, chapters 2.5 and 8.1).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 bool is_float(VoxelType type) {
@@ -174,4 +174,4 @@ void remove_missing(const Hdf5Missing& missing, OpenVolume& volume) {
   volume.source = std::make_unique<MissingSource>(std::move(volume.source), missing);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

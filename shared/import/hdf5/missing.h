@@ -8,7 +8,7 @@
 #include "shared/import/hdf5/volumes.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// What the attributes of netCDF's conventions (CF) say about the numbers of an array. They are
 /// compared with the numbers as they are stored, in their own type.
@@ -26,4 +26,4 @@ Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsign
 /// Makes these voxels absent, with notes.
 void remove_missing(const Hdf5Missing& missing, OpenVolume& volume);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -20,7 +20,7 @@
 //
 // attribute info  u8 0, u8 flags, u16 by flags, addresses of the heap and of the tree
 // a record        id in the heap, u8 flags, u32 order, u32 hash of the name
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 struct Block {
@@ -158,4 +158,4 @@ Result<Hdf5Object> read_hdf5_object(Hdf5File& file, uint64_t address) {
   return object;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 
 #include "shared/import/hdf5/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The kinds of messages that are used.
 enum class Hdf5Kind : uint16_t {
@@ -56,4 +56,4 @@ struct Hdf5Link {
 /// read_hdf5_object.
 Result<std::vector<Hdf5Link>> hdf5_links(Hdf5File& file, const Hdf5Object& group);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -21,7 +21,7 @@
 //   /tTTTTT/sSS/L/cells   unsigned numbers in int16, unless the group sSS has "dataType"
 //   /sSS/resolutions      a row for each level: voxels of the finest one along x, y, z
 //   NAME.xml              beside NAME.h5: the size of voxels
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Takes a text and the number that follows it from the beginning of `path`.
@@ -204,4 +204,4 @@ Result<bool> describe_big_data_viewer(const std::shared_ptr<Hdf5File>& file,
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 
 #include "shared/import/hdf5/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Which array of an image pyramid a dataset is: Imaris and BigDataViewer keep one for each
 /// resolution, time and channel, and say so in its path.
@@ -26,4 +26,4 @@ std::optional<Hdf5Place> hdf5_place(std::string_view path);
 /// none.
 std::string hdf5_channel_name(Hdf5File& file, uint64_t channel, bool is_imaris);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -16,7 +16,7 @@
 //         number of its records, of all below it (unless it is a leaf); u32 checksum
 //
 // Numbers of records take as many bytes as the largest possible one needs.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kFrameBytes = 10;  // signature, version, kind, checksum
@@ -129,4 +129,4 @@ bool has_hdf5_checksum(const Hdf5File& file, std::span<const std::byte> bytes) {
   return end.number(4) == hdf5_lookup3(bytes.first(bytes.size() - 4));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 
 #include "shared/import/hdf5/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// What the records of a B-tree of version 2 are about.
 enum class Hdf5RecordKind : uint8_t {
@@ -26,4 +26,4 @@ Result<void> visit_hdf5_records(Hdf5File& file, uint64_t address, Hdf5RecordKind
 /// Whether the last 4 bytes are the checksum of those before them.
 bool has_hdf5_checksum(const Hdf5File& file, std::span<const std::byte> bytes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -18,7 +18,7 @@
 //                                           of the dataset: axes="z:y:x"
 // vigra (ilastik)                           axistags: {"axes": [{"key": "z", …}, …]}
 // Fiji, ilastik                             element_size_um
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The keys of vigra's text; none if it has another number of axes.
@@ -215,4 +215,4 @@ Result<bool> describe_by_attributes(const std::shared_ptr<Hdf5File>& file, const
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace isosplat {
+namespace isosplat::import {
 
 Result<Hdf5TreeNode> read_hdf5_tree_node(Hdf5File& file, uint64_t address, Hdf5TreeKind kind,
                                          std::optional<uint64_t> level) {
@@ -20,4 +20,4 @@ Result<Hdf5TreeNode> read_hdf5_tree_node(Hdf5File& file, uint64_t address, Hdf5T
   return Hdf5TreeNode{found, count, address + head_bytes};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

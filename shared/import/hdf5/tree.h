@@ -5,7 +5,7 @@
 
 #include "shared/import/hdf5/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The beginning of a node of a B-tree of version 1, before its entries: "TREE", u8 kind, u8 level,
 /// u16 entries, addresses of its siblings.
@@ -21,4 +21,4 @@ enum class Hdf5TreeKind : uint8_t { group, array };
 Result<Hdf5TreeNode> read_hdf5_tree_node(Hdf5File& file, uint64_t address, Hdf5TreeKind kind,
                                          std::optional<uint64_t> level);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxAxes = 32;  // HDF5's own limit
@@ -172,4 +172,4 @@ Result<Hdf5Elements> hdf5_elements(Hdf5File& file, const Hdf5Object& dataset) {
                       hdf5_type(file.fields(type->content))};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

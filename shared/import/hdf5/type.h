@@ -8,7 +8,7 @@
 #include "shared/import/hdf5/object.h"
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A type of elements, as far as it is used.
 struct Hdf5Type {
@@ -42,4 +42,4 @@ Result<Hdf5Elements> hdf5_elements(Hdf5File& file, const Hdf5Object& dataset);
 /// Errors: malformed_volume, unsupported_format, those of read_hdf5_object.
 Result<Hdf5Message> hdf5_message(Hdf5File& file, const Hdf5Object& object, Hdf5Kind kind);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -12,7 +12,7 @@
 #include "shared/import/volume/refusals.h"
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 std::string text_of(const std::vector<uint64_t>& sizes) {
@@ -305,4 +305,4 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options) {
                           file.path().string(), volumes.size(), list));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/hdf5/type.h"
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A dataset of an HDF5 file with numbers, of which at least three axes have several elements.
 struct Hdf5Volume {
@@ -39,4 +39,4 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options);
 /// How to save one volume of an array with too many axes: a command.
 std::string hdf5_advice(const std::filesystem::path& file, const Hdf5Volume& volume);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

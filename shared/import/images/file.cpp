@@ -4,7 +4,7 @@
 
 #include "shared/import/bytes/readable_file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using namespace std::string_view_literals;
@@ -88,4 +88,4 @@ tl::unexpected<Error> damaged_image(const std::filesystem::path& path) {
                           path.string()));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -12,7 +12,7 @@
 #include "shared/grid/voxel_type.h"
 
 // Pictures of which each is a slice: PNG, JPEG and JPEG 2000.
-namespace isosplat {
+namespace isosplat::import {
 
 /// What the header of a picture says.
 struct ImageInfo {
@@ -61,4 +61,4 @@ Result<void> decode_with_library(const std::filesystem::path& path, std::span<co
 /// The error for a damaged picture.
 tl::unexpected<Error> damaged_image(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -17,7 +17,7 @@
 #include "shared/import/voxels/absent_voxels.h"
 #include "shared/import/voxels/slice_range.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class ImageSource : public VolumeSource {
@@ -179,4 +179,4 @@ Result<OpenVolume> open_image_folder(const std::filesystem::path& path,
                     std::move(notes)};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -3,7 +3,7 @@
 #include "shared/import/images/file.h"
 
 // The headers of JPEG (ISO/IEC 10918-1, annex B) and JPEG 2000 (ISO/IEC 15444-1, annexes A and I).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Big-endian numbers of a file; 0 after its end.
@@ -90,4 +90,4 @@ std::optional<ImageInfo> jpeg2000_info(std::span<const uint8_t> file) {
   return info;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

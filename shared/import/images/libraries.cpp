@@ -11,7 +11,7 @@
 #include "shared/import/codecs/isolated.h"
 #include "shared/import/images/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 struct JpegErrors {
@@ -133,4 +133,4 @@ Result<void> decode_with_library(const std::filesystem::path& path, std::span<co
   return {};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 
 // PNG (ISO/IEC 15948), decoded the same way in the program and in a browser, whose own decoder
 // gives 8 bits only.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kSignature = 8;
@@ -164,4 +164,4 @@ bool decode_png(std::span<const uint8_t> file, const ImageInfo& info, std::span<
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

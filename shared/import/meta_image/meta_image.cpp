@@ -21,7 +21,7 @@
 
 // Reads MetaImage: .mha with the voxels in the file, .mhd with the voxels in one or several other
 // files.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 struct MetaHeader {
@@ -351,4 +351,4 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   return open_single(path, *header, *encoding, std::move(array), std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

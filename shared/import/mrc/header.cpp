@@ -26,7 +26,7 @@
 //
 // CCP4 has LSKFLG (96, i32), SKWMAT (100, 9 × f32) and SKWTRN (136, 3 × f32) in fields that MRC2014
 // leaves to others: map = SKWMAT · (atoms - SKWTRN).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr int32_t kImodStamp = 1146047817;  // "IMOD"
@@ -212,4 +212,4 @@ Result<HeaderGeometry> mrc_geometry(const std::filesystem::path& path, const Mrc
   return geometry;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

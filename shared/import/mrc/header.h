@@ -12,7 +12,7 @@
 #include "shared/base/status.h"
 #include "shared/import/geometry/orientation.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 constexpr size_t kMrcBytes = 1024;
 
@@ -51,4 +51,4 @@ Result<HeaderGeometry> mrc_geometry(const std::filesystem::path& path, const Mrc
 /// The error of a header that contradicts itself.
 tl::unexpected<Error> malformed_mrc(const std::filesystem::path& path, const std::string& what);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

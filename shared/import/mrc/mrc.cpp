@@ -13,7 +13,7 @@
 #include "shared/import/voxels/array_source.h"
 
 // Reads MRC: maps of electron microscopy (.mrc, .rec, .st) and of crystallography (.map, .ccp4).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr int32_t kMrc2014 = 20140;
@@ -169,4 +169,4 @@ Result<OpenVolume> open_mrc(const FileHead& head, const ImportOptions& options) 
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

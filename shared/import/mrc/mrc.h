@@ -6,7 +6,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Whether the first bytes of a file are those of MRC; `by_name`: the file's name is one of MRC, so
 /// that the text "MAP " may be missing, as in files from before 2000.
@@ -15,4 +15,4 @@ bool is_mrc(std::string_view beginning, bool by_name);
 /// Opens a file of MRC. Errors: those of open_volume.
 Result<OpenVolume> open_mrc(const FileHead& head, const ImportOptions& options);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class NibbleReader : public ByteReader {
@@ -64,4 +64,4 @@ std::unique_ptr<ByteReader> read_nibbles(std::unique_ptr<ByteReader> packed, uin
   return std::make_unique<NibbleReader>(std::move(packed), offset, columns);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -19,7 +19,7 @@
 // vox_offset    108  f32      168  i64      magic                  344  4 bytes   4    8 bytes
 // scl_slope     112  f32      176  f64
 // scl_inter     116  f32      184  f64
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 using namespace std::string_view_literals;
@@ -322,4 +322,4 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
   return geometry;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -13,7 +13,7 @@
 #include "shared/import/geometry/orientation.h"
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The fields of a NIfTI-1 or NIfTI-2 header that the importer uses, in native byte order.
 struct NiftiHeader {
@@ -52,4 +52,4 @@ std::optional<VoxelType> nifti_type(int16_t code);
 Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const NiftiHeader& header,
                                       std::vector<std::string>& notes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -15,7 +15,7 @@
 #include "shared/import/voxels/array_source.h"
 
 // Reads NIfTI-1 and NIfTI-2, in one file (.nii, .nii.gz) or in a pair (.hdr and .img).
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// A path with the extension before ".gz" replaced; with or without ".gz", whichever exists.
@@ -160,4 +160,4 @@ Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,9 +4,9 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Opens a file of NIfTI, a pair's header or its voxels. Errors: those of open_volume.
 Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

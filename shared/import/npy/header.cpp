@@ -9,7 +9,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/volume/refusals.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Reads the tokens of a Python literal. Every function returns nothing, or false, and stays where
@@ -150,4 +150,4 @@ Result<NpyHeader> parse_npy_dictionary(const std::filesystem::path& path, std::s
   return header;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

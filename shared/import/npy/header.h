@@ -8,7 +8,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The header of a NumPy array.
 struct NpyHeader {
@@ -25,4 +25,4 @@ Result<NpyHeader> parse_npy_dictionary(const std::filesystem::path& path, std::s
 /// The error of a header that is not one of NumPy.
 tl::unexpected<Error> malformed_npy(const std::filesystem::path& path, const std::string& what);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -18,7 +18,7 @@
 // 6  u8, u8   version, major and minor
 // 8  u16      bytes of the dictionary, little-endian; u32 since version 2
 //    text     the dictionary, with spaces and a line end
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The dictionary of an array of numbers has about 100 bytes, and NumPy reads no more than this.
@@ -143,4 +143,4 @@ Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptio
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -11,7 +11,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/volume/refusals.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Whether an axis holds the components of one voxel, by the kinds in the specification.
@@ -217,4 +217,4 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
   return result;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/geometry/orientation.h"
 #include "shared/import/nrrd/header.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The axes of an NRRD file: three spatial axes, and at most one other axis with more than one
 /// sample.
@@ -30,4 +30,4 @@ struct NrrdAxes {
 /// for 2D images; unsupported_format for more than one other axis.
 Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHeader& header);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 std::optional<NrrdSpace> space_named(const std::string& name) {
@@ -233,4 +233,4 @@ Result<HeaderGeometry> nrrd_geometry(const std::filesystem::path& path, const Nr
   return geometry;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

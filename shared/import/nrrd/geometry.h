@@ -11,7 +11,7 @@
 #include "shared/import/geometry/orientation.h"
 #include "shared/import/nrrd/header.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// One axis, from the header's per-axis fields. Numbers that the header does not have are NaN.
 struct NrrdAxis {
@@ -42,4 +42,4 @@ Result<HeaderGeometry> nrrd_geometry(const std::filesystem::path& path, const Nr
                                      std::span<const size_t, 3> spatial, const NrrdSpace& space,
                                      std::vector<std::string>& notes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/voxels/data_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxHeader = 1024 * 1024;
@@ -199,4 +199,4 @@ std::vector<std::string> split_vectors(std::string_view text) {
   return all;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

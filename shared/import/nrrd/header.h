@@ -11,7 +11,7 @@
 #include "shared/base/status.h"
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The lines of an NRRD header.
 struct NrrdHeader {
@@ -49,4 +49,4 @@ std::optional<std::vector<double>> parse_vector(std::string_view text);
 /// inside parentheses.
 std::vector<std::string> split_vectors(std::string_view text);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

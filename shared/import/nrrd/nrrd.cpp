@@ -18,7 +18,7 @@
 #include "shared/import/voxels/text_voxels.h"
 
 // Reads NRRD (http://teem.sourceforge.net/nrrd/format.html): finds and decodes the voxels.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 enum class Coding { raw, gzip, text, hex };
@@ -217,4 +217,4 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
                      std::move(axes->notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

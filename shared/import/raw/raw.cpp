@@ -12,7 +12,7 @@
 #include "shared/import/volume/type_names.h"
 #include "shared/import/voxels/array_source.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 struct RawLayout {
@@ -131,4 +131,4 @@ Result<OpenVolume> open_raw(const FileHead& head, const ImportOptions& options) 
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

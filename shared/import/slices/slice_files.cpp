@@ -5,7 +5,7 @@
 #include "shared/import/bytes/input_files.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 bool is_digit(char c) {
@@ -59,4 +59,4 @@ std::vector<std::filesystem::path> files_of_folder(
   return files;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Whether a comes before b if runs of digits are compared as numbers: slice_2 before slice_10.
 bool natural_order(std::string_view a, std::string_view b);
@@ -14,4 +14,4 @@ bool natural_order(std::string_view a, std::string_view b);
 std::vector<std::filesystem::path> files_of_folder(const std::filesystem::path& folder,
                                                    const std::vector<std::string_view>& extensions);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/slices/slice_files.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// A file name, split into its numbers and the rest.
@@ -272,4 +272,4 @@ Result<SliceOrder> order_slices(const std::filesystem::path& folder,
   return place_slices(folder, std::move(files), *numbering, allowed);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "shared/base/status.h"
 #include "shared/import/volume/allowances.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The files of a stack, one slice each, in the order of the numbers in their names.
 struct SliceOrder {
@@ -25,4 +25,4 @@ struct SliceOrder {
 Result<SliceOrder> order_slices(const std::filesystem::path& folder,
                                 std::vector<std::filesystem::path> files, Allowances allowed);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::import {
 
 std::string shell_word(const std::filesystem::path& path) {
   const std::string text = path.string();
@@ -38,4 +38,4 @@ std::string numpy_index(const std::vector<int64_t>& shape) {
   return index;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

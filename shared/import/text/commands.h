@@ -6,7 +6,7 @@
 #include <vector>
 
 // Parts of the commands that errors advise.
-namespace isosplat {
+namespace isosplat::import {
 
 /// A word of a command line: quoted if the shell would change it.
 std::string shell_word(const std::filesystem::path& path);
@@ -16,4 +16,4 @@ std::string shell_word(const std::filesystem::path& path);
 /// (5, 6, 7, 8, 3).
 std::string numpy_index(const std::vector<int64_t>& shape);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include <string>
 #include <system_error>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// std::from_chars for float and double. The C++ library for WebAssembly has it for integers only;
 /// there, strtof and strtod parse what from_chars accepts.
@@ -45,4 +45,4 @@ std::from_chars_result float_from_chars(const char* first, const char* last, T& 
 #endif
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

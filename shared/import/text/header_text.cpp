@@ -5,7 +5,7 @@
 
 #include "shared/import/text/float_from_chars.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\n\v\f";
@@ -80,4 +80,4 @@ std::optional<std::vector<int64_t>> whole_numbers(std::string_view line) {
   return numbers;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

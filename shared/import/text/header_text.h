@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Removes the next line from `text` and returns it without "\n" or "\r\n". Nothing if there is no
 /// line end.
@@ -32,4 +32,4 @@ std::optional<std::vector<double>> numbers_in(std::string_view line);
 /// Parses whole numbers separated by white space. Nothing if any word is not one.
 std::optional<std::vector<int64_t>> whole_numbers(std::string_view line);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

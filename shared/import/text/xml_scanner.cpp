@@ -5,7 +5,7 @@
 
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\n";
@@ -136,4 +136,4 @@ std::string XmlScanner::content() const {
   return without_entities(trimmed(text_.substr(at_, text_.find('<', at_) - at_)));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A tag of an XML text. Names have no namespace prefix: "OME:Pixels" is "Pixels".
 struct XmlTag {
@@ -36,4 +36,4 @@ class XmlScanner {
 /// Decodes &amp;, &#181;, &#xb5; and the like. Unknown entities stay as they are.
 std::string without_entities(std::string_view text);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxListed = 10, kMaxChoices = 1000;
@@ -235,4 +235,4 @@ std::vector<VolumeChoice> tiff_choices(const std::vector<TiffSeries>& series) {
   return all;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 #include "shared/import/tiff/series.h"
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The volume that is read: a series, the axis of its slices, and an index on each other axis.
 struct TiffVolume {
@@ -27,4 +27,4 @@ Result<TiffVolume> choose_tiff_volume(const std::filesystem::path& path,
 /// All volumes of a file's series. Empty if there is one.
 std::vector<VolumeChoice> tiff_choices(const std::vector<TiffSeries>& series);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -12,7 +12,7 @@
 //                 u32 next               u64 next (0: the last)
 // entry           u16 tag, u16 type,     u16 tag, u16 type,
 //                 u32 count, 4 bytes     u64 count, 8 bytes: the values, or where they are
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxEntries = 65536;
@@ -153,4 +153,4 @@ bool TiffDirectoryReader::is_inside(uint64_t at, uint64_t bytes) const {
   return at <= file_bytes() && bytes <= file_bytes() - at;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 
 #include "shared/import/bytes/byte_reader.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// An entry of a directory. If its type is known, its values lie inside the file.
 struct TiffEntry {
@@ -71,4 +71,4 @@ class TiffDirectoryReader {
   uint16_t version_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace isosplat {
+namespace isosplat::import {
 
 void set_voxel_type(uint16_t bits, uint16_t format, TiffPage& page) {
   const bool is_signed = format == 2, is_float = format == 3;
@@ -57,4 +57,4 @@ std::unique_ptr<TiffFile> open_tiff(const std::filesystem::path& path, bool has_
 #endif
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

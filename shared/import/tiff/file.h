@@ -12,7 +12,7 @@
 
 // The pages of TIFF files and their pixels. Which pages are slices, and what their values mean, is
 // decided in tiff.cpp.
-namespace isosplat {
+namespace isosplat::import {
 
 /// What a page's directory says.
 struct TiffPage {
@@ -96,4 +96,4 @@ std::unique_ptr<TiffFile> open_plain_tiff(const std::filesystem::path& path);
 /// One of these. `has_planes`: of a page, more planes than the first are read.
 std::unique_ptr<TiffFile> open_tiff(const std::filesystem::path& path, bool has_planes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Whether a resolution is one of screens and printers, which programs write without a meaning.
@@ -84,4 +84,4 @@ HeaderGeometry tiff_geometry(const TiffPage& page, const TiffSeries& series,
   return geometry;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,11 +7,11 @@
 #include "shared/import/tiff/series.h"
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The distances between voxels: those of the options, of the series' description, or of the page's
 /// resolution. A note says what was assumed.
 HeaderGeometry tiff_geometry(const TiffPage& page, const TiffSeries& series,
                              const ImportOptions& options, std::vector<std::string>& notes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

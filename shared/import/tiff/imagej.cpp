@@ -7,7 +7,7 @@
 
 // Reads the description that ImageJ writes into the first page, lines of the form name=value, and
 // the one of ImageJ2 and Fiji's SCIFIO, which has lists of axes as well.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// The value of a line `name=…`.
@@ -151,4 +151,4 @@ TiffSeriesList imagej_series(const std::filesystem::path& path, const TiffPages&
   return std::vector{std::move(series)};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/tiff/file.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class LibtiffFile : public TiffFile {
@@ -193,4 +193,4 @@ std::unique_ptr<TiffFile> open_libtiff(const std::filesystem::path& path) {
   return tiff ? std::make_unique<LibtiffFile>(tiff, *bytes) : nullptr;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

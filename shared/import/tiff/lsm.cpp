@@ -11,7 +11,7 @@
 //   0 u32 magic          12 i32 y          24 i32 times      40 f64 x, y, z of a voxel in metres
 //   4 i32 bytes          16 i32 z          28 i32 type       88 u16 kind of scan
 //   8 i32 x              20 i32 channels   32 thumbnail     264 i32 positions, 268 i32 tiles
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class Fields {
@@ -100,4 +100,4 @@ TiffSeriesList lsm_series(const std::filesystem::path& path, const TiffPages& pa
   return all;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint32_t kClear = 256, kEnd = 257, kFirstCode = 258, kCodes = 4096;
@@ -56,4 +56,4 @@ bool TiffLzw::expand(std::span<const uint8_t> in, std::span<uint8_t> out) {
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

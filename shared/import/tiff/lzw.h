@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Expands TIFF's LZW data (TIFF 6.0, section 13): codes of 9 to 12 bits, the highest bit first,
 /// whose size grows one code before it must.
@@ -24,4 +24,4 @@ class TiffLzw {
   std::array<String, 4096> strings_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

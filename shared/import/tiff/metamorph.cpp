@@ -16,7 +16,7 @@
 //   UIC4 (33631)  u16 id and a value for each plane, until the id is 0
 //
 // The count of UIC2, UIC3 and UIC4 is that of planes.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxPlanes = uint64_t{1} << 24;
@@ -173,4 +173,4 @@ TiffSeriesList metamorph_series(const std::filesystem::path& path, const TiffPag
   return std::vector{std::move(series)};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

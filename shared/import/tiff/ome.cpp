@@ -11,7 +11,7 @@
 
 // Reads OME-XML (OME-TIFF specification, schema 2016-06 and those before it): the images of a file
 // or of several, and which page of which file is which of their planes.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxBlocks = size_t{1} << 20, kMaxImages = 10000;
@@ -221,4 +221,4 @@ TiffSeriesList ome_series(const std::filesystem::path& path, std::string_view te
   return images;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

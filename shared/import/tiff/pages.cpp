@@ -7,7 +7,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/tiff/directory.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 enum Tag : uint16_t {
@@ -122,4 +122,4 @@ Result<TiffPages> find_tiff_pages(const std::filesystem::path& path) {
                           path.string()));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

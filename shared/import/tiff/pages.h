@@ -9,7 +9,7 @@
 #include "shared/base/status.h"
 #include "shared/import/tiff/directory.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// What tells the pages of one image from those of another.
 struct TiffPageKind {
@@ -42,4 +42,4 @@ struct TiffPages {
 /// Errors: io_error, malformed_volume if no directory is complete.
 Result<TiffPages> find_tiff_pages(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -14,7 +14,7 @@
 // apart (PlanarConfiguration 2), the strips or tiles of the first sample precede those of the
 // second. Of a page with a depth (tag 32997), those of a slice precede those of the next one; tiles
 // may have a depth of their own (32998), and then contain slices one after the other.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 enum Tag : uint16_t {
@@ -337,4 +337,4 @@ std::unique_ptr<TiffFile> open_plain_tiff(const std::filesystem::path& path) {
   return std::make_unique<PlainTiffFile>(std::move(*reader));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Adds to each number that of the left neighbour, `stride` numbers before it.
@@ -67,4 +67,4 @@ void undo_predictor(uint64_t predictor, const TiffSamples& samples, bool big_end
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 
 #include "shared/import/tiff/samples.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Whether a predictor (tag 317) can be undone for such samples: 1 (none), 2 (each sample is stored
 /// as the difference from that of the left neighbour; TIFF 6.0, section 14), 3 (the same for the
@@ -17,4 +17,4 @@ bool knows_predictor(uint64_t predictor, const TiffSamples& samples);
 void undo_predictor(uint64_t predictor, const TiffSamples& samples, bool big_endian,
                     size_t row_bytes, std::span<std::byte> rows);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

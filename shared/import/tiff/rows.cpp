@@ -4,7 +4,7 @@
 
 #include "shared/import/codecs/pack_bits.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kNone = 1, kLzw = 5, kDeflate = 8, kOldDeflate = 32946, kPackBits = 32773;
@@ -62,4 +62,4 @@ bool TiffRows::expand(uint64_t compression, std::span<const uint8_t> in, std::sp
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

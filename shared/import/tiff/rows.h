@@ -7,7 +7,7 @@
 #include "shared/import/codecs/zlib_inflater.h"
 #include "shared/import/tiff/lzw.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Expands the bytes of strips and tiles.
 class TiffRows {
@@ -28,4 +28,4 @@ class TiffRows {
   ZlibInflater zlib_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

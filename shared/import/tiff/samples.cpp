@@ -5,7 +5,7 @@
 
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// `bits` bits from bit `at` of a row on, the highest first.
@@ -71,4 +71,4 @@ void unpack_row(const TiffSamples& samples, unsigned sample, std::span<const std
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

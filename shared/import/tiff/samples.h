@@ -6,7 +6,7 @@
 
 #include "shared/grid/voxel_type.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// How the rows of a page store samples: numbers of 1 to 64 bits, each pixel's `per_pixel` samples
 /// one after the other. Numbers that do not fill bytes are packed from the highest bit on, and rows
@@ -34,4 +34,4 @@ struct TiffSamples {
 void unpack_row(const TiffSamples& samples, unsigned sample, std::span<const std::byte> row,
                 VoxelType type, std::span<std::byte> voxels);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/text/xml_scanner.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Without a description: each run of pages of one size and type is a series.
@@ -105,4 +105,4 @@ Result<std::vector<TiffSeries>> tiff_series(const std::filesystem::path& path,
   return all;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

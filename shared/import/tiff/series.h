@@ -12,7 +12,7 @@
 #include "shared/import/tiff/pages.h"
 
 // What a TIFF file says of the order of its pages.
-namespace isosplat {
+namespace isosplat::import {
 
 /// The axes of a stack beside x and y.
 enum class TiffAxis : uint8_t { z, channel, time };
@@ -94,4 +94,4 @@ TiffSeriesList metamorph_series(const std::filesystem::path& path, const TiffPag
 TiffSeriesList lsm_series(const std::filesystem::path& path, const TiffPages& pages,
                           const TiffPage& first);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

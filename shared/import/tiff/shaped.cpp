@@ -7,7 +7,7 @@
 
 // Reads the descriptions that Python's tifffile writes: {"shape": [6, 7, 8], "axes": "ZYX"}, and of
 // its versions before 2017 shape=(6, 7, 8). Each array of a file has one in its first page.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxText = 1 << 20;
@@ -223,4 +223,4 @@ TiffSeriesList shaped_series(const std::filesystem::path& path, const TiffPages&
   return all;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

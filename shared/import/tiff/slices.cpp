@@ -8,7 +8,7 @@
 
 #include "shared/import/bytes/input_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Compares the number of pages with the description's. Adds a note if a difference is allowed.
@@ -266,4 +266,4 @@ Result<std::vector<TiffSlice>> tiff_slices(const std::filesystem::path& path,
   return slices;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

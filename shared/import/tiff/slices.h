@@ -5,7 +5,7 @@
 #include "shared/import/tiff/choice.h"
 #include "shared/import/tiff/source.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The places of a volume's slices. Errors: truncated or malformed_volume if the file has another
 /// number of pages than the description says; unsupported_format, io_error and malformed_volume for
@@ -17,4 +17,4 @@ Result<std::vector<TiffSlice>> tiff_slices(const std::filesystem::path& path,
                                            const TiffVolume& volume, Allowances allowed,
                                            std::vector<std::string>& notes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/slice_range.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Inverts unsigned voxels that are stored with 0 as white.
@@ -173,4 +173,4 @@ std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage pag
                                       inverts, left_out);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

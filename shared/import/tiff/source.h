@@ -9,7 +9,7 @@
 #include "shared/import/tiff/file.h"
 
 // Reads pages of TIFF files as slices.
-namespace isosplat {
+namespace isosplat::import {
 
 /// Checks that the page's compression can be decoded here. Errors: unsupported_format.
 Result<void> check_decodable(const std::filesystem::path& path, const TiffPage& page);
@@ -35,4 +35,4 @@ std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage pag
                                                std::vector<TiffSlice> slices, bool inverts,
                                                double left_out);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -17,7 +17,7 @@
 
 // Opens TIFF stacks: a file with a page per slice, or a folder with a file per slice. series.h
 // says which pages are slices; file.h decodes them.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 Result<void> check_page(const std::filesystem::path& path, const TiffPage& page,
@@ -284,4 +284,4 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
   return make_stack(path, page, one, options, std::move(slices), first_pages, std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

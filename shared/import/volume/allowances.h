@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A fault of a volume file that is an error unless the user allows it by name. If it is allowed
 /// and occurs, the volume has a note about it.
@@ -48,4 +48,4 @@ class Allowances {
   uint32_t bits_ = 0;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -4,7 +4,7 @@
 
 #include "shared/import/volume/volume_choices.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 Result<uint64_t> choose_time_step(const std::filesystem::path& path,
                                   const std::vector<int64_t>& sizes, const ImportOptions& options) {
@@ -43,4 +43,4 @@ Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
   return static_cast<uint64_t>(step);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 #include "shared/base/status.h"
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Selects a time step of a volume with `sizes` along its axes (fastest first; trailing axes of
 /// size 1 are ignored). Returns 0 for a volume without a time axis. Errors: no_cells for 2D,
@@ -21,4 +21,4 @@ Result<uint64_t> choose_time_step(const std::filesystem::path& path,
 Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
                              const ImportOptions& options);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

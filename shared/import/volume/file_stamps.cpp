@@ -7,7 +7,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kBeginning = 4096;
@@ -80,4 +80,4 @@ std::unique_ptr<VolumeSource> watch_files(std::unique_ptr<VolumeSource> source) 
   return std::make_unique<WatchedSource>(std::move(source));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -8,7 +8,7 @@
 #include "shared/grid/volume_source.h"
 #include "shared/import/bytes/input_files.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The state of files at one time: size, modification time, and a checksum of the first 4 KiB,
 /// which contain the header. Folders and missing files are ignored.
@@ -35,4 +35,4 @@ class FileStamps {
 /// changed since this call. This prevents a store with data of two volumes.
 std::unique_ptr<VolumeSource> watch_files(std::unique_ptr<VolumeSource> source);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 #include "shared/grid/voxel_type.h"
 #include "shared/import/volume/allowances.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// One of several volumes in a file: the options that choose it, and what tells it from the others.
 struct VolumeChoice {
@@ -51,4 +51,4 @@ struct ImportOptions {
   std::vector<VolumeChoice>* choices = nullptr;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -7,7 +7,7 @@
 
 #include "shared/grid/volume_source.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Values from `low` to `high` (usually equal) that stand for "no value" according to a file's
 /// header. If the header is not reliable (in DICOM, padding is often the value of air), they become
@@ -27,4 +27,4 @@ struct OpenVolume {
   std::optional<FillValue> fill_value = std::nullopt;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace isosplat {
+namespace isosplat::import {
 
 tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components) {
   return fail(Status::unsupported_type,
@@ -18,4 +18,4 @@ tl::unexpected<Error> unknown_type(const std::filesystem::path& path, std::strin
                           path.string(), type));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// The error for a volume whose voxels are vectors or colours.
 tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int components);
@@ -13,4 +13,4 @@ tl::unexpected<Error> not_scalar(const std::filesystem::path& path, int componen
 /// The error for voxels of an unsupported type.
 tl::unexpected<Error> unknown_type(const std::filesystem::path& path, std::string_view type);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

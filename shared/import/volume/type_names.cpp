@@ -4,7 +4,7 @@
 
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 std::optional<VoxelType> voxel_type_of(std::string_view name) {
   struct Name {
@@ -30,4 +30,4 @@ std::optional<VoxelType> voxel_type_of(std::string_view name) {
   return std::nullopt;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// Nobody looks through more.
@@ -55,4 +55,4 @@ void offer_allowance(const ImportOptions& options, std::string_view message) {
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

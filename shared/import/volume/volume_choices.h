@@ -6,7 +6,7 @@
 
 #include "shared/import/volume/import_options.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Puts volumes into options.choices, if the caller wants them: see ImportOptions.
 void offer(const ImportOptions& options, std::vector<VolumeChoice> volumes);
@@ -22,4 +22,4 @@ void offer_channels(const ImportOptions& options, uint64_t count,
 /// offered.
 void offer_allowance(const ImportOptions& options, std::string_view message);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

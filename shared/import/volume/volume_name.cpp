@@ -2,7 +2,7 @@
 
 #include "shared/import/codecs/packing.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 std::string volume_name(const std::filesystem::path& path) {
   std::filesystem::path file = path.filename();
@@ -12,4 +12,4 @@ std::string volume_name(const std::filesystem::path& path) {
   return stem.empty() ? "volume" : stem;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

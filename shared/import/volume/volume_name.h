@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <string>
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A file name without folder and suffixes: "a/b.nii.gz" → "b".
 std::string volume_name(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

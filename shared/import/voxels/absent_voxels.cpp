@@ -3,7 +3,7 @@
 #include <cstring>
 #include <limits>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 template <class T>
@@ -39,4 +39,4 @@ void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
   });
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -9,7 +9,7 @@
 // NaN: no surface is drawn around them, and the value range excludes them. Integer volumes with
 // absent voxels are read as floating-point numbers; the store keeps these exactly
 // (shared/preprocess/value_lattice.h).
-namespace isosplat {
+namespace isosplat::import {
 
 /// The floating-point type that holds all values of `type`: `type` itself if it is one, f32 for
 /// integers of 8 and 16 bits, f64 for wider integers (64-bit integers are exact up to 2^53).
@@ -23,4 +23,4 @@ void make_absent(VoxelType type, std::span<std::byte> voxels);
 void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
                     std::span<std::byte> out);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

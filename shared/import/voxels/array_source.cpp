@@ -12,7 +12,7 @@
 #include "shared/import/voxels/absent_voxels.h"
 #include "shared/import/voxels/slice_range.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 /// A file with less than 1/kMinShare of its voxels is an error even if truncation is allowed: the
@@ -288,4 +288,4 @@ uint64_t volume_bytes(Vec3<int64_t> voxels, size_t voxel_bytes) {
          static_cast<uint64_t>(voxels.z) * voxel_bytes;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -11,7 +11,7 @@
 #include "shared/import/voxels/data_files.h"
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// A volume that is stored as one array of voxels in a file, x fastest. The array may have a fourth
 /// axis; one step along it is read.
@@ -54,4 +54,4 @@ void reverse_rows(std::span<std::byte> slice, size_t row_bytes);
 /// nx · ny · nz · voxel bytes. Cannot overflow for sizes that orient accepts.
 uint64_t volume_bytes(Vec3<int64_t> voxels, size_t voxel_bytes);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -12,7 +12,7 @@
 #include "shared/import/codecs/deflated_reader.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxFiles = 1'000'000;
@@ -256,4 +256,4 @@ Result<JoinedFiles> open_data_files(const std::filesystem::path& header, DataFil
   return joined;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/volume/allowances.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Parses the list of data files in a detached header: NRRD's "data file" and MetaImage's
 /// "ElementDataFile". `value` is "LIST …", followed by one file per line after the header; or a
@@ -62,4 +62,4 @@ struct JoinedFiles {
 Result<JoinedFiles> open_data_files(const std::filesystem::path& header, DataFiles files,
                                     Allowances allowed);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -12,7 +12,7 @@
 #include "shared/import/voxels/absent_voxels.h"
 #include "shared/import/voxels/value_sample.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 class MissingSource : public VolumeSource {
@@ -161,4 +161,4 @@ Result<OpenVolume> with_missing_values(OpenVolume volume, const ImportOptions& o
   return is_byte ? std::move(volume) : with_outlying(std::move(volume), *sample);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

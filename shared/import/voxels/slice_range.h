@@ -6,7 +6,7 @@
 #include "shared/base/status.h"
 #include "shared/grid/volume_header.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Checks the arguments of VolumeSource::read_slices: `bytes` is the size of `out`. Errors:
 /// invalid_argument.
@@ -22,4 +22,4 @@ inline Result<void> check_slices(const VolumeHeader& header, int32_t first, int3
   return fail(Status::invalid_argument, "expected a range of slices inside the volume");
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

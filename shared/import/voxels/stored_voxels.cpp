@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 uint16_t swapped(uint16_t value) {
@@ -63,4 +63,4 @@ void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes) {
   if (voxel == 8) swap_each<uint64_t>(bytes);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -5,7 +5,7 @@
 
 #include "shared/grid/voxel_type.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// How a file stores its voxels, and how they map to values: intercept + slope · voxel. The mapping
 /// is not applied to the voxels: it is passed on to the store, whose quantized values are the
@@ -28,4 +28,4 @@ void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes);
 /// holds all of them. `out` has twice the bytes of `halves`; they do not overlap.
 void widen_halves(std::span<const std::byte> halves, std::span<std::byte> out);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

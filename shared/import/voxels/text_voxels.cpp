@@ -15,7 +15,7 @@
 #include "shared/import/text/float_from_chars.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxWord = 512;
@@ -285,4 +285,4 @@ Result<std::unique_ptr<ByteReader>> open_hex(const std::filesystem::path& path, 
   return std::make_unique<HexReader>(std::move(*file), start);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -6,7 +6,7 @@
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// Reads numbers as text from byte `start` of a file, separated by white space or commas, as
 /// native-endian voxels of `type`. Reading forwards is fast; reading backwards starts again from
@@ -21,4 +21,4 @@ Result<std::unique_ptr<ByteReader>> open_text_voxels(const std::filesystem::path
 /// (NRRD's encoding "hex"). Errors: as above.
 Result<std::unique_ptr<ByteReader>> open_hex(const std::filesystem::path& path, uint64_t start);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

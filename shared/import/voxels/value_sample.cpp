@@ -7,7 +7,7 @@
 
 #include "shared/import/volume/opened_volume.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr int32_t kSampledSlices = 64;
@@ -179,4 +179,4 @@ std::optional<OutlyingValue> outlying_value(const ValueSample& sample, VoxelType
   return outlying_at(high, -high.next - low.value, -1, sample, type);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

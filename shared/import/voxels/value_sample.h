@@ -9,7 +9,7 @@
 
 // What values a volume has and where, seen in some of its slices: enough to tell a fill value,
 // which stands for "no value", from an object or a background with one value.
-namespace isosplat {
+namespace isosplat::import {
 
 /// Whether a voxel has a fill value, which a header or the user may have written with fewer digits:
 /// a floating-point voxel may differ in its seventh digit, an integer by 1/1000.
@@ -58,4 +58,4 @@ struct OutlyingValue {
 
 std::optional<OutlyingValue> outlying_value(const ValueSample& sample, VoxelType type);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

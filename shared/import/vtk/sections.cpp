@@ -10,7 +10,7 @@
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/text/header_text.h"
 
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 constexpr size_t kMaxLine = 4096;
@@ -400,4 +400,4 @@ Result<VtkFile> read_vtk_sections(const std::filesystem::path& path) {
   return Parser(path, Scanner(path, std::move(*file))).parse();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -10,7 +10,7 @@
 #include "shared/grid/grid.h"
 #include "shared/import/voxels/stored_voxels.h"
 
-namespace isosplat {
+namespace isosplat::import {
 
 /// One array of a legacy VTK file.
 struct VtkArray {
@@ -42,4 +42,4 @@ struct VtkFile {
 /// unsupported_format for other data sets.
 Result<VtkFile> read_vtk_sections(const std::filesystem::path& path);
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -15,7 +15,7 @@
 #include "shared/import/vtk/sections.h"
 
 // Reads legacy VTK files with structured points: selects the array of scalars and checks its size.
-namespace isosplat {
+namespace isosplat::import {
 namespace {
 
 tl::unexpected<Error> malformed(const std::filesystem::path& path, const std::string& what) {
@@ -159,4 +159,4 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
   return open_array(std::move(volume), std::move(*bytes), std::move(notes));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::import

@@ -25,7 +25,7 @@ class HeldVolume : public VolumeSource {
 
 /// Reads all voxels of a volume. Errors: those of open_volume and of its source.
 inline Result<HeldVolume> hold_volume(const std::filesystem::path& path) {
-  auto opened = open_volume(path, {});
+  auto opened = import::open_volume(path, {});
   if (!opened) return tl::unexpected(opened.error());
   HeldVolume volume;
   volume.header_ = opened->source->header();

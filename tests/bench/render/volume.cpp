@@ -18,7 +18,7 @@ namespace {
 }  // namespace
 
 TestVolume load_volume(const std::string& path) {
-  auto opened = open_volume(path, {});
+  auto opened = import::open_volume(path, {});
   if (!opened) give_up(opened.error().message);
   VolumeSource& source = *opened->source;
   const VolumeHeader& header = source.header();
