@@ -5,7 +5,7 @@ const headerBytes = 48;
 const alignment = 16;
 
 /**
- * Cuts an answer of many chunks into them while it arrives. Frames come in the order asked for
+ * Splits a response of many chunks while it arrives. Frames arrive in the requested order
  * (server/HTTP.md):
  *
  *     byte  0        4        8       12       16       20       24       28
