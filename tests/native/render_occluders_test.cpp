@@ -70,10 +70,11 @@ FrameBlock frame_along_z() {
   frame.right = {1, 0, 0, 0};
   frame.up = {0, 1, 0, 0};
   frame.forward = {0, 0, 1, 0};
-  frame.depth = {0, 0, 1, 1000};
-  frame.image = {256, 256, 1, 1};
-  frame.tile = {128, 128, 0, 0};
-  frame.lens = {256, 1.0f / 256, 64, 1};
+  frame.near_plane = 1;
+  frame.far_plane = 1000;
+  frame.image_size = {256, 256};
+  frame.image_middle = {128, 128};
+  frame.focal_px = 256;
   return frame;
 }
 

@@ -34,8 +34,8 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   attach(
       program, GL_VERTEX_SHADER,
       shader_text("#define PULLED\n#define KIND " + std::to_string(static_cast<int>(kind)) + "\n",
-                  {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl",
-                   "splat.vert.glsl"}));
+                  {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "block.glsl",
+                   "splat.glsl", "splat.vert.glsl"}));
   attach(program, GL_FRAGMENT_SHADER,
          shader_text("", {}) +
              "layout(location = 0) out vec4 o_count;\n"

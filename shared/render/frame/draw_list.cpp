@@ -15,13 +15,12 @@ double cells_per_cell_of_level_0(const ChunkStore::Chunk& chunk) {
 
 DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, const Frame& frame,
                    const Frame::Box& box) {
-  const auto& lens = frame.block().lens;
   const double level_scale = cells_per_cell_of_level_0(chunk);
   const double nearest = frame.nearest(box);
-  const double diagonal = 2 * level_scale * double(frame.block().cell[3]);
+  const double diagonal = 2 * level_scale * double(frame.block().displacement_threshold);
   // Near the corners of the image, oblique cells look larger than their diagonal.
   const double largest_px =
-      1.5 * diagonal * double(lens[3]) * frame.px_per_unit(nearest - diagonal);
+      1.5 * diagonal * double(frame.block().splat_scale) * frame.px_per_unit(nearest - diagonal);
   constexpr double kReach = 2 * double(SMOOTH_REACH_CELLS);  // of a splat of gradients, in cells
   const double largest_support_px =
       1.5 * kReach * diagonal * frame.px_per_unit(nearest - kReach * diagonal);
@@ -41,7 +40,7 @@ DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, co
 
 /// The bounding box of a cluster's cells, in frame space.
 Occluders::Box cluster_box(const Frame& frame, const DrawItem& item, const SampleCluster& cluster) {
-  const auto& s = frame.block().cell;
+  const auto& s = frame.block().cell_edges;
   const auto& [x, y, z, scale] = item.block;
   const Vec3f size = Vec3f{s[0], s[1], s[2]} * scale;
   const auto along = [](uint8_t low, uint8_t high, float from, float cell) {

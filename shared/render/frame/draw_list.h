@@ -20,7 +20,7 @@ struct DrawItem {
   ChunkHandle handle;
   const ChunkStore::Chunk* chunk;
   double nearest;              ///< distance along the view of its nearest point, frame space
-  std::array<float, 4> block;  ///< u_block of shaders/splat.glsl
+  std::array<float, 4> block;  ///< u_block of shaders/block.glsl
   RegionMask regions;
   float largest_px;          ///< upper limit of the size of its splats
   float largest_support_px;  ///< that of splats of gradients

@@ -13,6 +13,10 @@ std::array<float, 4> floats(Vec3d v, double w) {
           static_cast<float>(w)};
 }
 
+std::array<float, 2> floats(double x, double y) {
+  return {static_cast<float>(x), static_cast<float>(y)};
+}
+
 double reach(Vec3d normal, Vec3d half) {
   return std::abs(normal.x) * half.x + std::abs(normal.y) * half.y + std::abs(normal.z) * half.z;
 }
@@ -92,43 +96,50 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   const double near_plane = to_clip.near_plane / unit_, far_plane = to_clip.far_plane / unit_;
   // Extent of a sphere of radius 1 along each axis: the lengths of the rows of the inverse.
   const Vec3d reach{length(column(dual, 0)), length(column(dual, 1)), length(column(dual, 2))};
-  block_.right =
-      floats(right_, std::min({spacing_.x / reach.x, spacing_.y / reach.y, spacing_.z / reach.z}));
+  block_.right = floats(right_, 0);
   block_.up = floats(up_, 0);
-  // Edge shading compares logarithms of distances. This is their change per unit at the target.
-  block_.forward = floats(forward_, unit_ / (std::log(2.0) * camera.distance));
-  block_.step_right = floats(along(camera_.right), reach.x);
-  block_.step_up = floats(along(camera_.up), reach.y);
-  block_.step_forward = floats(along(camera_.forward), reach.z);
+  block_.forward = floats(forward_, 0);
+  block_.step_right = floats(along(camera_.right), 0);
+  block_.step_up = floats(along(camera_.up), 0);
+  block_.step_forward = floats(along(camera_.forward), 0);
+  block_.reach_of_unit = floats(reach, 0);
   for (size_t axis = 0; axis < 3; ++axis) {
     block_.ascent[axis] = floats(multiply_transposed(dual, column(dual, axis)), 0);
   }
   const double middle = far_plane + near_plane, range = far_plane - near_plane;
-  block_.depth =
-      camera.orthographic
-          ? floats({-middle / range, 2 / range, near_plane}, far_plane)
-          : floats({middle / range, -2 * far_plane * near_plane / range, near_plane}, far_plane);
+  block_.depth_terms = camera.orthographic
+                           ? floats(-middle / range, 2 / range)
+                           : floats(middle / range, -2 * far_plane * near_plane / range);
+  block_.near_plane = static_cast<float>(near_plane);
+  block_.far_plane = static_cast<float>(far_plane);
   const double width = tile.width, height = tile.height;
-  block_.image =
-      floats({width, height, width / (width + 2.0 * guard_px)}, height / (height + 2.0 * guard_px));
-  block_.tile = floats({0.5 * tile.image_width - tile.left, 0.5 * tile.image_height - tile.bottom,
-                        double(tile.left)},
-                       tile.bottom);
-  block_.lens = floats({focal_px, 1 / focal_px, double(max_point_px)}, settings.splat_scale);
-  block_.cell = floats(spacing_, displacement_threshold(grid.cell_edges()) / unit_);
+  block_.image_size = floats(width, height);
+  block_.guard_scale = floats(width / (width + 2.0 * guard_px), height / (height + 2.0 * guard_px));
+  block_.image_middle =
+      floats(0.5 * tile.image_width - tile.left, 0.5 * tile.image_height - tile.bottom);
+  block_.tile_corner = floats(tile.left, tile.bottom);
+  block_.focal_px = static_cast<float>(focal_px);
+  block_.per_focal_px = static_cast<float>(1 / focal_px);
+  block_.largest_point_px = max_point_px;
+  block_.splat_scale = settings.splat_scale;
+  block_.cell_edges = floats(spacing_, 0);
+  block_.displacement_threshold =
+      static_cast<float>(displacement_threshold(grid.cell_edges()) / unit_);
+  // Edge shading compares logarithms of distances.
+  block_.log_distance_per_unit = static_cast<float>(unit_ / (std::log(2.0) * camera.distance));
 
   set_clip_planes(grid, settings);
   set_slices(grid, settings);
-  block_.switches[1] = settings.projected ? 1 : 0;
-  block_.switches[2] = settings.displaced == Displaced::drop ? 1 : 0;
-  block_.switches[3] = camera.orthographic ? 1 : 0;
+  block_.projects = settings.projected ? 1 : 0;
+  block_.drops_far = settings.displaced == Displaced::drop ? 1 : 0;
+  block_.orthographic = camera.orthographic ? 1 : 0;
   sides_ = sides_of(tile, near_plane);
   const ImageTile image{tile.image_width, tile.image_height};
   image_sides_ = tile == image ? sides_ : sides_of(image, near_plane);
 }
 
 Frame::Sides Frame::sides_of(const ImageTile& tile, double near_plane) const {
-  const double px = 1 / double(block_.lens[0]);
+  const double px = 1 / double(block_.focal_px);
   const double left = px * (tile.left - 0.5 * tile.image_width), right = left + px * tile.width;
   const double low = px * (tile.bottom - 0.5 * tile.image_height), high = low + px * tile.height;
   const auto side = [this](Vec3d normal, double offset) {
@@ -171,7 +182,7 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
     if (!(high.y < 1)) add({0, -1, 0}, eye_.y - extent_.y - margin.y);
     if (!(high.z < 1)) add({0, 0, -1}, eye_.z - extent_.z - margin.z);
   }
-  block_.switches[0] = planes;
+  block_.clip_planes = planes;
 }
 
 void Frame::set_slices(const VolumeGrid& grid, const RenderSettings& settings) {
@@ -199,7 +210,7 @@ bool Frame::may_see(const Box& box, const Sides& sides) const {
     return dot(plane.normal, box.centre) + reach(plane.normal, box.half) < plane.offset;
   };
   if (std::any_of(sides.begin(), sides.end(), is_behind)) return false;
-  for (int i = 0; i < block_.switches[0]; ++i) {
+  for (int i = 0; i < block_.clip_planes; ++i) {
     if (is_behind(clip_plane(i))) return false;
   }
   return true;
@@ -212,7 +223,7 @@ bool Frame::is_near(const Box& box, const Plane& plane, double margin) {
 
 bool Frame::may_cut(const Box& box) const {
   constexpr double kRounding = 1e-2;  // units; planes are in single precision
-  for (int i = 0; i < block_.switches[0]; ++i) {
+  for (int i = 0; i < block_.clip_planes; ++i) {
     if (is_near(box, clip_plane(i), kRounding)) return true;
   }
   return false;
@@ -223,7 +234,7 @@ double Frame::nearest(const Box& box) const {
 }
 
 double Frame::px_per_unit(double distance) const {
-  const double focal_px = double(block_.lens[0]), near_plane = double(block_.depth[2]);
+  const double focal_px = double(block_.focal_px), near_plane = double(block_.near_plane);
   return orthographic() ? focal_px : focal_px / std::max(distance, near_plane);
 }
 

@@ -9,20 +9,31 @@
 
 namespace isosplat::render {
 
-/// The uniform block of shaders/frame.glsl, laid out as std140.
-struct FrameBlock {
-  std::array<float, 4> right, up, forward;
-  std::array<float, 4> step_right, step_up, step_forward;
-  std::array<std::array<float, 4>, 3> ascent;
-  std::array<float, 4> depth;
-  std::array<float, 4> image;
-  std::array<float, 4> tile;
-  std::array<float, 4> lens;
-  std::array<float, 4> cell;
-  std::array<std::array<float, 4>, 12> clip_plane;
-  std::array<int32_t, 4> switches;
+/// The uniform block of shaders/frame.glsl, laid out as std140; the members are explained there.
+/// Its size is a multiple of 16 bytes: WebGL draws nothing with a smaller buffer than the block.
+struct alignas(16) FrameBlock {
+  using Vec2 = std::array<float, 2>;
+  using Vec4 = std::array<float, 4>;
+
+  Vec4 right, up, forward;
+  Vec4 step_right, step_up, step_forward;
+  Vec4 reach_of_unit;
+  std::array<Vec4, 3> ascent;
+  Vec4 cell_edges;
+  std::array<Vec4, 12> clip_plane;
+  Vec2 depth_terms;
+  float near_plane, far_plane;
+  Vec2 image_size, guard_scale;
+  Vec2 image_middle, tile_corner;
+  float focal_px, per_focal_px;
+  float largest_point_px;
+  float splat_scale;
+  float displacement_threshold;
+  float log_distance_per_unit;
+  int32_t clip_planes;
+  int32_t projects, drops_far, orthographic;
 };
-static_assert(sizeof(FrameBlock) == 4 * (14 * 4 + 12 * 4 + 4));
+static_assert(sizeof(FrameBlock) == 4 * (23 * 4 + 24));
 
 /// The number of clip planes, and of faces of the clip box that cut the volume. They are the first
 /// planes of the block; with caps, planes that bound the volume follow.
@@ -46,7 +57,7 @@ class Frame {
         const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset = {});
 
   const FrameBlock& block() const { return block_; }
-  bool clipped() const { return block_.switches[0] > 0; }
+  bool clipped() const { return block_.clip_planes > 0; }
   bool orthographic() const { return camera_.orthographic; }
 
   /// One unit of frame space in world units.

@@ -24,21 +24,21 @@ float reach(Vec3f along, Vec3f half) {
 
 void Occluders::begin(const FrameBlock& frame) {
   frame_ = frame;
-  columns_ = (static_cast<int>(frame.image[0]) + OCCLUDER_PX - 1) / OCCLUDER_PX;
-  rows_ = (static_cast<int>(frame.image[1]) + OCCLUDER_PX - 1) / OCCLUDER_PX;
+  columns_ = (static_cast<int>(frame.image_size[0]) + OCCLUDER_PX - 1) / OCCLUDER_PX;
+  rows_ = (static_cast<int>(frame.image_size[1]) + OCCLUDER_PX - 1) / OCCLUDER_PX;
   distances_.assign(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), kFarthest);
 }
 
 /// Conservative bounds, as half_extent_px in frame.glsl.
 Occluders::Bounds Occluders::bounds(const Box& box) const {
   const Vec3f right = xyz(frame_.right), up = xyz(frame_.up), forward = xyz(frame_.forward);
-  const float near_plane = frame_.depth[2], focal_px = frame_.lens[0];
+  const float near_plane = frame_.near_plane, focal_px = frame_.focal_px;
   const float centre = dot(box.centre, forward);
   const float nearest = std::max(centre - reach(forward, box.half), near_plane);
   const float z = std::max(centre, near_plane);
   if (is_orthographic()) {
-    return {frame_.tile[0] + focal_px * dot(box.centre, right),
-            frame_.tile[1] + focal_px * dot(box.centre, up),
+    return {frame_.image_middle[0] + focal_px * dot(box.centre, right),
+            frame_.image_middle[1] + focal_px * dot(box.centre, up),
             reach(right, box.half) * focal_px,
             reach(up, box.half) * focal_px,
             centre,
@@ -46,8 +46,8 @@ Occluders::Bounds Occluders::bounds(const Box& box) const {
   }
   const float across = dot(box.centre, right) / z, along = dot(box.centre, up) / z;
   const float px = focal_px / nearest;
-  return {frame_.tile[0] + focal_px * across,
-          frame_.tile[1] + focal_px * along,
+  return {frame_.image_middle[0] + focal_px * across,
+          frame_.image_middle[1] + focal_px * along,
           reach(right - forward * across, box.half) * px,
           reach(up - forward * along, box.half) * px,
           centre,
@@ -71,7 +71,7 @@ Occluders::Texels Occluders::texels(float x, float y, float half_x, float half_y
 void Occluders::add(const Box& box, float area) {
   const Bounds b = bounds(box);
   if (is_cut(b)) return;
-  const float px = is_orthographic() ? frame_.lens[0] : frame_.lens[0] / b.distance;
+  const float px = is_orthographic() ? frame_.focal_px : frame_.focal_px / b.distance;
   const float half = 0.5f * std::sqrt(area) * px;
   const Texels t = texels(b.x, b.y, std::min(half, b.half_x), std::min(half, b.half_y), 0.5f);
   for (int y = t.low_y; y <= t.high_y; ++y) {
@@ -85,8 +85,8 @@ void Occluders::add(const Box& box, float area) {
 bool Occluders::is_in_image(const Box& box, float margin_px) const {
   const Bounds b = bounds(box);
   if (is_cut(b)) return true;
-  return b.x + b.half_x > -margin_px && b.x - b.half_x < frame_.image[0] + margin_px &&
-         b.y + b.half_y > -margin_px && b.y - b.half_y < frame_.image[1] + margin_px;
+  return b.x + b.half_x > -margin_px && b.x - b.half_x < frame_.image_size[0] + margin_px &&
+         b.y + b.half_y > -margin_px && b.y - b.half_y < frame_.image_size[1] + margin_px;
 }
 
 bool Occluders::occlude(const Box& box) const {

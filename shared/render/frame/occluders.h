@@ -40,9 +40,11 @@ class Occluders {
     int low_x, low_y, high_x, high_y;
   };
   Bounds bounds(const Box& box) const;
-  bool is_orthographic() const { return frame_.switches[3] != 0; }
+  bool is_orthographic() const { return frame_.orthographic != 0; }
   /// Whether the near plane cuts the box, whose bounds then mean nothing.
-  bool is_cut(const Bounds& b) const { return !is_orthographic() && b.nearest <= frame_.depth[2]; }
+  bool is_cut(const Bounds& b) const {
+    return !is_orthographic() && b.nearest <= frame_.near_plane;
+  }
   Texels texels(float x, float y, float half_x, float half_y, float share) const;
 
   FrameBlock frame_{};

@@ -44,6 +44,7 @@ std::string shader_text(std::string_view defines, std::initializer_list<std::str
       "precision highp float;\nprecision highp int;\nprecision highp sampler2D;\n";
   text += defines;
   text += shader_file("shader_constants.h");
+  text += shader_file("skippable_if.glsl");
   for (const std::string_view file : files) {
     const std::string_view part = shader_file(file);
     // The log of the driver then names the file that is missing.

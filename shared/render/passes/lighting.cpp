@@ -19,8 +19,8 @@ void set(const GlProgram& program, const char* name, Vec3f v) {
   glUniform3f(program.uniform(name), v.x, v.y, v.z);
 }
 
-void set(const GlProgram& program, const char* name, Vec3f v, float w) {
-  glUniform4f(program.uniform(name), v.x, v.y, v.z, w);
+void set(const GlProgram& program, const char* name, float number) {
+  glUniform1f(program.uniform(name), number);
 }
 
 bool shows_values(const RenderSettings& settings) {
@@ -76,11 +76,15 @@ void Lighting::apply(const GlProgram& program, const RenderSettings& settings) {
   glUniform4fv(program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
 
   const LightTerms terms = light_terms(settings.light, shows_values(settings));
-  set(program, "u_key_direction", terms.key_direction, terms.roughness_4);
+  set(program, "u_key_direction", terms.key_direction);
+  set(program, "u_roughness_4", terms.roughness_4);
   set(program, "u_key", terms.key);
   glUniform3fv(program.uniform("u_sky"), 3, &terms.sky[0].x);
-  set(program, "u_rim", terms.rim_direction, terms.rim);
-  set(program, "u_shading", {terms.highlight, terms.least, terms.most});
+  set(program, "u_rim_direction", terms.rim_direction);
+  set(program, "u_rim_strength", terms.rim);
+  set(program, "u_highlight_strength", terms.highlight);
+  set(program, "u_least_light", terms.least);
+  set(program, "u_most_light", terms.most);
 }
 
 void Lighting::apply_edges(const GlProgram& program, const RenderSettings& settings,
@@ -90,8 +94,8 @@ void Lighting::apply_edges(const GlProgram& program, const RenderSettings& setti
                                                   float(EDGE_SHADING_SLOPE * EDGE_SHADING_MOST)
                                             : 1.0f;
   // The radius grows with the image: 1 px up to a height of 700 px.
-  glUniform2f(program.uniform("u_edges"), std::min(settings.eye_dome, most),
-              std::max(1.0f, static_cast<float>(image_height) / 700));
+  set(program, "u_edge_strength", std::min(settings.eye_dome, most));
+  set(program, "u_edge_radius_px", std::max(1.0f, static_cast<float>(image_height) / 700));
 }
 
 bool Lighting::has_occlusion(const LightSettings& light) {
@@ -103,20 +107,23 @@ void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& li
   // In close-ups, occluders reach over a fifth of the image's height, so that folds are seen there.
   constexpr float kMostOfImage = 0.2f;
   const float radius = limited(light.occlusion_radius, 0.001f, 1) * picture.scene_radius;
-  glUniform4f(program.uniform("u_ambient"), limited(light.occlusion, 0, 1), radius,
-              kMostOfImage * picture.image_height, 0);
+  set(program, "u_ambient_strength", limited(light.occlusion, 0, 1));
+  set(program, "u_ambient_radius", radius);
+  set(program, "u_ambient_radius_per_distance", kMostOfImage * picture.image_height);
   // Shadows reach as far as the visible part's radius, or half of the image.
-  glUniform4f(program.uniform("u_shadow"), limited(light.shadow, 0, 1),
-              limited(light.shadow_softness, 0.01f, 0.5f), picture.scene_radius,
-              0.5f * picture.image_height);
+  set(program, "u_shadow_strength", limited(light.shadow, 0, 1));
+  set(program, "u_light_radius", limited(light.shadow_softness, 0.01f, 0.5f));
+  set(program, "u_shadow_length", picture.scene_radius);
+  set(program, "u_shadow_length_per_distance", 0.5f * picture.image_height);
   // The same sequence as that of the offsets in the image, with another phase, and points of the
   // disc by H. Vogel's spiral (1979).
   const ImageOffset noise = Accumulation::offset(picture.index);
   constexpr float kGoldenAngle = 2.39996323f;
   const float index = static_cast<float>(picture.index);
   const float from_middle = std::sqrt((index + 0.5f) / float(Accumulation::kPictures));
-  glUniform4f(program.uniform("u_sample"), static_cast<float>(noise.right) + 0.5f,
-              static_cast<float>(noise.up) + 0.5f, from_middle * std::cos(kGoldenAngle * index),
+  glUniform2f(program.uniform("u_noise_offset"), static_cast<float>(noise.right) + 0.5f,
+              static_cast<float>(noise.up) + 0.5f);
+  glUniform2f(program.uniform("u_point_in_light"), from_middle * std::cos(kGoldenAngle * index),
               from_middle * std::sin(kGoldenAngle * index));
 }
 

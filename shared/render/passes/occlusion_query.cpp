@@ -44,9 +44,10 @@ Result<void> OcclusionQuery::link(bool orthographic, GLuint frame_binding) {
   if (program_ && orthographic == orthographic_) return {};
   program_ = GlProgram{};
   orthographic_ = orthographic;
-  auto program = GlProgram::link(orthographic ? kOrthographicDefine : "",
-                                 {"frame.glsl", "cell.glsl", "regions.glsl", "occlusion.vert.glsl"},
-                                 {"occlusion.frag.glsl"});
+  auto program = GlProgram::link(
+      orthographic ? kOrthographicDefine : "",
+      {"frame.glsl", "cell.glsl", "block.glsl", "regions.glsl", "occlusion.vert.glsl"},
+      {"occlusion.frag.glsl"});
   if (!program) return tl::unexpected(program.error());
   program_ = std::move(*program);
   const GLuint name = program_.name();
@@ -82,12 +83,13 @@ void OcclusionQuery::bind_picture(const Picture& picture) const {
 void OcclusionQuery::draw_items(const std::vector<Item>& items, size_t tested) const {
   const GLint block = program_.uniform("u_block"), regions = program_.uniform("u_regions"),
               row = program_.uniform("u_row");
+  glUniform1f(program_.uniform("u_rows"), static_cast<float>(counts_.height()));
   for (size_t i = 0; i < tested; ++i) {
     const Item& item = items[i];
     if (item.count == 0) continue;
     glUniform4fv(block, 1, item.block.data());
     glUniform4uiv(regions, 4, item.regions.words().data());
-    glUniform2f(row, static_cast<float>(i) + 0.5f, static_cast<float>(counts_.height()));
+    glUniform1f(row, static_cast<float>(i) + 0.5f);
     glBindVertexArray(item.vertex_array);
     glDrawArrays(GL_POINTS, item.first, item.count);
   }

@@ -21,7 +21,7 @@ class OcclusionQuery {
   /// A visible chunk. Culled chunks have no samples.
   struct Item {
     ChunkHandle handle = 0;
-    std::array<float, 4> block{};  ///< u_block of splat.vert.glsl
+    std::array<float, 4> block{};  ///< u_block of shaders/block.glsl
     RegionMask regions;
     GLuint vertex_array = 0;
     GLint first = 0;

@@ -114,32 +114,34 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (sheared_) defines += "#define SHEARED\n";
   if (orthographic_) defines += kOrthographicDefine;
   if (variant.pass == SplatPass::gradients) {
-    return GlProgram::start(defines + "#define GRADIENTS\n",
-                            {"frame.glsl", "cell.glsl", "splat.glsl", "gradients.vert.glsl"},
-                            {"frame.glsl", "smooth.glsl", "gradients.frag.glsl"});
+    return GlProgram::start(
+        defines + "#define GRADIENTS\n",
+        {"frame.glsl", "cell.glsl", "block.glsl", "splat.glsl", "gradients.vert.glsl"},
+        {"frame.glsl", "smooth.glsl", "gradients.frag.glsl"});
   }
   if (variant.pass == SplatPass::cut_cells) {
     return GlProgram::start(defines,
-                            {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl",
-                             "cut_cells.vert.glsl"},
+                            {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "block.glsl",
+                             "splat.glsl", "cut_cells.vert.glsl"},
                             {"frame.glsl", "cell.glsl", "entry.glsl", "cut_cells.frag.glsl"});
   }
   if (variant.pass == SplatPass::slice_cells) {
     return GlProgram::start(
         defines,
-        {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl", "slice.glsl",
-         "slice_cells.vert.glsl"},
+        {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "block.glsl", "splat.glsl",
+         "slice.glsl", "slice_cells.vert.glsl"},
         {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "slice.glsl", "slice_cells.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
     return GlProgram::start(
         defines,
         {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "cell.glsl",
-         "crossings.glsl", "thin.glsl", "splat.glsl", "quad.vert.glsl"},
+         "crossings.glsl", "thin.glsl", "block.glsl", "splat.glsl", "quad.vert.glsl"},
         {"gamma.glsl", "quad.frag.glsl"});
   }
   const std::initializer_list<std::string_view> vertex = {
-      "frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "splat.glsl", "splat.vert.glsl"};
+      "frame.glsl", "cell.glsl",  "crossings.glsl", "thin.glsl",
+      "block.glsl", "splat.glsl", "splat.vert.glsl"};
   if (variant.pass == SplatPass::ellipse) {
     return GlProgram::start(defines, vertex,
                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
@@ -163,7 +165,9 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
   splat.drops_hidden = program.uniform("u_drops_hidden");
-  splat.support = program.uniform("u_support");
+  splat.gradient_weight = program.uniform("u_gradient_weight");
+  splat.finest_side_px = program.uniform("u_finest_side_px");
+  splat.smooth_px = program.uniform("u_smooth_px");
   splat.per_cell = program.uniform("u_per_cell");
   glUseProgram(program.name());
   if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);

@@ -66,7 +66,7 @@ class ShaderPrograms {
     GlProgram program;
     bool is_ready = false;  ///< linked, and its constant uniforms are set
     GLint block = -1, quantized_isovalue = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
-    GLint support = -1, per_cell = -1;  // of gradients
+    GLint gradient_weight = -1, finest_side_px = -1, smooth_px = -1, per_cell = -1;  // of gradients
   };
 
   /// Starts to compile the programs of most first pictures, and does not wait.

@@ -309,10 +309,12 @@ void SplatPasses::set_support(const Pass& pass, const BoundState& bound) {
   const double weight = std::ldexp(1.0 / 16, finest - 3 * coarser);
   const double finest_side = std::ldexp(frame.cell_side(), finest);
   const auto [from_px, full_px] = pass.smooth_sizes;
-  glUniform4f(bound.program->support, static_cast<float>(weight),
-              static_cast<float>(finest_side) * block.lens[0], from_px, 1 / (full_px - from_px));
-  glUniform3f(bound.program->per_cell, 1 / (block.cell[0] * cells), 1 / (block.cell[1] * cells),
-              1 / (block.cell[2] * cells));
+  glUniform1f(bound.program->gradient_weight, static_cast<float>(weight));
+  glUniform1f(bound.program->finest_side_px, static_cast<float>(finest_side) * block.focal_px);
+  glUniform2f(bound.program->smooth_px, from_px, 1 / (full_px - from_px));
+  const auto& edges = block.cell_edges;
+  glUniform3f(bound.program->per_cell, 1 / (edges[0] * cells), 1 / (edges[1] * cells),
+              1 / (edges[2] * cells));
 }
 
 Result<void> SplatPasses::warm_up(const DrawContext& context, const SampleBuffers& buffers,

@@ -66,13 +66,11 @@ void main() {
   float z;
   int plane = entry(gl_FragCoord.xy, z);
   uint state = texelFetch(u_states, at, 0).x;
-  // Loops that run at most once: software renderers skip a loop that no pixel of a group runs, but not a
-  // branch.
-  for (int turn = state == 1u && plane < u_cuts ? 0 : 1; turn < 1; ++turn) state = filled(at);
+  SKIPPABLE_IF(state == 1u && plane < u_cuts) state = filled(at);
   bool by_surface = state > 1u && state < uint(CAP_BY_CELL) && plane < u_cuts;
-  for (int turn = by_surface ? 0 : 1; turn < 1; ++turn) state = without_outliers(state, at);
+  SKIPPABLE_IF(by_surface) state = without_outliers(state, at);
   int count = int(state & uint(CAP_BY_CELL - 1)) - 2, isosurface = count < 0 ? -1 : u_cap[count];
-  for (int turn = isosurface >= 0 && plane >= 0 && plane < u_cuts ? 0 : 1; turn < 1; ++turn) {
+  SKIPPABLE_IF(isosurface >= 0 && plane >= 0 && plane < u_cuts) {
     vec3 normal = normalize(row_to_view(-u_clip_plane[plane].xyz));
     o_pixel = encode_surface(normal, u_cap_scalar[isosurface], uint(isosurface), SIDE_CAP, 1.0);
     gl_FragDepth = window_depth(z) - CAP_DEPTH_STEP * float(count);

@@ -22,7 +22,7 @@ vec3 slice_colour(uint kind, float scalar) {
 vec4 shade(ivec2 at, int layer, float depth) {
   uvec4 bits = texelFetch(u_surfaces, ivec3(at, layer), 0);
   uint isosurface = bits.w >> ISOSURFACE_SHIFT;
-  for (int turn = isosurface >= uint(SLICE_VALUES) ? 0 : 1; turn < 1; ++turn) {
+  SKIPPABLE_IF(isosurface >= uint(SLICE_VALUES)) {
     return vec4(slice_colour(isosurface, float(bits.z) / 65535.0), 1.0);
   }
   float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
@@ -38,14 +38,14 @@ vec4 shade(ivec2 at, int layer, float depth) {
   vec3 position = position_at(gl_FragCoord.xy, z);
   vec3 facing = dot(normal, to_eye) < 0.0 ? -normal : normal;
   // The pictures' offsets are spread evenly: pixels differ by less than the space between two of them.
-  vec2 noise = fract(interleaved_noise(gl_FragCoord.xy + u_tile.zw) / STILL_PICTURES + u_sample.xy);
-  for (int turn = u_ambient.x > 0.0 ? 0 : 1; turn < 1; ++turn) {
+  vec2 noise = fract(interleaved_noise(gl_FragCoord.xy + u_tile_corner) / STILL_PICTURES + u_noise_offset);
+  SKIPPABLE_IF(u_ambient_strength > 0.0) {
     float albedo = min(dot(base, vec3(0.2126, 0.7152, 0.0722)), 0.9);
     float seen = openness(position, facing, to_eye, layer, noise);
-    open = mix(1.0, with_reflections(seen, albedo), opacity * u_ambient.x);
+    open = mix(1.0, with_reflections(seen, albedo), opacity * u_ambient_strength);
   }
-  for (int turn = u_shadow.x > 0.0 ? 0 : 1; turn < 1; ++turn) {
-    key_share = mix(1.0, key_arrives(position, facing, layer, noise.y), opacity * u_shadow.x);
+  SKIPPABLE_IF(u_shadow_strength > 0.0) {
+    key_share = mix(1.0, key_arrives(position, facing, layer, noise.y), opacity * u_shadow_strength);
   }
 #endif
   vec3 colour = lit(normal, to_eye, base, open, key_share);
@@ -61,9 +61,7 @@ void main() {
   float through = 1.0;
 #ifdef ONE_LAYER
   float depth = depth_at(at, 0);
-  // A loop that runs at most once: software renderers skip a loop that no pixel of a group runs, but
-  // not a branch.
-  for (int turn = depth < 1.0 ? 0 : 1; turn < 1; ++turn) {
+  SKIPPABLE_IF(depth < 1.0) {
     vec4 colour = shade(at, 0, depth);
     sum = colour.a * colour.rgb;
     through = 1.0 - colour.a;

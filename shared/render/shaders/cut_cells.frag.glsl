@@ -18,8 +18,8 @@ void main() {
   // A pixel's size on the face, up to two of those across the view.
   vec3 normal = normalize(row_to_view(u_clip_plane[plane].xyz));
   float facing = max(abs(dot(normal, eye_from(gl_FragCoord.xy))), 0.5);
-  vec3 reach_of_unit = vec3(u_step_right.w, u_step_up.w, u_step_forward.w);
-  vec3 margin = u_margin_px * w_at(z) * u_lens.y / facing * reach_of_unit / v_size;
+  vec3 reach_of_unit = u_reach_of_unit.xyz;
+  vec3 margin = u_margin_px * w_at(z) * u_per_focal_px / facing * reach_of_unit / v_size;
   margin = CUT_MARGIN_CELLS + min(margin, 0.9);
   if (any(greaterThan(abs(p - 0.5), 0.5 + margin))) discard;
   // In the margin, cells that are not active lie on the same side of the isovalue as the face between.

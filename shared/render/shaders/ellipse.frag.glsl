@@ -21,7 +21,7 @@ void main() {
 #else
   vec3 p = v_place + across, along = v_along + across / v_distance.x;
 #endif
-  vec2 between = ray_in_cell(p, along, 0.5 * u_lens.w - 0.5 + ELLIPSE_MARGIN_CELLS);
+  vec2 between = ray_in_cell(p, along, 0.5 * u_splat_scale - 0.5 + ELLIPSE_MARGIN_CELLS);
 #ifdef CLIPPED
   between = clip_ray(pixel_ray(vec4(0.0, 0.0, 0.0, v_distance.x)), vec3(0.0), between);
 #endif
@@ -38,9 +38,8 @@ void main() {
   bool crossed = (cubic(k, between.x) > 0.0) != (cubic(k, between.y) > 0.0);
   if (!found && !crossed && v_distance.w < 1.0) discard;
   // Searches as the exact kind if the two steps fail, but the ends of the ray are on both sides of the
-  // surface, or the surface is so curved that the ray may cross it twice. A loop that runs at most
-  // once: software renderers skip a loop that no pixel of a group runs, but not a branch.
-  for (int turn = found ? 1 : 0; turn < 1; ++turn) {
+  // surface, or the surface is so curved that the ray may cross it twice.
+  SKIPPABLE_IF(!found) {
     vec4 from = cubic_along(f, p + between.x * along, along);
     t = first_root(from, between.y - between.x);
     if (t < 0.0) discard;

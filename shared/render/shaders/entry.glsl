@@ -5,8 +5,8 @@ int entry(vec2 px, out float z) {
   vec3 ray = ray_at(px), from = point_at(px, 0.0);
   float leave = 1e30;
   int found = -1;
-  z = u_depth.z;
-  for (int i = 0; i < u_switches.x; ++i) {
+  z = u_near_plane;
+  for (int i = 0; i < u_clip_planes; ++i) {
     float slope = dot(u_clip_plane[i].xyz, ray);
     float inside = dot(u_clip_plane[i].xyz, from) - u_clip_plane[i].w, t = -inside / slope;
     if (slope > 0.0 && t > z) {

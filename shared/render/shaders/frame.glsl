@@ -4,24 +4,37 @@
 // gradients, normals). The dot product of a row vector with a vector equals that of the world; that of
 // two vectors, or of two row vectors, does not. If the axes are perpendicular, both are the same, and
 // u_ascent is the identity.
+//
+// FrameBlock (frame/frame.h) has the same members. Vectors are vec4 without a use for w: there are
+// drivers that lay out vec3 in a block wrongly.
 layout(std140) uniform Frame {
   vec4 u_right;           // row vectors: the component of a vector to the right, up, forward
-  vec4 u_up;              // u_right.w: smallest distance between opposite faces of a cell, in
-  vec4 u_forward;         // units of its smallest edge. u_forward.w: change of log2(distance) per unit, at the target
-  vec4 u_step_right;      // vectors: one unit to the right, up, forward. w: extent of a sphere of
-  vec4 u_step_up;         // radius 1 along the first, second, third axis
+  vec4 u_up;
+  vec4 u_forward;
+  vec4 u_step_right;      // vectors: one unit to the right, up, forward
+  vec4 u_step_up;
   vec4 u_step_forward;
+  vec4 u_reach_of_unit;   // extent of a sphere of radius 1 along each axis
   mat3 u_ascent;          // transforms a gradient, a row vector, into a vector; symmetric
-  vec4 u_depth;           // x, y: depth in [-1, 1] is x + y / z, orthographic x + y z; z, w: near and far plane
-  vec4 u_image;           // x, y: width and height in px; z, w: image size / viewport size with guard band
-  vec4 u_tile;            // x, y: middle of the whole image, of which a tile may be drawn; z, w: lower left
-                          // corner of the tile in it; in px
-  vec4 u_lens;            // x: focal length in px, orthographic px per unit; y: 1 / x; z: largest point in px;
-                          // w: splat scale
-  vec4 u_cell;            // xyz: edges of a cell of level 0; w: half its longest diagonal
+  vec4 u_cell_edges;      // of level 0
   vec4 u_clip_plane[MAX_CLIP_PLANES];  // keeps dot(xyz, position) >= w
-  ivec4 u_switches;       // x: clip planes; y: 1 projects samples; z: 1 drops far displacements; w: 1 if
-                          // the camera is orthographic (programs have ORTHOGRAPHIC then)
+  vec2 u_depth_terms;     // depth in [-1, 1] is x + y / z, orthographic x + y z
+  float u_near_plane;     // distances along the view
+  float u_far_plane;
+  vec2 u_image_size;      // px
+  vec2 u_guard_scale;     // image size / viewport size with guard band
+  vec2 u_image_middle;    // of the whole image, of which a tile may be drawn; px of the tile
+  vec2 u_tile_corner;     // lower left corner of the tile in the whole image, px
+  float u_focal_px;       // focal length in px, orthographic px per unit
+  float u_per_focal_px;   // 1 / u_focal_px
+  float u_largest_point_px;
+  float u_splat_scale;
+  float u_displacement_threshold;  // half the longest diagonal of a cell of level 0
+  float u_log_distance_per_unit;   // change of log2(distance) per unit, at the target
+  int u_clip_planes;      // their number
+  int u_projects;         // 0: samples stay at their cells' centres
+  int u_drops_far;        // 1: drops samples with far displacements
+  int u_orthographic;     // 1: programs have ORTHOGRAPHIC then
 };
 
 // What differs between the cameras. z: distance along the view. Perspective programs are the only ones
@@ -29,15 +42,15 @@ layout(std140) uniform Frame {
 #ifdef ORTHOGRAPHIC
 // What image positions and sizes are divided by: the homogeneous coordinate w.
 float w_at(float z) { return 1.0; }
-float depth_in_clip_space(float z) { return u_depth.x + u_depth.y * z; }
-float distance_of(float depth) { return (2.0 * depth - 1.0 - u_depth.x) / u_depth.y; }
+float depth_in_clip_space(float z) { return u_depth_terms.x + u_depth_terms.y * z; }
+float distance_of(float depth) { return (2.0 * depth - 1.0 - u_depth_terms.x) / u_depth_terms.y; }
 // One unit along the view, on the ray through the point e at this distance.
 vec3 ray_to(vec3 e, float z) { return u_step_forward.xyz; }
 // The components of this ray to the right and up.
 vec2 aside_of(vec3 e, float z) { return vec2(0.0); }
 // The point on the ray through an image position, at this distance.
 vec3 point_at(vec2 px, float z) {
-  vec2 across = (px - u_tile.xy) * u_lens.y;
+  vec2 across = (px - u_image_middle) * u_per_focal_px;
   return u_step_forward.xyz * z + u_step_right.xyz * across.x + u_step_up.xyz * across.y;
 }
 // The change of this point per unit along the view.
@@ -45,22 +58,22 @@ vec3 ray_at(vec2 px) { return u_step_forward.xyz; }
 // In the camera's frame: the direction from a point, or an image position, to the eye.
 vec3 to_eye_from(vec3 e) { return vec3(0.0, 0.0, 1.0); }
 vec3 eye_from(vec2 px) { return vec3(0.0, 0.0, 1.0); }
-float log_distance(float z) { return z * u_forward.w; }
+float log_distance(float z) { return z * u_log_distance_per_unit; }
 #else
 float w_at(float z) { return z; }
-float depth_in_clip_space(float z) { return u_depth.x + u_depth.y / z; }
-float distance_of(float depth) { return u_depth.y / (2.0 * depth - 1.0 - u_depth.x); }
+float depth_in_clip_space(float z) { return u_depth_terms.x + u_depth_terms.y / z; }
+float distance_of(float depth) { return u_depth_terms.y / (2.0 * depth - 1.0 - u_depth_terms.x); }
 vec3 ray_to(vec3 e, float z) { return e / z; }
 vec2 aside_of(vec3 e, float z) { return vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) / z; }
 vec3 ray_at(vec2 px) {
-  vec2 slope = (px - u_tile.xy) * u_lens.y;
+  vec2 slope = (px - u_image_middle) * u_per_focal_px;
   return u_step_forward.xyz + u_step_right.xyz * slope.x + u_step_up.xyz * slope.y;
 }
 vec3 point_at(vec2 px, float z) { return ray_at(px) * z; }
 vec3 to_eye_from(vec3 e) {
   return normalize(-vec3(dot(e, u_right.xyz), dot(e, u_up.xyz), -dot(e, u_forward.xyz)));
 }
-vec3 eye_from(vec2 px) { return normalize(vec3((u_tile.xy - px) * u_lens.y, 1.0)); }
+vec3 eye_from(vec2 px) { return normalize(vec3((u_image_middle - px) * u_per_focal_px, 1.0)); }
 float log_distance(float z) { return log2(z); }
 #endif
 
@@ -85,7 +98,7 @@ vec3 ascent_of(vec3 gradient) {
 
 // The image position of a point at distance z along the view.
 vec2 to_px(vec3 e, float z) {
-  return u_tile.xy + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_lens.x / w_at(z));
+  return u_image_middle + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_focal_px / w_at(z));
 }
 
 // Half the extent in px of a box with centre e and half sizes h. Conservative: never too small.
@@ -93,14 +106,14 @@ vec2 half_extent_px(vec3 e, vec3 h, float z) {
   vec2 aside = aside_of(e, z);
   vec3 right = u_right.xyz - u_forward.xyz * aside.x;
   vec3 up = u_up.xyz - u_forward.xyz * aside.y;
-  float nearest = max(z - dot(abs(u_forward.xyz), h), u_depth.z);
-  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_lens.x / w_at(nearest));
+  float nearest = max(z - dot(abs(u_forward.xyz), h), u_near_plane);
+  return vec2(dot(abs(right), h), dot(abs(up), h)) * (u_focal_px / w_at(nearest));
 }
 
 // Whether a box is completely outside of the frustum's sides. Its bounding rectangle in the image does
 // not show this for boxes beside the eye: the near plane cuts them, and the rectangle spans the image.
 bool is_beside(vec3 e, vec3 h) {
-  vec2 least = -u_tile.xy * u_lens.y, most = (u_image.xy - u_tile.xy) * u_lens.y;
+  vec2 least = -u_image_middle * u_per_focal_px, most = (u_image_size - u_image_middle) * u_per_focal_px;
 #ifdef ORTHOGRAPHIC
   vec2 at = vec2(dot(e, u_right.xyz), dot(e, u_up.xyz));
   vec2 extent = vec2(dot(abs(u_right.xyz), h), dot(abs(u_up.xyz), h));

@@ -7,7 +7,7 @@ uniform highp usampler2D u_places;  // places.frag.glsl
 uniform highp vec3 u_per_cell;      // cells per unit
 uniform uint u_isosurface;
 
-layout(location = 0) out vec4 o_sum;  // gradient, in units of u_support.x; weight
+layout(location = 0) out vec4 o_sum;  // gradient, in units of u_gradient_weight; weight
 
 void main() {
   uvec4 bits = texelFetch(u_places, ivec2(gl_FragCoord.xy), 0);
@@ -15,9 +15,7 @@ void main() {
   vec3 low = low_hats(p), high = high_hats(p), sum = low + high;
   bool is_near = min(min(sum.x, sum.y), sum.z) > 0.0 && bits.w >> 28 == u_isosurface;
   o_sum = vec4(0.0);
-  // A loop that runs at most once: software renderers skip a loop that no pixel of a group runs, but
-  // not a branch.
-  for (int turn = is_near ? 0 : 1; turn < 1; ++turn) {
+  SKIPPABLE_IF(is_near) {
     vec4 share = corner_gradients(v_lower, v_upper, low, high);
     o_sum = vec4(share.xyz * u_per_cell, v_fade * share.w);
   }

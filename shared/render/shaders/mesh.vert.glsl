@@ -15,7 +15,7 @@ void main() {
 #ifdef LIT
   vec3 ndc = gl_Position.xyz / gl_Position.w;
   float z = distance_of(0.5 + 0.5 * ndc.z);
-  vec3 to_eye = eye_from((0.5 + 0.5 * ndc.xy) * u_image.xy);
+  vec3 to_eye = eye_from((0.5 + 0.5 * ndc.xy) * u_image_size);
   vec3 light = lit(normalize(normal), to_eye, base_colour(0u, 0.0, z));
   v_colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else

@@ -2,9 +2,13 @@
 // slices of the hemisphere (GTAO: Jimenez et al. 2016), the key light's by a march towards it.
 // Directions and steps differ from pixel to pixel and from picture to picture, so that the mean of the
 // accumulated pictures has many of both.
-uniform vec4 u_ambient;  // x: strength; y: largest distance of occluders; z: the same per distance from the eye
-uniform vec4 u_shadow;   // x: strength; y: radius of the light at distance 1; z: length; w: the same per distance from the eye
-uniform vec4 u_sample;   // x, y: offsets of slices and of steps; z, w: point in the light's unit disc
+uniform float u_ambient_strength;
+uniform float u_ambient_radius, u_ambient_radius_per_distance;  // largest distance of occluders; per distance from the eye
+uniform float u_shadow_strength;
+uniform float u_light_radius;                                   // at distance 1
+uniform float u_shadow_length, u_shadow_length_per_distance;    // the latter: per distance from the eye
+uniform vec2 u_noise_offset;                                    // of slices and of steps
+uniform vec2 u_point_in_light;                                  // in its unit disc
 
 const float kHalfPi = 1.57079633;
 
@@ -12,7 +16,7 @@ const float kHalfPi = 1.57079633;
 float interleaved_noise(vec2 px) { return fract(52.9829189 * fract(dot(px, vec2(0.06711056, 0.00583715)))); }
 
 // The position of the surface in a pixel, in the camera's frame.
-vec3 position_at(vec2 px, float z) { return vec3((px - u_tile.xy) * (u_lens.y * w_at(z)), -z); }
+vec3 position_at(vec2 px, float z) { return vec3((px - u_image_middle) * (u_per_focal_px * w_at(z)), -z); }
 
 #ifdef TILE
 // Depths of the whole image, for what is beyond the tile: u_whole_scale of its pixels per pixel.
@@ -21,11 +25,11 @@ uniform float u_whole_scale;
 
 bool find_beyond_tile(vec2 px, int layer, out vec3 position) {
   vec2 size = vec2(textureSize(u_whole_depths, 0).xy), middle = 0.5 * size;
-  vec2 at = middle + (px - u_tile.xy) * u_whole_scale;
+  vec2 at = middle + (px - u_image_middle) * u_whole_scale;
   position = vec3(0.0);
   if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, size))) return false;
   float depth = texelFetch(u_whole_depths, ivec3(at, layer), 0).x;
-  position = position_at(u_tile.xy + (floor(at) + 0.5 - middle) / u_whole_scale, distance_of(depth));
+  position = position_at(u_image_middle + (floor(at) + 0.5 - middle) / u_whole_scale, distance_of(depth));
   return depth < 1.0;
 }
 #endif
@@ -34,7 +38,7 @@ bool find_beyond_tile(vec2 px, int layer, out vec3 position) {
 // outside of the image: repeating its edge would darken it.
 bool find_surface(vec2 px, int layer, out vec3 position) {
   position = vec3(0.0);
-  if (any(lessThan(px, vec2(0.0))) || any(greaterThanEqual(px, u_image.xy))) {
+  if (any(lessThan(px, vec2(0.0))) || any(greaterThanEqual(px, u_image_size))) {
 #ifdef TILE
     return find_beyond_tile(px, layer, position);
 #else
@@ -82,8 +86,8 @@ float horizon(vec3 position, vec3 to_eye, int layer, vec2 direction, float radiu
 
 // Share of the sky that is not occluded. normal: towards the eye.
 float openness(vec3 position, vec3 normal, vec3 to_eye, int layer, vec2 noise) {
-  float w = w_at(-position.z), radius = min(u_ambient.y, u_ambient.z * w);
-  float radius_px = radius * u_lens.x / w;
+  float w = w_at(-position.z), radius = min(u_ambient_radius, u_ambient_radius_per_distance * w);
+  float radius_px = radius * u_focal_px / w;
   float sum = 0.0;
   for (int i = 0; i < AMBIENT_SLICES; ++i) {
     float angle = (float(i) + noise.x) * (2.0 * kHalfPi / float(AMBIENT_SLICES));
@@ -110,15 +114,15 @@ float disc_share(float height) {
 // with a penumbra that fills the space between these points. What is farther in front of the ray than a
 // quarter of its length casts no shadow: only its front is known.
 float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
-  vec3 key = u_key_direction.xyz;
+  vec3 key = u_key_direction;
   if (dot(normal, key) <= 0.0) return 1.0;  // the surface faces away
   vec3 side = normalize(cross(key, abs(key.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
-  vec2 disc = u_shadow.y * u_sample.zw;
+  vec2 disc = u_light_radius * u_point_in_light;
   vec3 to_light = normalize(key + disc.x * side + disc.y * cross(key, side));
-  float w = w_at(-position.z), px = w * u_lens.y;  // the size of a pixel
+  float w = w_at(-position.z), px = w * u_per_focal_px;  // the size of a pixel
   vec3 from = position + normal * px;
-  float longest = min(u_shadow.z, u_shadow.w * w), thickness = 0.25 * longest;
-  float length_of_ray = min(longest, 0.9 * (-from.z - u_depth.z) / max(to_light.z, 1e-3));
+  float longest = min(u_shadow_length, u_shadow_length_per_distance * w), thickness = 0.25 * longest;
+  float length_of_ray = min(longest, 0.9 * (-from.z - u_near_plane) / max(to_light.z, 1e-3));
   float across = max(sqrt(1.0 - to_light.z * to_light.z), 0.05);
   float share = 1.0;
   for (int i = 0; i < SHADOW_STEPS; ++i) {
@@ -126,9 +130,9 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
     float way = 2.0 * px + t * t * length_of_ray;
     vec3 p = from + way * to_light;
     vec3 there;
-    if (find_surface(u_tile.xy + p.xy * (u_lens.x / w_at(-p.z)), layer, there)) {
+    if (find_surface(u_image_middle + p.xy * (u_focal_px / w_at(-p.z)), layer, there)) {
       float clearance = p.z - there.z;  // positive: the ray is in front of the surface
-      float height = clearance * across / (0.5 * u_shadow.y * way);
+      float height = clearance * across / (0.5 * u_light_radius * way);
       // What is far in front of the ray does not reach back to it, and the light's reach ends softly.
       float weight = clamp(2.0 + clearance / thickness, 0.0, 1.0) * clamp(3.0 - 3.0 * t, 0.0, 1.0);
       share = min(share, mix(1.0, disc_share(height), weight));

@@ -3,11 +3,10 @@
 // shows two cells). With u_in_front, it shows whether any part of the cell is in front of the surface
 // of some pixel.
 layout(location = 0) in uvec4 a_sample;
-uniform vec4 u_block;        // as in splat.vert.glsl
 uniform float u_quantized_isovalues[MAX_ISOSURFACES];
 uniform int u_isosurface_layers[MAX_ISOSURFACES];
 uniform int u_isovalue_count;
-uniform vec2 u_row;          // x: centre of the chunk's row in the result, in rows; y: number of rows
+uniform float u_row, u_rows; // centre of the chunk's row in the result, in rows; number of rows
 uniform highp sampler2DArray u_depths;
 uniform int u_layers;        // 0 is opaque, the others are translucent
 uniform bool u_in_front;
@@ -39,8 +38,8 @@ bool is_shown(ivec2 px, vec3 centre, vec3 half_box) {
 
 // Bounds of the pixels that the box may cover (low, high). All pixels if the near plane cuts the box.
 ivec4 px_bounds(vec3 centre, vec3 half_box, float z, float reach) {
-  vec2 low = vec2(0.0), high = u_image.xy - 1.0;
-  if (z - reach > u_depth.z) {
+  vec2 low = vec2(0.0), high = u_image_size - 1.0;
+  if (z - reach > u_near_plane) {
     vec2 extent = half_extent_px(centre, half_box, z);
     low = max(low, floor(to_px(centre, z) - extent - 1.0));
     high = min(high, floor(to_px(centre, z) + extent));
@@ -67,9 +66,9 @@ vec2 ray_in_box(vec2 px, vec3 centre, vec3 half_box) {
   vec3 along = mix(ray, vec3(1e-12), lessThan(abs(ray), vec3(1e-12)));
   vec3 first = (centre - from - half_box) / along, second = (centre - from + half_box) / along;
   vec3 enter = min(first, second), leave = max(first, second);
-  vec2 between = vec2(max(max(enter.x, enter.y), max(enter.z, u_depth.z)),
+  vec2 between = vec2(max(max(enter.x, enter.y), max(enter.z, u_near_plane)),
                       min(min(leave.x, leave.y), leave.z));
-  for (int i = 0; i < u_switches.x; ++i) {
+  for (int i = 0; i < u_clip_planes; ++i) {
     float slope = dot(u_clip_plane[i].xyz, ray);
     float inside = dot(u_clip_plane[i].xyz, from) - u_clip_plane[i].w, t = -inside / slope;
     if (slope > 0.0) between.x = max(between.x, t);
@@ -122,19 +121,19 @@ void main() {
   Cell cell = unpack_sample(a_sample);
   uint layers = active_layers(cell.interval);
   if (layers == 0u || !is_drawn(cell.low)) return;
-  vec3 half_box = 0.5 * u_block.w * u_cell.xyz;
-  vec3 centre = u_block.xyz + u_block.w * u_cell.xyz * (cell.low + 0.5);
+  vec3 half_box = 0.5 * cell_size();
+  vec3 centre = block_corner() + cell_size() * (cell.low + 0.5);
   float z = dot(centre, u_forward.xyz);
-  vec3 reach_of_unit = vec3(u_step_right.w, u_step_up.w, u_step_forward.w);
-  if (u_in_front) half_box *= max(u_lens.w, 1.0) * (1.0 + 2.0 * OCCLUSION_MARGIN_CELLS);
-  else half_box += OCCLUSION_MARGIN_PX * u_lens.y * w_at(max(z, u_depth.z)) * reach_of_unit;
+  vec3 reach_of_unit = u_reach_of_unit.xyz;
+  if (u_in_front) half_box *= max(u_splat_scale, 1.0) * (1.0 + 2.0 * OCCLUSION_MARGIN_CELLS);
+  else half_box += OCCLUSION_MARGIN_PX * u_per_focal_px * w_at(max(z, u_near_plane)) * reach_of_unit;
   float reach = dot(abs(u_forward.xyz), half_box);
-  if (z + reach < u_depth.z || is_beside(centre, half_box)) return;
+  if (z + reach < u_near_plane || is_beside(centre, half_box)) return;
   ivec4 bounds = px_bounds(centre, half_box, z, reach);
   if (any(greaterThan(bounds.xy, bounds.zw))) return;
   int found;
   if (u_in_front) {
-    float nearest = max(z - reach, u_depth.z);
+    float nearest = max(z - reach, u_near_plane);
     found = is_anywhere_in_front(centre, half_box, bounds, nearest, layers) ? OCCLUSION_MAX_PX : 0;
   } else {
     found = px_shown(centre, half_box, bounds);
@@ -146,5 +145,5 @@ void main() {
   vec4 channel = vec4(equal(uvec4(bit & 3u), uvec4(0u, 1u, 2u, 3u)));
   v_answer = min(float(found) / float(OCCLUSION_MAX_PX), 1.0) * channel;
   float column = (float(bit >> 2) + 0.5) / float(OCCLUSION_ROW_TEXELS);
-  gl_Position = vec4(2.0 * vec2(column, u_row.x / u_row.y) - 1.0, 0.0, 1.0);
+  gl_Position = vec4(2.0 * vec2(column, u_row / u_rows) - 1.0, 0.0, 1.0);
 }

@@ -14,7 +14,7 @@ flat out vec4 v_low, v_high;  // limits of the octagon in px: of x, y, x + y, x 
 // along: px per unit. corner: that of the box, relative to the sample.
 vec2 extent_px(Crossings crossings, vec3 along, vec3 corner, vec3 size) {
   vec2 px = extent(crossings, along * size) + dot(along, corner);
-  float half_px = 0.5 * u_lens.w * (px.y - px.x) + QUAD_MARGIN_PX;
+  float half_px = 0.5 * u_splat_scale * (px.y - px.x) + QUAD_MARGIN_PX;
   return 0.5 * (px.x + px.y) + vec2(-half_px, half_px);
 }
 
@@ -24,7 +24,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   Trilinear f = trilinear(cell.lower, cell.upper);
   vec4 at = value_and_gradient_at_centre(cell);
   vec3 gradient = at.yzw / size, displacement = vec3(0.0);
-  if (u_switches.y != 0) {
+  if (u_projects != 0) {
     if (!displace(at.x, gradient, size, quantized_isovalue, displacement)) {
       drop();
       return;
@@ -35,7 +35,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   }
   vec3 position = centre + displacement;
   float z = dot(position, u_forward.xyz);
-  if (z < u_depth.z || is_clipped(position, vec3(0.0))) {
+  if (z < u_near_plane || is_clipped(position, vec3(0.0))) {
     drop();
     return;
   }
@@ -51,7 +51,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec3 colour = apply_gamma(vec4(light, 1.0)).rgb;
 #else
   float facing = dot(in_view, to_eye_from(position));
-  bool is_plane = !is_inside && u_block.w > 1.0 || u_switches.y == 0;
+  bool is_plane = !is_inside && is_coarse() || u_projects == 0;
   int side = is_plane || abs(facing) < QUAD_SIDE_FACING ? SIDE_UNKNOWN : facing < 0.0 ? SIDE_RISING : SIDE_FALLING;
   v_pixel = encode_surface(in_view, scalar, u_isosurface, side, 1.0);
 #endif
@@ -59,11 +59,11 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   // The values at the corners of the box whose crossings are covered, and its corner 0 from the sample.
   vec4 lower = cell.lower - quantized_isovalue, upper = cell.upper - quantized_isovalue;
   vec3 corner = -0.5 * size - displacement;
-  if (!is_inside || u_switches.y == 0) {
+  if (!is_inside || u_projects == 0) {
     // The trilinear function has no surface here, or projection is disabled: a plane through the sample,
     // or through the box of a thin structure.
     lower = vec4(dot(normal, corner));
-    for (int turn = !is_inside && u_block.w > 1.0 ? 0 : 1; turn < 1; ++turn) {
+    SKIPPABLE_IF(!is_inside && is_coarse()) {
       vec3 middle = centre;
       bound_thin(cell, middle, size, in_view, normal);
       corner = middle - 0.5 * size - position;
@@ -77,7 +77,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
 
   // In px to the right and up, for positions in the box.
   vec2 aside = aside_of(position, z);
-  float per_px = u_lens.x / w_at(z);
+  float per_px = u_focal_px / w_at(z);
   vec3 right = per_px * (u_right.xyz - u_forward.xyz * aside.x);
   vec3 up = per_px * (u_up.xyz - u_forward.xyz * aside.y);
   vec2 sample_px = to_px(position, z);

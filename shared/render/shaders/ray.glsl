@@ -12,7 +12,7 @@ Ray pixel_ray(vec4 centre) {
 
 // The same, if the centre has an image position.
 Ray pixel_ray(vec4 centre, vec2 centre_px) {
-  vec2 offset = (gl_FragCoord.xy - centre_px) * u_lens.y;
+  vec2 offset = (gl_FragCoord.xy - centre_px) * u_per_focal_px;
   vec3 across = u_step_right.xyz * offset.x + u_step_up.xyz * offset.y;
 #ifdef ORTHOGRAPHIC
   return Ray(across, u_step_forward.xyz);
@@ -24,7 +24,7 @@ Ray pixel_ray(vec4 centre, vec2 centre_px) {
 #ifdef CLIPPED
 // Clips the interval (between.x, between.y) of the ray to the clip planes.
 vec2 clip_ray(Ray ray, vec3 centre, vec2 between) {
-  for (int i = 0; i < u_switches.x; ++i) {
+  for (int i = 0; i < u_clip_planes; ++i) {
     float inside = dot(u_clip_plane[i].xyz, ray.origin + centre) - u_clip_plane[i].w;
     float along = dot(u_clip_plane[i].xyz, ray.direction);
     float t = -inside / along;

@@ -26,15 +26,13 @@ void main() {
   vec3 origin = ray.origin / v_size + 0.5, direction = ray.direction / v_size;
   Trilinear f = Trilinear(v_a, v_b);
   vec2 between = ray_in_cell(origin, direction, 0.0);
-  between.x = max(between.x, u_depth.z - v_centre.w);
+  between.x = max(between.x, u_near_plane - v_centre.w);
 #ifdef CLIPPED
   between = clip_ray(ray, v_centre.xyz, between);
 #endif
   float length_ = between.y - between.x, t = -1.0;
   vec4 k = cubic_along(f, origin + between.x * direction, direction);
-  // A loop that runs at most once: software renderers skip a loop that no pixel of a group runs, but not
-  // a branch.
-  for (int turn = length_ >= 0.0 && may_cross(k, length_) ? 0 : 1; turn < 1; ++turn) t = first_root(k, length_);
+  SKIPPABLE_IF(length_ >= 0.0 && may_cross(k, length_)) t = first_root(k, length_);
   if (t < 0.0) discard;
   t += between.x;
   vec3 p = (ray.origin + t * ray.direction) / v_size + 0.5;

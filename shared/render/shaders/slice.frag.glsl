@@ -4,7 +4,7 @@ uniform float u_line_px;  // width of a line
 layout(location = 0) out uvec4 o_pixel;
 
 void main() {
-  vec2 px = gl_FragCoord.xy, at = px + u_tile.zw;
+  vec2 px = gl_FragCoord.xy, at = px + u_tile_corner;
   float z = slice_distance(px);
   vec3 p = point_at(px, z), per_px = fwidth(p);
   if (!is_in_shown_part(p, z)) discard;

@@ -11,10 +11,10 @@ float slice_distance(vec2 px) {
 // Whether the point at this distance is in the volume, and in the part of it that is shown. Also false if
 // the ray is parallel to the plane. The margin keeps slices that lie in a face.
 bool is_in_shown_part(vec3 p, float z) {
-  if (!(z >= u_depth.z && z <= u_depth.w)) return false;
+  if (!(z >= u_near_plane && z <= u_far_plane)) return false;
   vec3 inside = min(p - u_volume_low, u_volume_high - p);
   if (!(min(min(inside.x, inside.y), inside.z) >= -SLICE_MARGIN)) return false;
-  for (int i = 0; i < u_switches.x; ++i) {
+  for (int i = 0; i < u_clip_planes; ++i) {
     vec4 plane = u_clip_plane[i];
     if (dot(plane.xyz, p) < plane.w - SLICE_MARGIN * length(plane.xyz)) return false;
   }

@@ -4,8 +4,8 @@ flat out vec4 v_a, v_b;
 
 void main() {
   Cell cell = unpack_sample(fetch_sample());
-  v_size = u_cell.xyz * u_block.w;
-  v_low = u_block.xyz + cell.low * v_size;
+  v_size = cell_size();
+  v_low = block_corner() + cell.low * v_size;
   Trilinear f = trilinear(cell.lower, cell.upper);
   v_a = f.a;
   v_b = f.b;

@@ -7,7 +7,6 @@ uniform highp usampler2D u_samples;
 layout(location = 0) in uvec4 a_sample;
 #endif
 
-uniform vec4 u_block;           // xyz: the block's corner 0; w: cells of level 0 per cell (2^level)
 uniform float u_quantized_isovalue;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
@@ -43,7 +42,7 @@ void drop() {
 // Whether a box with centre e and half sizes h is outside of a clip plane.
 bool is_clipped(vec3 e, vec3 h) {
 #ifdef CLIPPED
-  for (int i = 0; i < u_switches.x; ++i) {
+  for (int i = 0; i < u_clip_planes; ++i) {
     vec4 plane = u_clip_plane[i];
     if (dot(plane.xyz, e) + dot(abs(plane.xyz), h) < plane.w) return true;
   }
@@ -57,9 +56,7 @@ bool is_clipped(vec3 e, vec3 h) {
 // other cells are rounded.
 float drawn_isovalue(Cell cell, out bool is_inside) {
   float wanted = u_quantized_isovalue;
-  // A loop that runs at most once: software renderers skip a loop that no vertex of a group runs, but not
-  // a branch.
-  for (int turn = u_block.w > 1.0 ? 0 : 1; turn < 1; ++turn) wanted = thickened(cell, wanted);
+  SKIPPABLE_IF(is_coarse()) wanted = thickened(cell, wanted);
   float reached = reachable(cell, wanted);
   is_inside = reached == wanted;
   return reached;
@@ -80,7 +77,7 @@ vec3 towards_eye(vec3 normal, vec3 position) {
 // centre, size: of the cell, then of the box. in_view: the normal in the camera's frame.
 void bound_thin(Cell cell, inout vec3 centre, inout vec3 size, inout vec3 in_view, out vec3 normal) {
   vec3 low, high, spanned;
-  thin_box(cell, u_quantized_isovalue, 1.0 / u_block.w, low, high, spanned);
+  thin_box(cell, u_quantized_isovalue, 1.0 / cell_scale(), low, high, spanned);
   centre += (0.5 * (low + high) - 0.5) * size;
   size *= high - low;
   in_view = towards_eye(in_view, centre);
@@ -95,10 +92,10 @@ void bound_thin(Cell cell, inout vec3 centre, inout vec3 size, inout vec3 in_vie
 bool displace(float value, vec3 gradient, vec3 size, float quantized_isovalue, out vec3 displacement) {
   vec3 ascent = ascent_of(gradient);
   displacement = newton_step(value, gradient, ascent, quantized_isovalue);
-  float threshold = u_cell.w * u_block.w;
+  float threshold = u_displacement_threshold * cell_scale();
   float distance = abs(quantized_isovalue - value) * inversesqrt(max(dot(gradient, ascent), 1e-30));
   if (distance > threshold) {
-    if (u_switches.z != 0 && u_block.w == 1.0) return false;
+    if (u_drops_far != 0 && !is_coarse()) return false;
     displacement *= threshold / distance;
   }
   displacement = clamp(displacement, -0.5 * size, 0.5 * size);
@@ -131,7 +128,7 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   for (int y = 0; y <= steps; ++y) {
     for (int x = 0; x <= steps; ++x) {
       vec2 px = centre_px + reach * (2.0 / float(steps) * vec2(x, y) - 1.0);
-      drawn = max(drawn, texelFetch(u_drawn, ivec2(clamp(px, vec2(0.0), u_image.xy - 1.0)), 0).x);
+      drawn = max(drawn, texelFetch(u_drawn, ivec2(clamp(px, vec2(0.0), u_image_size - 1.0)), 0).x);
     }
   }
   return window_depth(nearest) > drawn + 1e-6;
@@ -140,7 +137,7 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
 // Tests all tiles that the splat touches, so visible splats are never dropped. Splats of gradients are
 // dropped as well if they are nearer than all surfaces, since they cover more than their cells.
 bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
-  vec2 last = u_image.xy - 1.0;
+  vec2 last = u_image_size - 1.0;
   ivec2 low = ivec2(clamp(centre_px - half_px, vec2(0.0), last)) / HIDING_TILE_PX;
   ivec2 high = ivec2(clamp(centre_px + half_px, vec2(0.0), last)) / HIDING_TILE_PX;
 #ifdef GRADIENTS
@@ -153,8 +150,8 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
     }
   }
   vec2 surfaces = uintBitsToFloat(range);
-  return window_depth(max(nearest, u_depth.z)) > surfaces.y + 1e-6 ||
-         window_depth(max(farthest, u_depth.z)) < surfaces.x - 1e-6;
+  return window_depth(max(nearest, u_near_plane)) > surfaces.y + 1e-6 ||
+         window_depth(max(farthest, u_near_plane)) < surfaces.x - 1e-6;
 #else
   if (any(greaterThan(high - low, ivec2(2)))) return false;
   uint drawn = 0u;
@@ -171,8 +168,8 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
 // The sample's cell, its size and its centre. Returns false if the cell is not active.
 bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
   cell = unpack_sample(fetch_sample());
-  size = u_cell.xyz * u_block.w;
-  centre = u_block.xyz + (cell.low + 0.5) * size;
+  size = cell_size();
+  centre = block_corner() + (cell.low + 0.5) * size;
   return is_active(cell.interval, u_quantized_isovalue);
 }
 
@@ -180,7 +177,7 @@ bool find_cell(out Cell cell, out vec3 size, out vec3 centre) {
 // nearest, farthest: distances along the view of the splat's nearest and farthest points.
 void place_splat(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   if (any(lessThan(half_px, vec2(0.0))) || any(lessThan(centre_px + half_px, vec2(0.0))) ||
-      any(greaterThan(centre_px - half_px, u_image.xy))) {
+      any(greaterThan(centre_px - half_px, u_image_size))) {
     drop();
     return;
   }
@@ -191,15 +188,15 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
     return;
   }
 #endif
-  float ndc_z = depth_in_clip_space(max(nearest, u_depth.z));
+  float ndc_z = depth_in_clip_space(max(nearest, u_near_plane));
 #ifdef PULLED
   int corner = gl_VertexID % 6;
   centre_px += half_px * vec2(corner == 1 || corner == 2 || corner == 4 ? 1.0 : -1.0,
                               corner == 2 || corner == 4 || corner == 5 ? 1.0 : -1.0);
-  gl_Position = vec4(2.0 * centre_px / u_image.xy - 1.0, ndc_z, 1.0);
+  gl_Position = vec4(2.0 * centre_px / u_image_size - 1.0, ndc_z, 1.0);
 #else
-  gl_Position = vec4((2.0 * centre_px / u_image.xy - 1.0) * u_image.zw, ndc_z, 1.0);
-  gl_PointSize = clamp(2.0 * half_px.x, 1.0, u_lens.z);
+  gl_Position = vec4((2.0 * centre_px / u_image_size - 1.0) * u_guard_scale, ndc_z, 1.0);
+  gl_PointSize = clamp(2.0 * half_px.x, 1.0, u_largest_point_px);
 #endif
 }
 
@@ -214,16 +211,16 @@ vec4 bounds_px(vec3 e, vec3 h) {
   vec2 low = vec2(1e9), high = vec2(-1e9);
   for (int i = 0; i < 8; ++i) {
     vec3 corner = middle + half_edges * (2.0 * vec3(i & 1, i >> 1 & 1, i >> 2) - 1.0);
-    if (corner.z < u_depth.z) continue;
+    if (corner.z < u_near_plane) continue;
     low = min(low, corner.xy / w_at(corner.z));
     high = max(high, corner.xy / w_at(corner.z));
   }
   // If the near plane cuts the box, the cut is no wider than the box.
-  if (middle.z - reach.z < u_depth.z) {
-    low = min(low, (middle.xy - reach.xy) / w_at(u_depth.z));
-    high = max(high, (middle.xy + reach.xy) / w_at(u_depth.z));
+  if (middle.z - reach.z < u_near_plane) {
+    low = min(low, (middle.xy - reach.xy) / w_at(u_near_plane));
+    high = max(high, (middle.xy + reach.xy) / w_at(u_near_plane));
   }
-  return u_tile.xyxy + u_lens.x * vec4(low, high);
+  return u_image_middle.xyxy + u_focal_px * vec4(low, high);
 }
 #endif
 
@@ -236,10 +233,10 @@ void place_box(vec3 e, vec3 h, float pad_px) {
     return;
   }
   vec4 bounds = bounds_px(e, h);
-  vec2 low_px = max(bounds.xy - pad_px, vec2(-1.0)), high_px = min(bounds.zw + pad_px, u_image.xy + 1.0);
+  vec2 low_px = max(bounds.xy - pad_px, vec2(-1.0)), high_px = min(bounds.zw + pad_px, u_image_size + 1.0);
   place_splat(0.5 * (low_px + high_px), 0.5 * (high_px - low_px), z - reach, z + reach);
 #else
-  float positive = max(z, u_depth.z);
+  float positive = max(z, u_near_plane);
   place_splat(to_px(e, positive), half_extent_px(e, h, positive) + pad_px, z - reach, z + reach);
 #endif
 }

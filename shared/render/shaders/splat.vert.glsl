@@ -46,7 +46,7 @@ struct Projected {
 bool project_sample(Trilinear f, vec3 size, float quantized_isovalue, out Projected sample_) {
   vec4 at = value_and_gradient(f, vec3(0.5));
   sample_ = Projected(vec3(0.0), at.yzw / size);
-  if (u_switches.y == 0) return true;
+  if (u_projects == 0) return true;
   vec3 displacement;
   if (!displace(at.x, sample_.gradient, size, quantized_isovalue, displacement)) return false;
   for (int i = 0; i < 2; ++i) {
@@ -62,10 +62,10 @@ bool project_sample(Trilinear f, vec3 size, float quantized_isovalue, out Projec
 // Places the splat on the tangent plane of the projected sample, which has this normal (as row vector,
 // and in the camera's frame). bent: curvature of the surface, as in v_distance.
 void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 in_view, float bent) {
-  vec3 half_box = (0.5 + ELLIPSE_MARGIN_CELLS) * u_lens.w * size;
+  vec3 half_box = (0.5 + ELLIPSE_MARGIN_CELLS) * u_splat_scale * size;
   vec3 position = centre + displacement;
   float z = dot(position, u_forward.xyz);
-  if (z < u_depth.z || is_clipped(centre, half_box)) {
+  if (z < u_near_plane || is_clipped(centre, half_box)) {
     drop();
     return;
   }
@@ -75,7 +75,7 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
   float facing = dot(normal, to_hit);
   facing = facing < 0.0 ? min(facing, -ELLIPSE_MIN_FACING) : max(facing, ELLIPSE_MIN_FACING);
   vec2 slope = -in_view.xy / facing;
-  float px = w_at(z) * u_lens.y;  // size of a pixel there
+  float px = w_at(z) * u_per_focal_px;  // size of a pixel there
   // Bounds of the tangent plane's part inside of the cell's box: for any c, it extends no further along
   // r than the box along r - c n. The more curved the surface is, by the mixed second derivatives, the
   // smaller is c.
@@ -105,7 +105,7 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
 // Places the splat on a box, for fragments that search all of it. centre, size: those of the box.
 void place_exact(vec3 centre, vec3 size, float span, bool is_plane) {
   float z = dot(centre, u_forward.xyz);
-  if (z + dot(abs(u_forward.xyz), 0.5 * size) < u_depth.z) {
+  if (z + dot(abs(u_forward.xyz), 0.5 * size) < u_near_plane) {
     drop();
     return;
   }
@@ -116,10 +116,10 @@ void place_exact(vec3 centre, vec3 size, float span, bool is_plane) {
 #ifdef PULLED
   v_centre = vec4(centre, z);
 #else
-  v_centre = vec4(centre, max(z, u_depth.z));
+  v_centre = vec4(centre, max(z, u_near_plane));
   v_centre_px = to_px(centre, v_centre.w);
 #endif
-  place_box(centre, 0.5 * u_lens.w * size, 0.02);
+  place_box(centre, 0.5 * u_splat_scale * size, 0.02);
 }
 #endif
 
@@ -150,12 +150,12 @@ void main() {
 #else
   v_scalar = scalar_of(f, displacement / size + 0.5, 0.0);  // fragments have gradients of their own
 #endif
-  bool thin = !is_inside && u_block.w > 1.0, is_plane = thin || u_switches.y == 0;
+  bool thin = !is_inside && is_coarse(), is_plane = thin || u_projects == 0;
   if (is_plane) {
     // The trilinear function has no surface here, or projection is disabled: draws a plane through the
     // middle of a box. The box stays inside of the cell, since the occlusion query tests no more than the
     // cell.
-    for (int turn = thin ? 0 : 1; turn < 1; ++turn) bound_thin(cell, centre, size, in_view, normal);
+    SKIPPABLE_IF(thin) bound_thin(cell, centre, size, in_view, normal);
     displacement = vec3(0.0);
     vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
     f = Trilinear(vec4(quantized_isovalue - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
@@ -166,7 +166,7 @@ void main() {
   // Fragments search the box around the surface, in its coordinates.
   float span = cell.interval.y - cell.interval.x;
   vec3 low = vec3(0.0), high = vec3(1.0);
-  if (is_inside && u_switches.y != 0) {
+  if (is_inside && u_projects != 0) {
     bound_surface(find_crossings(cell.lower - quantized_isovalue, cell.upper - quantized_isovalue), low, high);
   }
   float margin = span > 511.0 ? ROUNDED_MARGIN_CELLS : EXACT_MARGIN_CELLS;
