@@ -59,6 +59,10 @@ void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
   state_->dirty = true;
 }
 
+const VolumeGrid& Renderer::grid() const {
+  return state_->shown_grid();
+}
+
 Result<void> Renderer::add_chunk(ChunkHandle handle, const BlockKey& block,
                                  std::span<const PackedSample> samples) {
   std::vector<PackedSample> ordered;

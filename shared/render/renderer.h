@@ -8,6 +8,7 @@
 
 #include "shared/base/status.h"
 #include "shared/grid/drawn_chunk.h"
+#include "shared/grid/grid.h"
 #include "shared/render/gl/gl_limits.h"
 #include "shared/render/passes/frame_statistics.h"
 #include "shared/render/passes/mesh_vertex.h"
@@ -79,6 +80,9 @@ class Renderer {
   /// chunks cover the same part of the volume.
   void set_visible(std::span<const DrawnChunk> chunks);
   void set_visible(std::span<const ChunkHandle> handles);  ///< draws all regions of each chunk
+
+  /// The volume; one of 2³ voxels before set_volume().
+  const VolumeGrid& grid() const;
 
   void set_settings(const RenderSettings& settings);
   const RenderSettings& settings() const;

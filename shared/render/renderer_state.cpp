@@ -6,11 +6,6 @@
 #include "shared/render/passes/image_passes.h"
 
 namespace isosplat::render {
-namespace {
-
-const VolumeGrid kNoVolume{{2, 2, 2}};
-
-}  // namespace
 
 Renderer::State::~State() {
   if (frame_buffer) glDeleteBuffers(1, &frame_buffer);
@@ -148,8 +143,8 @@ void Renderer::State::clear_targets() {
 }
 
 Frame Renderer::State::make_frame(ImageOffset offset) const {
-  return {grid ? *grid : kNoVolume,      settings, camera, tile, limits.guard_px,
-          limits.offered.max_point_size, offset};
+  return {shown_grid(), settings, camera, tile, limits.guard_px, limits.offered.max_point_size,
+          offset};
 }
 
 /// Draws all surfaces into layers, or with `light_directly` into the lit picture.
@@ -267,7 +262,7 @@ Result<void> Renderer::State::accumulate_picture() {
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);
-  const VolumeGrid& shown = grid ? *grid : kNoVolume;
+  const VolumeGrid& shown = shown_grid();
   StillPicture still;
   still.index = accumulation.pictures();
   still.scene_radius =

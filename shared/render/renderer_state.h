@@ -27,6 +27,9 @@ struct LayerAssignment {
   std::array<int, kMaxIsosurfaces> by_surface;  ///< −1: not drawn, as it is fully transparent
 };
 
+/// Where there is no volume yet.
+inline constexpr VolumeGrid kNoVolume{{2, 2, 2}};
+
 /// The objects of a renderer, and the order of passes in a frame.
 struct Renderer::State {
   float max_point_size = 1;
@@ -72,6 +75,9 @@ struct Renderer::State {
   void create_gl_objects();
   /// The context that owned the objects is gone.
   void abandon_gl_objects();
+
+  /// The volume, or a placeholder.
+  const VolumeGrid& shown_grid() const { return grid ? *grid : kNoVolume; }
 
   Result<void> warm_up(GLuint framebuffer);
   Result<FrameStatistics> draw(const ImageTile& part, GLuint framebuffer);

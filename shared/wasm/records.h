@@ -187,13 +187,6 @@ typedef struct IsosplatFrameStatistics {
   uint32_t programs_linked;
 } IsosplatFrameStatistics;
 
-/// RendererLimits, without the name of the renderer.
-typedef struct IsosplatRendererLimits {
-  float max_point_size;
-  uint32_t max_texture_size;
-  uint32_t float_targets, float_blend;
-} IsosplatRendererLimits;
-
 /// The state of an occlusion query.
 typedef struct IsosplatOcclusionAnswer {
   uint32_t is_ready;

@@ -16,14 +16,12 @@ using namespace isosplat::render;
 
 namespace {
 
-/// The state of the module: JavaScript creates one instance of the module per canvas.
+/// The state of the module: JavaScript creates one instance of the module per canvas. Volume,
+/// settings and camera are the renderer's.
 struct State {
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = 0;
   std::unique_ptr<Renderer> renderer;
-  RenderSettings settings;
-  VolumeGrid grid{{2, 2, 2}};
   std::string error;
-  std::vector<DrawnChunk> visible;
   std::vector<IsosplatVisibility> occlusion_answer;
 };
 
@@ -75,6 +73,14 @@ Vec3d as_vector(const double* numbers) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
+std::vector<Plane> planes_of(std::span<const IsosplatPlane> records) {
+  std::vector<Plane> planes;
+  for (const IsosplatPlane& plane : records) {
+    planes.push_back({as_vector(plane.normal), plane.offset});
+  }
+  return planes;
+}
+
 Camera read_camera(const IsosplatCamera& record) {
   Camera camera;
   camera.target = as_vector(record.target);
@@ -105,8 +111,18 @@ void enable_extensions() {
   }
 }
 
-void apply_settings() {
-  if (state().renderer) state().renderer->set_settings(state().settings);
+/// Changes some of the renderer's settings.
+template <class Change>
+void change_settings(Change change) {
+  if (!state().renderer) return;
+  RenderSettings settings = state().renderer->settings();
+  change(settings);
+  state().renderer->set_settings(settings);
+}
+
+/// The renderer's volume.
+VolumeGrid grid() {
+  return state().renderer ? state().renderer->grid() : VolumeGrid{{2, 2, 2}};
 }
 
 }  // namespace
@@ -141,7 +157,6 @@ IsosplatStatus isosplat_renderer_create(const char* canvas_selector) {
     return report(renderer.error());
   }
   s.renderer = std::move(*renderer);
-  apply_settings();
   return kOk;
 }
 
@@ -191,7 +206,6 @@ IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume) {
   ValueMapping values;
   values.offset = volume->value_offset;
   values.scale = volume->value_scale;
-  state().grid = grid;
   renderer->set_volume(grid, values);
   return kOk;
 }
@@ -221,60 +235,64 @@ void isosplat_renderer_remove_chunk(uint32_t handle) {
 }
 
 void isosplat_renderer_set_visible(const IsosplatDrawnChunk* chunks, uint32_t count) {
-  State& s = state();
-  s.visible.clear();
+  if (!state().renderer) return;
+  std::vector<DrawnChunk> visible;
+  visible.reserve(count);
   for (const IsosplatDrawnChunk& chunk : std::span(chunks, count)) {
-    s.visible.push_back({chunk.handle, RegionMask::from_words(chunk.regions)});
+    visible.push_back({chunk.handle, RegionMask::from_words(chunk.regions)});
   }
-  if (s.renderer) s.renderer->set_visible(std::span<const DrawnChunk>(s.visible));
+  state().renderer->set_visible(std::span<const DrawnChunk>(visible));
 }
 
 void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, uint32_t count) {
-  auto& list = state().settings.isosurfaces;
-  list.clear();
-  for (const IsosplatIsosurface& isosurface :
-       std::span(isosurfaces, std::min<uint32_t>(count, kMaxIsosurfaces))) {
-    const float* colour = isosurface.colour;
-    list.push_back({isosurface.isovalue, {colour[0], colour[1], colour[2]}, isosurface.opacity});
-  }
-  apply_settings();
+  change_settings([&](RenderSettings& settings) {
+    settings.isosurfaces.clear();
+    for (const IsosplatIsosurface& isosurface :
+         std::span(isosurfaces, std::min<uint32_t>(count, kMaxIsosurfaces))) {
+      const float* colour = isosurface.colour;
+      settings.isosurfaces.push_back(
+          {isosurface.isovalue, {colour[0], colour[1], colour[2]}, isosurface.opacity});
+    }
+  });
 }
 
 void isosplat_renderer_set_splats(uint32_t kind, uint32_t shading) {
   constexpr auto kLastKind = static_cast<uint32_t>(SplatKind::exact);
   constexpr auto kLastShading = static_cast<uint32_t>(Shading::exact);
-  state().settings.kind = static_cast<SplatKind>(std::min(kind, kLastKind));
-  state().settings.shading = static_cast<Shading>(std::min(shading, kLastShading));
-  apply_settings();
+  change_settings([&](RenderSettings& settings) {
+    settings.kind = static_cast<SplatKind>(std::min(kind, kLastKind));
+    settings.shading = static_cast<Shading>(std::min(shading, kLastShading));
+  });
 }
 
 void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
-  RenderSettings& settings = state().settings;
   constexpr auto kLast = static_cast<uint32_t>(ColourBy::projection_error);
-  settings.colour_by = static_cast<ColourBy>(std::min(appearance->colour_by, kLast));
-  settings.colour_map =
-      static_cast<ColourMap>(std::min<uint32_t>(appearance->colour_map, kColourMaps - 1));
-  settings.colour_low = appearance->colour_low;
-  settings.colour_high = appearance->colour_high;
-  std::copy(std::begin(appearance->background), std::end(appearance->background),
-            settings.background.begin());
-  settings.eye_dome = appearance->eye_dome;
-  apply_settings();
+  change_settings([&](RenderSettings& settings) {
+    settings.colour_by = static_cast<ColourBy>(std::min(appearance->colour_by, kLast));
+    settings.colour_map =
+        static_cast<ColourMap>(std::min<uint32_t>(appearance->colour_map, kColourMaps - 1));
+    settings.colour_low = appearance->colour_low;
+    settings.colour_high = appearance->colour_high;
+    std::copy(std::begin(appearance->background), std::end(appearance->background),
+              settings.background.begin());
+    settings.eye_dome = appearance->eye_dome;
+  });
 }
 
 void isosplat_renderer_set_light(const IsosplatLight* light) {
-  state().settings.light = {light->azimuth,
-                            light->elevation,
-                            light->key,
-                            light->sky,
-                            light->rim,
-                            light->highlight,
-                            light->roughness,
-                            light->occlusion,
-                            light->occlusion_radius,
-                            light->shadow,
-                            light->shadow_softness};
-  apply_settings();
+  change_settings([&](RenderSettings& settings) {
+    settings.light = {light->azimuth,
+                      light->elevation,
+                      light->key,
+                      light->sky,
+                      light->rim,
+                      light->highlight,
+                      light->roughness,
+                      light->occlusion,
+                      light->occlusion_radius,
+                      light->shadow,
+                      light->shadow_softness};
+  });
 }
 
 const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map) {
@@ -283,27 +301,21 @@ const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map) {
 
 void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPlane* planes,
                                     uint32_t count) {
-  RenderSettings& settings = state().settings;
-  settings.clip_box_low = as_vector(box->low);
-  settings.clip_box_high = as_vector(box->high);
-  settings.clip_caps = box->caps != 0;
-  settings.clip_planes.clear();
-  for (const IsosplatPlane& plane : std::span(planes, std::min<uint32_t>(count, kMaxClipPlanes))) {
-    settings.clip_planes.push_back({as_vector(plane.normal), plane.offset});
-  }
-  apply_settings();
+  change_settings([&](RenderSettings& settings) {
+    settings.clip_box_low = as_vector(box->low);
+    settings.clip_box_high = as_vector(box->high);
+    settings.clip_caps = box->caps != 0;
+    settings.clip_planes = planes_of(std::span(planes, std::min<uint32_t>(count, kMaxClipPlanes)));
+  });
 }
 
 void isosplat_renderer_set_slices(const IsosplatPlane* planes, uint32_t count, double low,
                                   double high) {
-  RenderSettings& settings = state().settings;
-  settings.slice_low = low;
-  settings.slice_high = high;
-  settings.slices.clear();
-  for (const IsosplatPlane& plane : std::span(planes, std::min<uint32_t>(count, kMaxSlices))) {
-    settings.slices.push_back({as_vector(plane.normal), plane.offset});
-  }
-  apply_settings();
+  change_settings([&](RenderSettings& settings) {
+    settings.slice_low = low;
+    settings.slice_high = high;
+    settings.slices = planes_of(std::span(planes, std::min<uint32_t>(count, kMaxSlices)));
+  });
 }
 
 void isosplat_renderer_set_camera(const IsosplatCamera* camera) {
@@ -311,7 +323,7 @@ void isosplat_renderer_set_camera(const IsosplatCamera* camera) {
 }
 
 void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect) {
-  *camera = record_of(default_camera(state().grid, aspect, camera->orthographic != 0));
+  *camera = record_of(default_camera(grid(), aspect, camera->orthographic != 0));
 }
 
 void isosplat_renderer_orbit(IsosplatCamera* camera, double right_degrees, double up_degrees) {
@@ -324,17 +336,17 @@ void isosplat_renderer_pan(IsosplatCamera* camera, double right_px, double down_
 }
 
 void isosplat_renderer_zoom(IsosplatCamera* camera, double factor) {
-  *camera = record_of(zoomed(read_camera(*camera), factor, bounding_sphere(state().grid).radius));
+  *camera = record_of(zoomed(read_camera(*camera), factor, bounding_sphere(grid()).radius));
 }
 
 void isosplat_renderer_bound(IsosplatCamera* camera) {
-  *camera = record_of(bounded(read_camera(*camera), state().grid));
+  *camera = record_of(bounded(read_camera(*camera), grid()));
 }
 
 void isosplat_renderer_projection(const IsosplatCamera* camera, int32_t width, int32_t height,
                                   IsosplatProjection* result) {
-  const Projection projected = projection(read_camera(*camera), bounding_sphere(state().grid),
-                                          {0, 0, 0}, std::max(width, 1), std::max(height, 1));
+  const Projection projected = projection(read_camera(*camera), bounding_sphere(grid()), {0, 0, 0},
+                                          std::max(width, 1), std::max(height, 1));
   std::copy(projected.clip_from_world.begin(), projected.clip_from_world.end(),
             result->clip_from_world);
 }
@@ -460,14 +472,6 @@ IsosplatStatus isosplat_renderer_take_occlusion_query(IsosplatOcclusionAnswer* a
 
 const IsosplatVisibility* isosplat_renderer_occlusion_answer() {
   return state().occlusion_answer.data();
-}
-
-IsosplatStatus isosplat_renderer_limits(IsosplatRendererLimits* limits) {
-  if (!state().renderer) return no_renderer();
-  const RendererLimits& offered = state().renderer->limits();
-  *limits = {offered.max_point_size, static_cast<uint32_t>(offered.max_texture_size),
-             offered.float_targets, offered.float_blend};
-  return kOk;
 }
 
 const char* isosplat_renderer_name() {

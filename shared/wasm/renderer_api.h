@@ -142,9 +142,8 @@ IsosplatStatus isosplat_renderer_begin_occlusion_query(const uint32_t* handles, 
 IsosplatStatus isosplat_renderer_take_occlusion_query(IsosplatOcclusionAnswer* answer);
 const IsosplatVisibility* isosplat_renderer_occlusion_answer();
 
-/// What the GL implementation offers, and its name (GL_RENDERER; empty without a renderer), valid
-/// until the next call.
-IsosplatStatus isosplat_renderer_limits(IsosplatRendererLimits* limits);
+/// The name of the GL implementation (GL_RENDERER; empty without a renderer), valid until the next
+/// call.
 const char* isosplat_renderer_name();
 
 /// Call these on the canvas's events webglcontextlost (after preventDefault) and

@@ -112,8 +112,6 @@ std::vector<Record> all_records() {
       RECORD(FrameStatistics, by_cpp, FIELD(samples_drawn), FIELD(samples_resident),
              FIELD(gpu_bytes), FIELD(chunks_drawn), FIELD(chunks_culled), FIELD(draw_calls),
              FIELD(programs_linked)),
-      RECORD(RendererLimits, by_cpp, FIELD(max_point_size), FIELD(max_texture_size),
-             FIELD(float_targets), FIELD(float_blend)),
       RECORD(OcclusionAnswer, by_cpp, FIELD(is_ready), FIELD(count)),
   };
 }

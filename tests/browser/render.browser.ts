@@ -103,9 +103,7 @@ test("draws what the native renderer draws, before and after a lost context", as
       const gl = canvas.getContext("webgl2") as WebGL2RenderingContext;
       const debug = gl.getExtension("WEBGL_debug_renderer_info");
       const renderer = String(gl.getParameter(debug?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
-      const limits = m._malloc(layouts.rendererLimitsBytes);
-      check(m._isosplat_renderer_limits(limits));
-      const { floatTargets } = layouts.readRendererLimits(heap(), limits);
+      const floatTargets = gl.getExtension("EXT_color_buffer_float") !== null;
       const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
       const clusters = new Uint8Array(await (await fetch("/fixture/clusters.bin")).arrayBuffer());
       const volume = records(layouts.volumeBytes, layouts.writeVolume, {
@@ -225,7 +223,7 @@ test("draws what the native renderer draws, before and after a lost context", as
     [camera, kinds.length, defaultLook] as const,
   );
   expect(result.renderer).toContain("llvmpipe");
-  expect(result.floatTargets).toBe(1);
+  expect(result.floatTargets).toBe(true);
   expect(result.error).toBe(0);
   for (const [kind, name] of kinds.entries()) {
     expect(result.before[kind], name).toBeLessThan(0.001);

@@ -105,6 +105,40 @@ describe("folders", () => {
     expect(lines(uses.filter(({ to }) => to.split("/")[0] === "tests"))).toEqual([]);
   });
 
+  // Sources of the core as CONTRIBUTING.md has it. shared/wasm is the binding to JavaScript: a module
+  // keeps its state in one object, and write_layouts is a program that the build runs.
+  const isBinding = (file: string) => file.startsWith("shared/wasm/");
+  const core = cpp.filter(
+    (file) =>
+      file.startsWith("shared/") &&
+      !isBinding(file) &&
+      !/^shared\/(import|library|posix_file|store_file)\//.test(file),
+  );
+  const found = (files: string[], pattern: RegExp) =>
+    files.flatMap((file) =>
+      [...readFileSync(join(root, file), "utf8").matchAll(pattern)].map(
+        ([text]) => `${file}: ${text.trim()}`,
+      ),
+    );
+
+  it("of the core have no variables that outlive a call", () => {
+    // Variables at the start of a line are in a namespace: code of functions and classes is indented.
+    const variable =
+      /^(?:\s*(?:static|thread_local)\s+(?!const\b|constexpr\b)[^()\n]*[;={]|(?!using|namespace|return|class|struct|enum|template|typedef|extern|friend|static|inline constexpr|constexpr|const|[#/} ])[\w:<>,]+(?: [\w:<>,]+)* \w+(?:\[[^\]\n]*\])?(?: = [^;\n]*|\{[^;\n]*\})?;$)/gm;
+    expect(found(core, variable)).toEqual([]);
+    expect(found(cpp.filter(isBinding), variable)).toEqual([
+      "shared/wasm/mesh_api.cpp: static State instance;",
+      "shared/wasm/renderer_api.cpp: static State instance;",
+    ]);
+  });
+
+  it("of the core print nothing, and use no files and threads", () => {
+    const system =
+      /\b(?:printf|fprintf|puts|fputs|fopen|fwrite)\(|\bstd::(?:cout|cerr|clog|[io]?fstream|thread|jthread|mutex)\b/g;
+    expect(found(core, system)).toEqual([]);
+    expect(found(cpp.filter(isBinding), system).length).toBeGreaterThan(0);
+  });
+
   it("of native/ but the program use nothing of the server", () => {
     const native = [...folders].filter((folder) => folder.startsWith("native/"));
     expect(native.filter((folder) => leads(folder, "server"))).toEqual(["native/cli"]);

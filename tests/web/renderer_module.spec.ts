@@ -33,7 +33,6 @@ test("functions that need a renderer fail without one", async () => {
     ["set_volume", 0],
     ["begin_fade", 0],
     ["take_occlusion_query", 0],
-    ["limits", 0],
     ["check_gpu"],
     ["warm_up"],
     ["context_restored"],

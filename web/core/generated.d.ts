@@ -247,15 +247,6 @@ declare module "*/layouts.js" {
   export const frameStatisticsBytes: number;
   export function readFrameStatistics(data: DataView, at: number): FrameStatistics;
 
-  export interface RendererLimits {
-    maxPointSize: number;
-    maxTextureSize: number;
-    floatTargets: number;
-    floatBlend: number;
-  }
-  export const rendererLimitsBytes: number;
-  export function readRendererLimits(data: DataView, at: number): RendererLimits;
-
   export interface OcclusionAnswer {
     isReady: number;
     count: number;
