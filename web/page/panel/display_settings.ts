@@ -8,7 +8,6 @@ import {
   type Look,
   noSlices,
   planeFacing,
-  type Slices,
   type Surface,
   surfacesAt,
   turnedLight,
@@ -32,7 +31,9 @@ import { withAddedSurface } from "./surfaces.ts";
 
 /**
  * What the viewer shows and how: surfaces, appearance, clipping, slices. Starts with the settings of the
- * address; passes every change to the viewer, then notifies the page.
+ * address; passes every change to the viewer, then notifies the page. The viewer keeps appearance,
+ * clipping and slices. The surfaces that the visitor has chosen are here: the viewer shows others while
+ * a film is made, and none before a volume is open.
  */
 export class DisplaySettings {
   readonly #viewer: Viewer;
@@ -45,10 +46,7 @@ export class DisplaySettings {
   #suggested: number | undefined;
   /** The surface that the slider and the keys change. */
   #active = 0;
-  #look: Look;
   #isThemeBackground: boolean;
-  #clip: Clip;
-  #slices: Slices;
   #show: ReadonlySet<OverlayPart>;
   #isLogarithmic = true;
   #sweepSeconds = 10;
@@ -62,7 +60,7 @@ export class DisplaySettings {
     this.#changed = changed;
     this.#surfaces = surfacesAt(url.isovalues ?? [], url.colours, url.opacities);
     this.#isThemeBackground = url.background === undefined;
-    this.#look = {
+    viewer.setLook({
       kind: url.kind ?? defaultLook.kind,
       shading: url.shading ?? defaultLook.shading,
       colourBy: url.colourBy ?? defaultLook.colourBy,
@@ -70,17 +68,11 @@ export class DisplaySettings {
       light: url.light ?? defaultLook.light,
       eyeDome: url.eyeDome ?? defaultLook.eyeDome,
       background: url.background ?? themeBackground[theme()],
-    };
-    this.#clip = url.clip ?? wholeVolume;
-    this.#slices = url.slices ?? noSlices;
-    this.#show = url.show ?? defaultParts;
-    viewer.setLook(this.#look);
-    viewer.setClip(this.#clip);
-    viewer.setSlices(this.#slices);
-    viewer.on("light", (light) => {
-      this.#look = { ...this.#look, light };
-      changed();
     });
+    viewer.setClip(url.clip ?? wholeVolume);
+    viewer.setSlices(url.slices ?? noSlices);
+    this.#show = url.show ?? defaultParts;
+    viewer.on("light", changed);
   }
 
   /** Empty until the address or a volume provides an isovalue. */
@@ -160,10 +152,10 @@ export class DisplaySettings {
       scale: this.#scale,
       surfaces: this.#surfaces,
       active: this.#active,
-      look: this.#look,
+      look: this.#viewer.look,
       isThemeBackground: this.#isThemeBackground,
-      clip: this.#clip,
-      slices: this.#slices,
+      clip: this.#viewer.clip,
+      slices: this.#viewer.slices,
       show: this.#show,
     };
   }
@@ -179,11 +171,8 @@ export class DisplaySettings {
     this.#active = Math.max(0, Math.min(this.#active, view.surfaces.length - 1));
     this.#show = view.show;
     this.#isThemeBackground = view.isThemeBackground;
-    this.#look = view.look;
     this.#viewer.setLook(view.look);
-    this.#clip = view.clip;
     this.#viewer.setClip(view.clip);
-    this.#slices = view.slices;
     this.#viewer.setSlices(view.slices);
     this.#setSurfaces(view.surfaces);
     this.themeChanged();
@@ -254,7 +243,8 @@ export class DisplaySettings {
       if (change.background !== undefined) this.#isThemeBackground = false;
       this.#changeLook(change);
     },
-    turnLight: (right, up) => this.#changeLook({ light: turnedLight(this.#look.light, right, up) }),
+    turnLight: (right, up) =>
+      this.#changeLook({ light: turnedLight(this.#viewer.look.light, right, up) }),
     followTheme: () => {
       this.#isThemeBackground = true;
       this.themeChanged();
@@ -267,18 +257,17 @@ export class DisplaySettings {
     },
     changeClip: (clip) => this.#setClip(clip),
     cutAcrossView: () => {
-      const { camera, info } = this.#viewer;
-      if (camera && info) this.#setClip({ ...this.#clip, planes: [planeFacing(camera, info)] });
+      const { camera, info, clip } = this.#viewer;
+      if (camera && info) this.#setClip({ ...clip, planes: [planeFacing(camera, info)] });
     },
     changeSlices: (slices) => {
-      this.#slices = slices;
       this.#viewer.setSlices(slices);
       this.#changed();
     },
     sliceAcrossView: () => {
-      const { camera, info } = this.#viewer;
+      const { camera, info, slices } = this.#viewer;
       if (!camera || !info) return;
-      this.actions.changeSlices({ ...this.#slices, plane: planeFacing(camera, info) });
+      this.actions.changeSlices({ ...slices, plane: planeFacing(camera, info) });
     },
   };
 
@@ -312,13 +301,11 @@ export class DisplaySettings {
   }
 
   #setClip(clip: Clip): void {
-    this.#clip = clip;
     this.#viewer.setClip(clip);
     this.#changed();
   }
 
   #changeLook(change: Partial<Look>): void {
-    this.#look = { ...this.#look, ...change };
     this.#viewer.setLook(change);
     this.#changed();
   }
