@@ -109,9 +109,10 @@ bool is_named_mrc(const FileHead& head, bool is_raw) {
   if (is_raw) return false;
   std::string name = lower_name(head);
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
+  constexpr std::array kSuffixes{".mrc"sv, ".map"sv, ".rec"sv, ".st"sv, ".ccp4"sv};
   const bool is_named =
-      std::ranges::any_of(std::array{".mrc"sv, ".map"sv, ".rec"sv, ".st"sv, ".ccp4"sv},
-                          [&](std::string_view suffix) { return name.ends_with(suffix); });
+      std::any_of(kSuffixes.begin(), kSuffixes.end(),
+                  [&](std::string_view suffix) { return name.ends_with(suffix); });
   return is_named && is_mrc(head.bytes(), true);
 }
 
@@ -192,7 +193,7 @@ constexpr Format kFormats[] = {
 
 const Format* format_of(const FileHead& head, bool is_raw) {
   const auto first = [](auto&& is_it) {
-    const Format* found = std::ranges::find_if(kFormats, is_it);
+    const Format* found = std::find_if(std::begin(kFormats), std::end(kFormats), is_it);
     return found == std::end(kFormats) ? nullptr : found;
   };
   const Format* found =
@@ -211,7 +212,8 @@ std::string titles_of_formats() {
   for (const Format& each : kFormats) {
     if (!each.title.empty()) listed.push_back(&each);
   }
-  std::ranges::sort(listed, {}, &Format::title_rank);
+  std::sort(listed.begin(), listed.end(),
+            [](const Format* a, const Format* b) { return a->title_rank < b->title_rank; });
   std::string text;
   for (const Format* each : listed) {
     if (!text.empty()) text += each == listed.back() ? " or " : ", ";
