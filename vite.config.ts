@@ -33,7 +33,7 @@ function compressed(): Plugin {
   };
 }
 
-/** What server/page_route.cpp sends, for hosts that send no policy. */
+/** What server/routes/page_route.cpp sends, for hosts that send no policy. */
 const policy =
   "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; " +
   "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; manifest-src 'self'; " +

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "server/access_rules.h"
-#include "server/origin_policy.h"
+#include "server/access/access_rules.h"
+#include "server/access/origin_policy.h"
 #include "server/server.h"
 
 // What the options of a server say about access.

@@ -15,14 +15,14 @@
 #include <tuple>
 #include <utility>
 
-#include "server/ip_address.h"
-#include "server/memory_limit.h"
-#include "server/proxy_header.h"
-#include "server/refusals.h"
-#include "server/request_parser.h"
-#include "server/response_header.h"
-#include "server/streams.h"
-#include "server/tcp_progress.h"
+#include "server/access/ip_address.h"
+#include "server/access/proxy_header.h"
+#include "server/http/request_parser.h"
+#include "server/http/response_header.h"
+#include "server/http/streams.h"
+#include "server/limits/memory_limit.h"
+#include "server/net/tcp_progress.h"
+#include "server/routes/refusals.h"
 
 namespace isosplat {
 namespace {

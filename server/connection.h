@@ -6,19 +6,19 @@
 #include <optional>
 #include <string>
 
-#include "server/access_log.h"
-#include "server/admission.h"
-#include "server/asio.h"
-#include "server/byte_budget.h"
-#include "server/message.h"
-#include "server/metrics.h"
-#include "server/rate_limit.h"
-#include "server/router.h"
+#include "server/access/trusted_proxies.h"
+#include "server/http/message.h"
+#include "server/limits/admission.h"
+#include "server/limits/byte_budget.h"
+#include "server/limits/rate_limit.h"
+#include "server/limits/work_pool.h"
+#include "server/log/access_log.h"
+#include "server/log/server_log.h"
+#include "server/net/asio.h"
+#include "server/net/tls.h"
+#include "server/routes/metrics.h"
+#include "server/routes/router.h"
 #include "server/server.h"
-#include "server/server_log.h"
-#include "server/tls.h"
-#include "server/trusted_proxies.h"
-#include "server/work_pool.h"
 
 namespace isosplat {
 

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "server/page_assets.h"
-#include "server/router.h"
-#include "server/server_log.h"
+#include "server/log/server_log.h"
+#include "server/routes/page_assets.h"
+#include "server/routes/router.h"
 
 namespace isosplat {
 

@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
-#include "server/access_log.h"
-#include "server/jwt.h"
-#include "server/log_file.h"
-#include "server/origin_policy.h"
-#include "server/trusted_proxies.h"
+#include "server/access/jwt.h"
+#include "server/access/origin_policy.h"
+#include "server/access/trusted_proxies.h"
+#include "server/log/access_log.h"
+#include "server/log/log_file.h"
 #include "shared/base/status.h"
 
 namespace isosplat {

@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace isosplat {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <unordered_map>
 
-#include "server/admission.h"
-#include "server/asio.h"
 #include "server/connection.h"
+#include "server/limits/admission.h"
+#include "server/net/asio.h"
 
 namespace isosplat {
 

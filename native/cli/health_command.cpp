@@ -4,7 +4,7 @@
 #include "native/cli/numbers.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
-#include "server/http_get.h"
+#include "server/net/http_get.h"
 
 namespace isosplat::cli {
 namespace {

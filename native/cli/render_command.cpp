@@ -14,7 +14,7 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
-#include "server/thumbnail.h"
+#include "server/catalog/thumbnail.h"
 
 namespace isosplat::cli {
 namespace {

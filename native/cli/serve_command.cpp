@@ -11,8 +11,8 @@
 #include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
-#include "server/hand_over.h"
-#include "server/service_manager.h"
+#include "server/net/hand_over.h"
+#include "server/net/service_manager.h"
 
 namespace isosplat::cli {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "native/cli/command.h"
 #include "native/cli/terminal.h"
-#include "server/hand_over.h"
-#include "server/service_manager.h"
+#include "server/net/hand_over.h"
+#include "server/net/service_manager.h"
 
 namespace isosplat::cli {
 

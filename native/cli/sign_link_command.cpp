@@ -13,9 +13,9 @@
 #include "native/cli/durations.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
-#include "server/access_rules.h"
-#include "server/catalog.h"
-#include "server/volume_names.h"
+#include "server/access/access_rules.h"
+#include "server/catalog/catalog.h"
+#include "server/catalog/volume_names.h"
 
 namespace isosplat::cli {
 namespace {

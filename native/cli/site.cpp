@@ -11,10 +11,10 @@
 
 #include "native/cli/outputs.h"
 #include "native/files/output_file.h"
-#include "server/catalog.h"
-#include "server/conditions.h"
-#include "server/thumbnail.h"
-#include "server/volume_json.h"
+#include "server/catalog/catalog.h"
+#include "server/catalog/thumbnail.h"
+#include "server/catalog/volume_json.h"
+#include "server/http/conditions.h"
 
 namespace isosplat::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include <cstdio>
 
 #include "native/cli/command.h"
-#include "server/printable_text.h"
+#include "server/http/printable_text.h"
 
 namespace isosplat::cli {
 namespace {

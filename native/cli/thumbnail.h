@@ -10,7 +10,7 @@
 namespace isosplat::cli {
 
 /// Writes a picture of a store as a PNG file that names the store's content id
-/// (server/thumbnail.h). Errors: io_error, and those of OutputFile.
+/// (server/catalog/thumbnail.h). Errors: io_error, and those of OutputFile.
 Result<void> write_picture(const std::filesystem::path& path, const Image& image,
                            std::string_view content);
 

@@ -13,8 +13,8 @@
 #include "native/cli/server_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/terminal.h"
-#include "server/access_rules.h"
-#include "server/volume_names.h"
+#include "server/access/access_rules.h"
+#include "server/catalog/volume_names.h"
 #include "shared/store_file/store_file.h"
 
 namespace isosplat::cli {

@@ -12,9 +12,9 @@
 #include <string_view>
 #include <utility>
 
-#include "server/access_log.h"
-#include "server/request_parser.h"
-#include "server/router.h"
+#include "server/http/request_parser.h"
+#include "server/log/access_log.h"
+#include "server/routes/router.h"
 #include "tests/server/test_store.h"
 
 namespace {

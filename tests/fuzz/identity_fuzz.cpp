@@ -8,11 +8,11 @@
 #include <string>
 #include <string_view>
 
-#include "server/access_rules.h"
-#include "server/json_web_keys.h"
-#include "server/jwt.h"
-#include "server/proxy_header.h"
-#include "server/trusted_proxies.h"
+#include "server/access/access_rules.h"
+#include "server/access/json_web_keys.h"
+#include "server/access/jwt.h"
+#include "server/access/proxy_header.h"
+#include "server/access/trusted_proxies.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "server/thumbnail.h"
+#include "server/catalog/thumbnail.h"
 
 namespace {
 

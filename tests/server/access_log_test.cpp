@@ -9,7 +9,7 @@
 #include <set>
 #include <sstream>
 
-#include "server/access_rules.h"
+#include "server/access/access_rules.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -6,7 +6,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "server/access_rules.h"
+#include "server/access/access_rules.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -10,10 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "server/catalog.h"
-#include "server/folder_watch.h"
-#include "server/store_pool.h"
-#include "server/volume_names.h"
+#include "server/catalog/catalog.h"
+#include "server/catalog/folder_watch.h"
+#include "server/catalog/store_pool.h"
+#include "server/catalog/volume_names.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

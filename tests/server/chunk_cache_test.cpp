@@ -1,4 +1,4 @@
-#include "server/chunk_cache.h"
+#include "server/catalog/chunk_cache.h"
 
 #include <gtest/gtest.h>
 

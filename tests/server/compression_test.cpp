@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include "server/gzip.h"
+#include "server/http/gzip.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -1,8 +1,8 @@
-#include "server/conditions.h"
+#include "server/http/conditions.h"
 
 #include <gtest/gtest.h>
 
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace isosplat {
 namespace {

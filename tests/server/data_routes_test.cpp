@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "server/streams.h"
+#include "server/http/streams.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

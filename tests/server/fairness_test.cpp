@@ -10,7 +10,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "server/admission.h"
+#include "server/limits/admission.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

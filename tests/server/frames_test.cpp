@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "server/streams.h"
+#include "server/http/streams.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -12,8 +12,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "server/access_rules.h"
-#include "server/jwt.h"
+#include "server/access/access_rules.h"
+#include "server/access/jwt.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "server/byte_budget.h"
-#include "server/rate_limit.h"
+#include "server/limits/byte_budget.h"
+#include "server/limits/rate_limit.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

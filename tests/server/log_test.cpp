@@ -11,8 +11,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "server/log_file.h"
-#include "server/printable_text.h"
+#include "server/http/printable_text.h"
+#include "server/log/log_file.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

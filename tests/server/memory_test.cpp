@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "native/builder/array_source.h"
-#include "server/memory_limit.h"
+#include "server/limits/memory_limit.h"
 #include "shared/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 

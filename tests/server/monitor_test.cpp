@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "server/routes.h"
+#include "server/routes/routes.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

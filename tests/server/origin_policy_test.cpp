@@ -1,6 +1,6 @@
 // Who may read: the names that a request may give to the server, and the pages of other origins.
 
-#include "server/origin_policy.h"
+#include "server/access/origin_policy.h"
 
 #include <gtest/gtest.h>
 

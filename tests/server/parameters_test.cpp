@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/routes.h"
+#include "server/routes/routes.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

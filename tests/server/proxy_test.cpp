@@ -5,9 +5,9 @@
 
 #include <mutex>
 
-#include "server/ip_address.h"
-#include "server/proxy_header.h"
-#include "server/trusted_proxies.h"
+#include "server/access/ip_address.h"
+#include "server/access/proxy_header.h"
+#include "server/access/trusted_proxies.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "native/builder/array_source.h"
-#include "server/fair_queue.h"
-#include "server/router.h"
-#include "server/work_turn.h"
+#include "server/limits/fair_queue.h"
+#include "server/routes/router.h"
+#include "server/routes/work_turn.h"
 #include "shared/store_file/store_file.h"
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"

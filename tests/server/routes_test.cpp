@@ -1,6 +1,6 @@
 // The table of routes: it equals that of HTTP.md, and paths match the right routes.
 
-#include "server/routes.h"
+#include "server/routes/routes.h"
 
 #include <gtest/gtest.h>
 

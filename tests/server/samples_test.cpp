@@ -9,7 +9,7 @@
 
 #include "native/builder/array_source.h"
 #include "native/extract/extract.h"
-#include "server/router.h"
+#include "server/routes/router.h"
 #include "shared/points/position_precision.h"
 #include "tests/server/server_fixture.h"
 

@@ -8,7 +8,7 @@
 #include <set>
 #include <thread>
 
-#include "server/volume_names.h"
+#include "server/catalog/volume_names.h"
 #include "shared/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/thumbnail.h"
+#include "server/catalog/thumbnail.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -1,7 +1,7 @@
 // Rights never move to another store: the name of a volume follows from the path of its store
 // alone.
 
-#include "server/volume_names.h"
+#include "server/catalog/volume_names.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "server/access_rules.h"
+#include "server/access/access_rules.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::test {

@@ -1,0 +1,187 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/access/jwt.h"
+#include "server/catalog/volume_names.h"
+#include "shared/base/status.h"
+
+namespace isosplat {
+
+/// What a client shows to be admitted. The views refer to the request and its target.
+struct Credentials {
+  /// A signed link: whoever has it may read one volume until it expires.
+  struct Link {
+    std::string_view volume;
+    std::string_view expires;    ///< seconds since 1970, decimal
+    std::string_view signature;  ///< of both, as sign_link() makes it
+  };
+  std::vector<std::string_view> tokens;
+  std::vector<Link> links;
+  Identity identity{};  ///< as a trusted proxy says; without a user: nobody
+};
+
+class Grant;
+
+/// Who may read which volumes. Without tokens and without a key for links, everyone may read every
+/// volume. Thread-safe once it is filled.
+class AccessRules {
+ public:
+  AccessRules();
+
+  /// Adds the rules of a token file. Each line has a token, the word "anyone", or "user:" or
+  /// "group:" and a name of an Identity ("*" and "?": any characters), and one or more
+  /// patterns, separated by blanks; behind a token there may be "name=" and its name, which is
+  /// logged ("line-" and the number of the line if there is none). A pattern without "/" is
+  /// compared with volumes segment by segment: one of characters of names with the name, any other
+  /// one, such as one with "*" and "?", with the path of the store before it was altered for the
+  /// name. "*" alone admits to all, and one that ends with "~*" to all below the folder. One with
+  /// "/" is a folder or a store on the disk, and admits the stores in it and below it, or this one.
+  /// Empty lines and lines that begin with "#" are ignored. Errors (invalid_argument) name the
+  /// line, not the token.
+  Result<void> add_lines(std::string_view text);
+
+  /// Adds a token for all volumes. `name`: is logged. Errors (invalid_argument): fewer than
+  /// kMinTokenLength characters, or others than letters, digits and "-._~+/=".
+  Result<void> add_token(std::string_view token, std::string name);
+
+  /// Sets the key of signed links. Errors (invalid_argument): fewer than kMinKeyLength bytes.
+  Result<void> set_link_key(std::string_view key);
+
+  /// Sets what checks tokens that are JWTs.
+  void set_jwt_verifier(std::shared_ptr<const JwtVerifier> verifier) {
+    jwt_verifier_ = std::move(verifier);
+  }
+
+  /// Adds links that are no longer valid: each line has a signature, or its first
+  /// kLinkIdLength digits. Empty lines, and what follows "#" or a blank, are ignored. Errors
+  /// (invalid_argument) name the line.
+  Result<void> add_revoked_links(std::string_view text);
+
+  /// From now on, only those are admitted who have a right.
+  void close() { has_lines_ = true; }
+
+  /// Whether there is a rule for users or groups.
+  bool has_identity_rules() const { return !identity_rules_.empty(); }
+
+  /// Whether everyone may read everything.
+  bool is_open() const {
+    return rules_.empty() && link_key_.empty() && !has_lines_ && !jwt_verifier_;
+  }
+
+  /// What a client with these credentials may read at `now` (seconds since 1970). Tokens and
+  /// signatures are compared in constant time. `rules`: null is the same as open.
+  static Grant grant(std::shared_ptr<const AccessRules> rules, const Credentials& credentials,
+                     uint64_t now);
+
+  static constexpr size_t kMinTokenLength = 16;
+  static constexpr size_t kMinKeyLength = 32;
+  static constexpr size_t kLinkIdLength = 16;
+
+ private:
+  friend class Grant;
+
+  /// A pattern of names.
+  struct NamePattern {
+    std::string text;
+    std::vector<std::string> segments;  ///< empty: compared with the whole name
+    bool is_all = false;
+    bool goes_below = false;  ///< its last segment, "*", stands for one or more
+  };
+  class Subject;
+
+  /// Patterns of names, and paths on the disk.
+  struct Patterns {
+    std::vector<NamePattern> names;
+    std::vector<std::string> folders;  ///< absolute, without "/" at the end
+    std::vector<std::string> stores;   ///< absolute
+    bool empty() const { return names.empty() && folders.empty() && stores.empty(); }
+    bool admit(Subject& subject) const;
+    Result<void> add(std::string_view pattern);
+  };
+  using Digest = std::array<unsigned char, 32>;
+  struct Rule {
+    Digest token;  ///< SHA-256. All digests have the same length: comparing does not leak it
+    std::string name;
+    Patterns patterns;
+  };
+
+  struct IdentityRule {
+    bool is_group;
+    std::string pattern;
+    Patterns patterns;
+  };
+  void admit_identity(const Identity& identity, Grant& grant) const;
+
+  std::vector<Rule> rules_;
+  std::vector<IdentityRule> identity_rules_;
+  std::shared_ptr<const JwtVerifier> jwt_verifier_;     ///< null: no JWT is valid
+  std::set<std::string, std::less<>> revoked_links_{};  ///< first digits of signatures
+  Patterns anyone_;
+  std::string link_key_;
+  uint64_t id_ = 0;         ///< of these rules; no others of this process have it
+  bool has_lines_ = false;  ///< a token file was given: even an empty one closes the server
+};
+
+/// The name of the token that is not one of the file.
+inline constexpr std::string_view kServerToken = "ISOSPLAT_TOKEN";
+
+/// What one client may read.
+class Grant {
+ public:
+  /// Whether a volume may be read. The time does not depend on whether there is such a volume.
+  bool may_read(std::string_view name, const VolumeIdentity& identity) const;
+
+  /// Whether everyone may read it, so that shared caches may keep it.
+  bool is_public(std::string_view name, const VolumeIdentity& identity) const;
+
+  /// The name of the token that was valid, "user:" and the name of an identity, "link" for a link;
+  /// empty for none.
+  std::string client() const;
+
+  /// Whom rates and shares count for: the same name if it is that of a token of the file or of an
+  /// identity. Empty for others, which count for their addresses: many may have the server's own
+  /// token (kServerToken), or a link.
+  std::string quota_client() const;
+
+  /// A text that two grants share if and only if they admit to the same volumes by the same rules.
+  std::string key() const;
+
+  /// Whether a token or link was valid, or none is needed for anything.
+  bool is_known() const { return is_known_; }
+
+  /// Whether a token was valid.
+  bool has_token() const { return !patterns_.empty(); }
+
+  /// Whether a token for all volumes ("*") was valid.
+  bool admits_to_all() const;
+
+  /// Whether some volumes may be read by anyone.
+  bool has_public_volumes() const;
+
+ private:
+  friend class AccessRules;
+  std::shared_ptr<const AccessRules> rules_;  ///< null: open
+  std::vector<const AccessRules::Patterns*> patterns_;
+  std::string client_;
+  std::vector<std::string> linked_;  ///< names of volumes
+  bool is_known_ = true;
+  bool has_identity_ = false;
+};
+
+/// The signature of a link: HMAC-SHA-256 of the volume's name and the time, as 64 hexadecimal
+/// digits.
+std::string sign_link(std::string_view key, std::string_view volume, std::string_view expires);
+
+/// A token of 256 random bits, as hexadecimal digits. Errors: io_error (no source of randomness).
+Result<std::string> random_token();
+
+}  // namespace isosplat

@@ -1,0 +1,415 @@
+#include "server/catalog/catalog.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <system_error>
+#include <utility>
+
+#include "server/catalog/thumbnail.h"
+
+namespace isosplat {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Limits of stores and of folders in folders, which bound the work of a scan.
+constexpr size_t kMaxStores = 100'000;
+constexpr int kMaxDepth = 32;
+
+/// The first scan logs one line for more stores than this.
+constexpr size_t kManyStores = 100;
+
+/// A file that was created without a report of its end, such as by a link to a nameless file, is
+/// complete when nobody has written to it for this long.
+constexpr std::chrono::seconds kSettled{2};
+
+const std::string kThumbnailExtension = std::string(kStoreExtension) + ".png";
+
+bool is_store_name(std::string_view name) {
+  return name.ends_with(kStoreExtension) && !name.starts_with('.');
+}
+
+fs::path real_path(const fs::path& path) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
+}
+
+/// The number of the folder at a path; null if there is none.
+std::optional<FileIdentity> folder_identity(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return std::nullopt;
+  return FileIdentity{static_cast<uint64_t>(status.st_dev), static_cast<uint64_t>(status.st_ino), 0,
+                      0};
+}
+
+/// Whether the same folder may be readable a moment later.
+bool is_passing(const std::error_code& error) {
+  const int code = error.value();
+  return code == EMFILE || code == ENFILE || code == EIO || code == ENOMEM || code == EINTR;
+}
+
+/// The content of an entry, or the last one that is known of its path.
+std::string content_of(const CatalogEntry& entry) {
+  const auto summary = entry.summary.get();
+  return summary && !summary->content.empty() ? summary->content : entry.content_before;
+}
+
+bool exists(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
+}
+
+bool is_real_folder(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+}  // namespace
+
+Catalog::Catalog(const std::vector<fs::path>& sources, Log log, OutsideLinks links)
+    : sources_(named_sources(sources)),
+      log_(std::move(log)),
+      links_(links),
+      snapshot_(std::make_shared<CatalogSnapshot>()) {}
+
+Catalog::Folder Catalog::Folder::below(const std::string& name) const {
+  Folder folder = *this;
+  folder.segments.push_back(name_segment(name));
+  folder.unaltered.push_back(name);
+  folder.canonical += '/' + name;
+  ++folder.depth;
+  return folder;
+}
+
+std::shared_ptr<const CatalogSnapshot> Catalog::snapshot() const {
+  const std::lock_guard lock(snapshot_mutex_);
+  return snapshot_;
+}
+
+void Catalog::scan() {
+  const std::scoped_lock lock(follow_mutex_, mutex_);
+  scan_now();
+  publish_snapshot();
+}
+
+bool Catalog::follow(std::chrono::milliseconds longest) {
+  const std::lock_guard follow_lock(follow_mutex_);
+  const FolderWatch::Changes changes = watch_.wait(longest);
+  const std::lock_guard lock(mutex_);
+  // Where changes are not reported, scanning takes at most a twentieth of the time.
+  const bool is_due = !is_all_watched_ && Clock::now() - last_scan_ > 20 * scan_time_;
+  if (changes.is_incomplete || is_due || are_sources_replaced()) {
+    scan_now();
+  } else {
+    for (const FolderChange& change : changes.list) apply(change);
+    look_at_unwatched();
+  }
+  return publish_snapshot();
+}
+
+// ---- Listing ----
+
+void Catalog::scan_now() {
+  const Clock::time_point begin = Clock::now();
+  is_all_watched_ = true;
+  is_full_ = false;
+  unwatched_files_.clear();
+  begun_.clear();
+  source_folders_.clear();
+  const std::map<std::string, Folder> before = std::move(folders_);
+  folders_.clear();
+  Found found;
+  for (const NamedSource& source : sources_) list_source(source, found);
+  for (const auto& [path, folder] : before) {
+    if (!folders_.contains(path)) watch_.remove(path);
+  }
+  const bool are_many = is_first_scan_ && found.size() > kManyStores;
+  if (are_many) log_(fmt::format("found {} stores", found.size()));
+  // Sorted, so that names do not depend on the order in which a folder lists its files.
+  for (const auto& [path, folder] : found) look_at(path, *folder);
+  for (auto store = stores_.begin(); store != stores_.end();) {
+    const auto next = std::next(store);
+    if (!found.contains(store->first)) forget(store);
+    store = next;
+  }
+  is_first_scan_ = false;
+  last_scan_ = Clock::now();
+  scan_time_ = last_scan_ - begin;
+}
+
+void Catalog::list_source(const NamedSource& source, Found& found) {
+  const std::string path = source.path.string();
+  Folder folder;
+  if (!source.label.empty()) {
+    folder.segments = {source.label};
+    folder.unaltered = {source.unaltered};
+  }
+  if (!source.is_folder) {
+    // Only links to its folder are resolved: the file itself may be a link.
+    const fs::path absolute = fs::absolute(source.path);
+    folder.canonical = folder.root = real_path(absolute.parent_path()).string();
+    const auto [listed, is_new] = folders_.try_emplace("file " + path, std::move(folder));
+    found.emplace(path, &listed->second);
+    unwatched_files_.insert(path);
+    return;
+  }
+  const auto identity = folder_identity(source.path);
+  if (!identity) {
+    is_all_watched_ = false;
+    return report_folder(path, "expected a folder of stores, found none");
+  }
+  source_folders_.emplace(path, *identity);
+  folder.canonical = folder.root = real_path(source.path).string();
+  list_folder(path, std::move(folder), found);
+}
+
+/// Logs what is wrong with a folder, if it is news; empty: nothing.
+void Catalog::report_folder(const std::string& path, const std::string& message) {
+  std::string& last = folder_errors_[path];
+  if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
+  last = message;
+  if (last.empty()) folder_errors_.erase(path);
+}
+
+void Catalog::list_folder(const std::string& path, Folder its, Found& found) {
+  const auto [folder, is_new] = folders_.try_emplace(path, std::move(its));
+  if (!is_new) return;  // of two sources
+  // Before its files are listed: what appears in between is reported.
+  if (!watch_.add(path)) is_all_watched_ = false;
+  std::error_code error;
+  fs::directory_iterator file(path, error);
+  for (; !error && file != fs::directory_iterator(); file.increment(error)) {
+    const std::string name = file->path().filename().string();
+    if (name.starts_with('.')) continue;
+    std::error_code ignored;
+    const bool is_link = file->is_symlink(ignored);
+    if (is_store_name(name)) {
+      if (found.size() >= kMaxStores) {
+        is_full_ = true;
+        break;
+      }
+      found.emplace(file->path().string(), &folder->second);
+      if (is_link) unwatched_files_.insert(file->path().string());
+    } else if (!is_link && file->is_directory(ignored) && folder->second.depth < kMaxDepth) {
+      list_folder(file->path().string(), folder->second.below(name), found);
+    }
+  }
+  if (error && is_passing(error)) keep_stores(path, folder->second, found);
+  std::string message = error ? std::strerror(error.value()) : std::string();
+  if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
+  report_folder(path, message);
+}
+
+/// Keeps the stores below a folder that cannot be listed at the moment; the next scan lists it.
+void Catalog::keep_stores(const std::string& path, const Folder& folder, Found& found) {
+  is_all_watched_ = false;
+  const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
+  const auto last = stores_.lower_bound(end);
+  for (auto store = stores_.lower_bound(below); store != last; ++store) {
+    found.emplace(store->first, &folder);
+  }
+}
+
+/// The file that a link leads to, if it is below the folder of the source; else logs it once.
+std::optional<FileIdentity> Catalog::look_at_link(const std::string& path, const Folder& folder) {
+  std::error_code error;
+  const fs::path target = fs::canonical(path, error);
+  // What the target leads to now is compared with what is opened later.
+  struct stat status {};
+  const bool is_file = !error && ::lstat(target.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+  if (is_file && target.native().starts_with(folder.root + '/')) {
+    refused_.erase(path);
+    if (const Result<FileIdentity> known = file_identity(target)) return *known;
+    return std::nullopt;
+  }
+  if (refused_.insert(path).second) {
+    log_(fmt::format("{}: not served: it is a link out of the folder", path));
+  }
+  return std::nullopt;
+}
+
+/// Makes an entry for a file that is new or was replaced.
+void Catalog::look_at(const std::string& path, const Folder& folder) {
+  const auto old = stores_.find(path);
+  std::optional<FileIdentity> identity;
+  if (const Result<FileIdentity> known = file_identity(path)) identity = *known;
+  struct stat status {};
+  const bool is_link = ::lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode);
+  const bool must_be_inside = is_link && links_ == OutsideLinks::refused;
+  if (must_be_inside) {
+    identity = look_at_link(path, folder);
+    if (!identity) {
+      if (old != stores_.end()) forget(old);
+      return;
+    }
+  }
+  std::optional<FileIdentity> thumbnail;
+  if (const Result<FileIdentity> known = file_identity(thumbnail_path(path))) thumbnail = *known;
+  if (old != stores_.end() && old->second->identity == identity &&
+      old->second->thumbnail == thumbnail) {
+    return;
+  }
+  if (old == stores_.end() && stores_.size() >= kMaxStores) return;
+  auto entry = std::make_shared<CatalogEntry>();
+  entry->id = ++last_id_;
+  const std::string stem = stem_of_store(path);
+  for (const std::string& segment : folder.segments) entry->name += segment + kFolderSeparator;
+  entry->name += name_segment(stem);
+  entry->unaltered = folder.unaltered;
+  entry->unaltered.push_back(stem);
+  std::vector<std::string> segments = folder.segments;
+  segments.push_back(name_segment(stem));
+  if (segments == entry->unaltered) entry->unaltered = {};
+  entry->folder = folder.canonical;
+  entry->file = fs::path(path).filename().string();
+  entry->path = path;
+  entry->identity = identity;
+  entry->thumbnail = thumbnail;
+  entry->must_be_identity = must_be_inside;
+  entry->is_one_of_many = is_first_scan_ && stores_.size() >= kManyStores;
+  if (old != stores_.end()) {
+    entry->content_before = content_of(*old->second);
+  } else if (const auto gone = gone_.find(path); gone != gone_.end()) {
+    entry->content_before = gone->second;
+    gone_.erase(gone);
+  }
+  stores_.insert_or_assign(path, std::move(entry));
+  has_changed_ = true;
+}
+
+void Catalog::forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>::iterator store) {
+  log_(fmt::format("volume {} was removed: {}", store->second->name, store->first));
+  // Another store that comes under this name is worth a line.
+  if (gone_.size() >= kMaxStores) gone_.clear();
+  if (std::string content = content_of(*store->second); !content.empty()) {
+    gone_.insert_or_assign(store->first, std::move(content));
+  }
+  stores_.erase(store);
+  has_changed_ = true;
+}
+
+// ---- Following changes ----
+
+void Catalog::apply(const FolderChange& change) {
+  const auto folder = folders_.find(change.folder);
+  if (folder == folders_.end() || change.name.starts_with('.')) return;
+  if (change.name.ends_with(kThumbnailExtension)) {
+    fs::path store = fs::path(change.folder) / change.name;
+    store.replace_extension();
+    if (stores_.contains(store.string())) look_at(store.string(), folder->second);
+    return;
+  }
+  const std::string path = (fs::path(change.folder) / change.name).string();
+  // A folder whose name is that of a store is a store that cannot be read.
+  const bool is_store = is_store_name(change.name);
+  if (!is_store) {
+    if (change.kind != FolderChange::Kind::folder) return;
+    const bool has_source = std::ranges::any_of(sources_, [&](const NamedSource& source) {
+      return (source.path.string() + '/').starts_with(path + '/');
+    });
+    if (has_source) return scan_now();
+    return renew_folder(path, folder->second, change.name);
+  }
+  struct stat status {};
+  const bool is_there = ::lstat(path.c_str(), &status) == 0;
+  const bool is_link = is_there && S_ISLNK(status.st_mode);
+  if (is_link) {
+    unwatched_files_.insert(path);
+  } else {
+    unwatched_files_.erase(path);
+  }
+  const bool may_grow = is_there && S_ISREG(status.st_mode) && status.st_nlink == 1;
+  if (change.kind == FolderChange::Kind::begun && may_grow) {
+    begun_.insert(path);
+    return;
+  }
+  begun_.erase(path);
+  if (is_there) {
+    look_at(path, folder->second);
+  } else if (const auto store = stores_.find(path); store != stores_.end()) {
+    forget(store);
+  }
+}
+
+/// Lists a folder anew that came, went, or was renamed.
+void Catalog::renew_folder(const std::string& path, const Folder& parent, const std::string& name) {
+  const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
+  watch_.remove(path);
+  folders_.erase(path);
+  folders_.erase(folders_.lower_bound(below), folders_.lower_bound(end));
+  Found found;
+  if (is_real_folder(path) && parent.depth < kMaxDepth) {
+    list_folder(path, parent.below(name), found);
+  }
+  for (auto store = stores_.lower_bound(below); store != stores_.lower_bound(end);) {
+    const auto next = std::next(store);
+    if (!found.contains(store->first)) forget(store);
+    store = next;
+  }
+  for (const auto& [file, folder] : found) look_at(file, *folder);
+}
+
+/// Looks at files whose changes are not reported, and at those whose writing has ended silently.
+void Catalog::look_at_unwatched() {
+  const auto folder_of = [this](const std::string& path) {
+    const auto source = folders_.find("file " + path);
+    return source != folders_.end() ? source : folders_.find(fs::path(path).parent_path().string());
+  };
+  for (auto path = unwatched_files_.begin(); path != unwatched_files_.end();) {
+    const auto folder = folder_of(*path);
+    const auto store = stores_.find(*path);
+    const bool is_source = folder != folders_.end() && folder->first.starts_with("file ");
+    if (folder == folders_.end() || (!is_source && !exists(*path))) {
+      if (store != stores_.end()) forget(store);
+      path = unwatched_files_.erase(path);
+      continue;
+    }
+    look_at(*path, folder->second);
+    ++path;
+  }
+  for (auto path = begun_.begin(); path != begun_.end();) {
+    struct stat status {};
+    const bool is_there = ::lstat(path->c_str(), &status) == 0;
+    const auto age =
+        std::chrono::system_clock::now() - std::chrono::system_clock::from_time_t(status.st_mtime);
+    if (is_there && age < kSettled) {
+      ++path;
+      continue;
+    }
+    const auto folder = folder_of(*path);
+    if (is_there && folder != folders_.end()) look_at(*path, folder->second);
+    path = begun_.erase(path);
+  }
+}
+
+/// Whether a source that is a folder came, went, or is another one than before.
+bool Catalog::are_sources_replaced() const {
+  return std::ranges::any_of(sources_, [this](const NamedSource& source) {
+    if (!source.is_folder) return false;
+    const auto known = source_folders_.find(source.path.string());
+    const auto identity = folder_identity(source.path);
+    return identity.has_value() != (known != source_folders_.end()) ||
+           (identity && !(*identity == known->second));
+  });
+}
+
+bool Catalog::publish_snapshot() {
+  if (!std::exchange(has_changed_, false)) return false;
+  auto after = std::make_shared<CatalogSnapshot>();
+  for (const auto& [path, entry] : stores_) {
+    const auto [item, is_new] = after->emplace(entry->name, entry);
+    if (is_new || !refused_.insert(path).second) continue;
+    log_(fmt::format("{}: not served: {} has the same name, {}: rename it", path,
+                     item->second->path.string(), entry->name));
+  }
+  const std::lock_guard lock(snapshot_mutex_);
+  snapshot_ = std::move(after);
+  return true;
+}
+
+}  // namespace isosplat

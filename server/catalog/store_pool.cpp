@@ -1,0 +1,160 @@
+#include "server/catalog/store_pool.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "server/catalog/volume_json.h"
+
+namespace isosplat {
+namespace {
+
+/// Replaces the path by the file's name: clients may read the message, and must not see folders.
+Error with_file_name(Error error, const std::filesystem::path& path) {
+  const std::string full = path.string(), name = path.filename().string();
+  size_t at = 0;
+  while (full != name && (at = error.message.find(full, at)) != std::string::npos) {
+    error.message.replace(at, full.size(), name);
+    at += name.size();
+  }
+  return error;
+}
+
+/// Whether the program may open another file at the moment.
+bool has_descriptors() {
+  const int file = ::open("/", O_PATH | O_CLOEXEC);
+  if (file >= 0) ::close(file);
+  return file >= 0 || (errno != EMFILE && errno != ENFILE);
+}
+
+/// Whether the same file may be readable a moment later: then the error is not kept.
+bool is_passing(const Error& error) {
+  return error.status == Status::io_error || error.status == Status::out_of_memory;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const StoreFile>> StorePool::open_file(const CatalogEntry& entry) {
+  for (bool is_first = true;; is_first = false) {
+    auto opened = StoreFile::open(entry.path, limits_.directory_bytes);
+    if (opened && entry.must_be_identity && !((*opened)->identity() == *entry.identity)) {
+      return fail(Status::io_error,
+                  entry.path.string() + ": was replaced while it was opened: try again");
+    }
+    if (opened) return std::shared_ptr<const StoreFile>(std::move(*opened));
+    if (opened.error().status != Status::io_error || has_descriptors()) {
+      return tl::unexpected(std::move(opened.error()));
+    }
+    close_half();
+    if (is_first) continue;
+    return fail(Status::out_of_memory,
+                entry.path.string() + ": the server has used up its file descriptors: try again");
+  }
+}
+
+std::shared_ptr<const StoreSummary> StorePool::remember(
+    const CatalogEntry& entry, const Result<std::shared_ptr<const StoreFile>>& store) {
+  auto summary = std::make_shared<StoreSummary>();
+  if (store) {
+    *summary = summary_of(entry.name, **store);
+  } else {
+    *summary = summary_of(entry.name, with_file_name(store.error(), entry.path));
+  }
+  const bool is_passing_error = summary->error && is_passing(*summary->error);
+  const bool is_news = is_passing_error ? entry.summary.set_passing(summary->error->message)
+                                        : entry.summary.set(summary);
+  if (is_news) ++news_;
+  if (is_news && summary->error) {
+    log_(fmt::format("volume {} is not served: {}", entry.name, store.error().message));
+  } else if (is_news && !entry.content_before.empty() && entry.content_before != summary->content) {
+    log_(
+        fmt::format("volume {}: {} has another content now: {} in place of {}: tokens and links "
+                    "for this name admit to it",
+                    entry.name, entry.path.string(), summary->content, entry.content_before));
+  } else if (is_news && !entry.is_one_of_many) {
+    log_(fmt::format("volume {}: {}, content {}", entry.name, entry.path.string(),
+                     summary->content));
+  }
+  return summary;
+}
+
+std::shared_ptr<const StoreFile> StorePool::find(uint64_t id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = positions_.find(id);
+  if (found == positions_.end()) return nullptr;
+  by_use_.splice(by_use_.begin(), by_use_, found->second);
+  return found->second->store;
+}
+
+Result<std::shared_ptr<const StoreFile>> StorePool::open(const CatalogEntry& entry,
+                                                         NoWait* no_wait) {
+  if (auto store = find(entry.id)) return store;
+  if (const auto summary = entry.summary.get(); summary && summary->error) {
+    return tl::unexpected(*summary->error);
+  }
+  if (no_wait) {
+    no_wait->needs_disk = true;
+    return fail(Status::io_error, "the store is not open yet");
+  }
+  auto store = open_file(entry);
+  if (const auto summary = remember(entry, store); !store) return tl::unexpected(*summary->error);
+  ++opened_;
+  std::list<Open> closed;  // after the lock: closing a file may take long
+  const std::lock_guard lock(mutex_);
+  const auto [position, is_new] = positions_.try_emplace(entry.id);
+  if (!is_new) return position->second->store;  // another thread was faster
+  by_use_.push_front({entry.id, entry.name, *store});
+  position->second = by_use_.begin();
+  while (by_use_.size() > limits_.stores) close(std::prev(by_use_.end()), closed);
+  return store;
+}
+
+std::shared_ptr<const StoreSummary> StorePool::summary(const CatalogEntry& entry, NoWait* no_wait) {
+  if (auto summary = entry.summary.get()) return summary;
+  if (no_wait) {
+    no_wait->needs_disk = true;
+    return nullptr;
+  }
+  return remember(entry, open_file(entry));
+}
+
+void StorePool::close(Position position, std::list<Open>& closed) {
+  positions_.erase(position->id);
+  closed.splice(closed.end(), by_use_, position);
+}
+
+void StorePool::close_half() {
+  std::list<Open> closed;
+  const std::lock_guard lock(mutex_);
+  for (size_t left = by_use_.size() / 2; by_use_.size() > left;) {
+    close(std::prev(by_use_.end()), closed);
+  }
+}
+
+void StorePool::trim(const CatalogSnapshot& snapshot) {
+  std::list<Open> closed;
+  const std::lock_guard lock(mutex_);
+  uint64_t bytes = 0;
+  for (Position position = by_use_.begin(); position != by_use_.end();) {
+    const Position next = std::next(position);
+    const auto entry = snapshot.find(position->name);
+    const bool is_gone = entry == snapshot.end() || entry->second->id != position->id;
+    const uint64_t after = bytes + position->store->directory_bytes();
+    if (is_gone || after > limits_.all_directory_bytes) {
+      close(position, closed);
+    } else {
+      bytes = after;
+    }
+    position = next;
+  }
+}
+
+size_t StorePool::size() const {
+  const std::lock_guard lock(mutex_);
+  return by_use_.size();
+}
+
+}  // namespace isosplat

@@ -1,0 +1,69 @@
+#include "server/http/gzip.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace isosplat {
+
+std::string gzipped(std::string_view bytes, int level) {
+  z_stream stream{};
+  constexpr int kGzipFormat = 16, kMemoryLevel = 9;
+  if (deflateInit2(&stream, level, Z_DEFLATED, MAX_WBITS + kGzipFormat, kMemoryLevel,
+                   Z_DEFAULT_STRATEGY) != Z_OK) {
+    return {};
+  }
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, deflateEnd);
+  std::string out(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  const int result = deflate(&stream, Z_FINISH);
+  out.resize(result == Z_STREAM_END ? stream.total_out : 0);
+  return out;
+}
+
+TextCompressor::Compressed TextCompressor::compress(std::string_view text,
+                                                    const std::string& hash) {
+  // Higher levels take several times as long for texts that are mostly numbers.
+  constexpr int kLevel = 1;
+  if (text.size() < kMinBytes) return nullptr;
+  if (Compressed kept = find(hash)) return kept;
+  std::unique_lock<std::mutex> turn;
+  if (text.size() > kLongBytes) {
+    turn = std::unique_lock(compressing_, std::try_to_lock);
+    if (!turn) return nullptr;
+  }
+  std::string file = gzipped(text, kLevel);
+  if (file.empty() || file.size() >= text.size()) return nullptr;
+  file.shrink_to_fit();
+  auto compressed = std::make_shared<const std::string>(std::move(file));
+  keep(hash, compressed);
+  return compressed;
+}
+
+bool TextCompressor::is_slow(std::string_view text, const std::string& hash) const {
+  return text.size() > kLongBytes && !find(hash);
+}
+
+TextCompressor::Compressed TextCompressor::find(const std::string& hash) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find(kept_, hash, &Kept::hash);
+  return found == kept_.end() ? nullptr : found->file;
+}
+
+void TextCompressor::keep(const std::string& hash, Compressed file) {
+  // A scan of the list, and a place in it, have to be worth it.
+  constexpr size_t kMaxKept = 64;
+  const std::lock_guard lock(mutex_);
+  kept_bytes_ += file->size();
+  kept_.push_front({hash, std::move(file)});
+  while (kept_.size() > 1 && (kept_bytes_ > kKeptBytes || kept_.size() > kMaxKept)) {
+    kept_bytes_ -= kept_.back().file->size();
+    kept_.pop_back();
+  }
+}
+
+}  // namespace isosplat

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "server/routes/routes.h"
+
+namespace isosplat {
+
+/// 400 invalid_argument.
+Response invalid_argument(std::string_view message);
+
+/// An ETag of the store's content. `version`: of the layout, for responses that are not bytes of
+/// the store.
+std::string etag_of(const StoreFile& store, std::string_view version = {});
+
+// Handlers of the routes below /v1/volumes/{name}/{content}, whose bytes never change.
+
+Response header_response(const RouteCall& call);
+Response directory_page_response(const RouteCall& call);
+Response chunk_response(const RouteCall& call);
+
+/// The chunks of a level for an isovalue range, as frames.
+Response chunks_response(const RouteCall& call);
+
+/// The chunks of a list, as frames.
+Response batch_response(const RouteCall& call);
+
+/// The store file, or a range of it.
+Response file_response(const RouteCall& call);
+
+/// The picture beside the store, if it is one of this content. Another picture of the same content
+/// has the same URL, but another ETag.
+Response thumbnail_response(const RouteCall& call);
+
+}  // namespace isosplat

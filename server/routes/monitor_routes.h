@@ -1,0 +1,15 @@
+#pragma once
+
+#include "server/routes/routes.h"
+
+namespace isosplat {
+
+// Handlers of the routes for those who operate the server.
+
+/// Whether the server can serve now: 200 or 503.
+Response ready_response(const RouteCall& call);
+
+/// Counters for Prometheus.
+Response metrics_response(const RouteCall& call);
+
+}  // namespace isosplat

@@ -1,0 +1,93 @@
+#include "server/routes/page_route.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+#include "server/http/conditions.h"
+
+namespace isosplat {
+namespace {
+
+/// The page runs only its own scripts, WASM and workers, and fetches stores from any host (?src=…).
+/// 'unsafe-inline' is for styles only: components of the page set style attributes. Other pages may
+/// frame it: there is no frame-ancestors. The built page states the same (vite.config.ts), for
+/// hosts that send no such header; tests/web/page_policy.spec.ts compares them.
+constexpr std::string_view kContentSecurityPolicy =
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; manifest-src 'self'; "
+    "connect-src 'self' http: https: data: blob:; base-uri 'none'; form-action 'none'";
+
+constexpr std::string_view kNoPage =
+    "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Isosplat</title>"
+    "<p>This Isosplat server was started without a page (web_root), or it has no index.html. "
+    "The volumes are listed at <a href=\"/v1/volumes\">/v1/volumes</a>.</p></html>\n";
+
+void preload_volume(Response& response, const RouteCall& call) {
+  for (const auto& [key, value] : call.target.query) {
+    if (key != "volume") continue;
+    const CatalogEntry* const entry = call.readable(value);
+    if (!entry) return;
+    // Names of the catalog need no escaping.
+    response.set("Link", fmt::format("<v1/volumes/{}/bootstrap>; rel=preload; as=fetch; "
+                                     "crossorigin=anonymous",
+                                     entry->name));
+    return;
+  }
+}
+
+/// The smallest variant that the client accepts. Variants are sorted by size.
+const AssetVariant& choose_variant(const Asset& asset, std::string_view accept_encoding) {
+  return *std::ranges::find_if(asset.variants, [&](const AssetVariant& candidate) {
+    return candidate.encoding == Encoding::identity ||
+           accepts_encoding(accept_encoding, candidate.encoding);
+  });
+}
+
+Response asset_response(const RouteCall& call, const Asset& asset) {
+  const AssetVariant& variant = choose_variant(asset, call.request.accept_encoding);
+  // HTML names a volume that the client may read; it may set a cookie, too.
+  const bool is_html = asset.mime_type.starts_with("text/html");
+  Response response =
+      begin_response(call.request, variant.etag,
+                     asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated,
+                     is_html && call.is_private);
+  response.set("Vary", "Accept-Encoding");
+  if (is_html) preload_volume(response, call);
+  if (is_complete(response)) return response;
+  response.set("Content-Type", asset.mime_type);
+  if (variant.encoding != Encoding::identity) {
+    response.set("Content-Encoding", variant.encoding == Encoding::gzip ? "gzip" : "br");
+  }
+  response.bytes = std::as_bytes(std::span(variant.bytes));
+  response.owner = call.page;
+  return response;
+}
+
+}  // namespace
+
+Response page_response(const RouteCall& call) {
+  const std::string path = call.target.path();
+  const Asset* asset = call.page ? call.page->find(path) : nullptr;
+  Response response;
+  if (asset && asset->immutable && !call.target.query.empty()) {
+    // Caches would keep a copy for each query.
+    response =
+        error_response(400, status_name(Status::invalid_argument),
+                       "expected no parameter: a file with a hash in its name never changes");
+  } else if (asset) {
+    response = asset_response(call, *asset);
+  } else if (path == "/") {
+    response.set("Content-Type", "text/html; charset=utf-8");
+    response.set("Cache-Control", "no-store");
+    response.text = kNoPage;
+  } else {
+    response = error_response(404, status_name(Status::not_found), "the page has no such file");
+  }
+  response.set("Content-Security-Policy", kContentSecurityPolicy);
+  response.set("Referrer-Policy", "no-referrer");
+  return response;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "server/access/access_rules.h"
+#include "server/access/credentials.h"
+#include "server/access/https.h"
+#include "server/access/origin_policy.h"
+#include "server/catalog/catalog.h"
+#include "server/catalog/chunk_cache.h"
+#include "server/catalog/store_pool.h"
+#include "server/http/gzip.h"
+#include "server/http/message.h"
+#include "server/routes/page_assets.h"
+#include "server/routes/routes.h"
+
+namespace isosplat {
+
+/// Asked once it is known who asks (Grant::quota_client), before anything is done for it. Returns
+/// the response of a client that must wait.
+using AdmitClient = std::function<std::optional<Response>(const std::string& client)>;
+
+/// Makes the responses to requests; HTTP.md lists the routes. Independent of sockets. Thread-safe.
+/// Reads stores, so a call without a NoWait may wait for the disk.
+class Router {
+ public:
+  /// Both must outlive the router.
+  Router(const Catalog& catalog, StorePool& stores, RouterLimits limits);
+
+  /// Sets the hosts and pages that are allowed. Not thread-safe: call before respond().
+  void set_policy(OriginPolicy policy) {
+    operator_policy_ = policy.for_own_pages();
+    policy_ = std::move(policy);
+  }
+  const OriginPolicy& policy() const { return policy_; }
+
+  /// Sets the name of the cookies. Not thread-safe, as above.
+  void set_cookie_name(std::string name) { cookie_name_ = std::move(name); }
+
+  /// Sets what clients without TLS are told. Not thread-safe, as above.
+  void set_https(HttpsPolicy https) { https_ = https; }
+
+  /// Sets what the routes for operators report. Not thread-safe, as above.
+  void set_monitor(Monitor monitor) { monitor_ = monitor; }
+
+  /// Sets who may read which volumes, for the following requests; null: everyone may read all.
+  void set_access(std::shared_ptr<const AccessRules> access);
+
+  /// Sets the page for the following requests; null: no page.
+  void set_page(std::shared_ptr<const PageAssets> page);
+
+  /// Counts the volumes for /healthz, /readyz and /metrics, and makes the list of those that anyone
+  /// may read, if that may have changed: so that these requests need no time for each store. Call
+  /// it regularly, from one thread at a time.
+  void count_volumes();
+
+  /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
+  /// thread that may wait for the disk; for a route that computes, as RouteWork says. The
+  /// same holds if it sets turn->is_unfinished: call again with this turn, after other work.
+  /// `admit` is called once, unless the response does not depend on who asks.
+  Response respond(const Request& request, NoWait* no_wait = nullptr,
+                   ThreadKind thread = ThreadKind::computing, WorkTurn* turn = nullptr,
+                   const AdmitClient& admit = {}) const;
+
+ private:
+  Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
+                 WorkTurn* turn, const AdmitClient& admit) const;
+
+  struct Current {
+    std::shared_ptr<const PageAssets> page;
+    std::shared_ptr<const AccessRules> access;
+    VolumeCounts counts;
+  };
+  Current current() const;
+
+  const Catalog& catalog_;
+  StorePool& stores_;
+  const RouterLimits limits_;
+  OriginPolicy policy_;
+  std::string cookie_name_;
+  OriginPolicy operator_policy_;  ///< for /metrics
+  HttpsPolicy https_;
+  Monitor monitor_;
+  mutable TextCompressor compressor_;
+  static constexpr uint64_t kKeptChunkBytes = uint64_t{32} << 20;
+  mutable ChunkCache chunks_{kKeptChunkBytes};
+  mutable VolumeViews views_;
+
+  // What count_volumes() has counted.
+  std::shared_ptr<const AccessRules> counted_access_;
+  std::shared_ptr<const CatalogSnapshot> counted_catalog_;
+  uint64_t counted_news_ = 0;
+
+  mutable std::mutex mutex_;
+  std::shared_ptr<const PageAssets> page_;     // guarded by mutex_
+  std::shared_ptr<const AccessRules> access_;  // guarded by mutex_
+  VolumeCounts counts_;                        // guarded by mutex_
+};
+
+}  // namespace isosplat

@@ -1,0 +1,20 @@
+#include "server/routes/summaries.h"
+
+#include "server/catalog/store_pool.h"
+
+namespace isosplat {
+
+std::shared_ptr<const StoreSummary> Summaries::of(const CatalogEntry& entry) {
+  if (last_ && last_id_ == entry.id) return last_;
+  last_id_ = entry.id;
+  last_ = entry.summary.get();
+  if (last_) return last_;
+  if (call_.turn && read_ == kHeadersPerTurn) {
+    call_.turn->is_unfinished = true;
+    return nullptr;
+  }
+  ++read_;
+  return last_ = call_.stores.summary(entry, call_.no_wait);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "server/routes/routes.h"
+
+namespace isosplat {
+
+// Handlers of the routes without a content id, whose content may change at any time.
+
+Response health_response(const RouteCall& call);
+
+/// The description of the routes for programs.
+Response openapi_response(const RouteCall& call);
+
+Response volumes_response(const RouteCall& call);
+Response volume_response(const RouteCall& call);
+
+/// Everything that a viewer needs for its first picture, in one response.
+Response bootstrap_response(const RouteCall& call);
+
+}  // namespace isosplat
