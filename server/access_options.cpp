@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// The contents of a small file, such as a list of tokens.
@@ -146,4 +146,4 @@ std::string exposure_warning(const ServerOptions& options, uint16_t port, bool h
       options.host, port);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

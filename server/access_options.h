@@ -9,7 +9,7 @@
 #include "server/server.h"
 
 // What the options of a server say about access.
-namespace isosplat {
+namespace isosplat::server {
 
 /// The hosts that requests may name. `is_local`: the server listens on the loopback interface only.
 AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local);
@@ -35,4 +35,4 @@ std::vector<std::string> secret_file_warnings(const ServerOptions& options);
 std::string exposure_warning(const ServerOptions& options, uint16_t port, bool has_access_rules,
                              bool has_tls);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

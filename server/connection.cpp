@@ -24,7 +24,7 @@
 #include "server/net/tcp_progress.h"
 #include "server/routes/refusals.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -814,4 +814,4 @@ void Connection::State::write_access_log(const RequestParser& parser, const Requ
   shared.log.access(access_line(entry, shared.log_format));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

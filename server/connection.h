@@ -20,7 +20,7 @@
 #include "server/routes/router.h"
 #include "server/server.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// State that all connections of a server share. Must outlive them.
 struct ConnectionShared {
@@ -82,4 +82,4 @@ class Connection {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// How long files of the old page are served after the page was rebuilt, to browsers that have the
@@ -50,4 +50,4 @@ void PageLoader::load_if_changed() {
                    : loaded.error().message);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/routes/page_assets.h"
 #include "server/routes/router.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Gives the router the page below a folder, and again when it has changed. Not thread-safe.
 class PageLoader {
@@ -35,4 +35,4 @@ class PageLoader {
   uint64_t seen_ = 0;                       ///< of the last call of load_if_changed()
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -45,7 +45,7 @@
 #include "server/routes/router.h"
 #include "server/worker.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -778,4 +778,4 @@ void Server::wait() {
   state_->done_changed.wait(lock, [this] { return state_->workers_running == 0; });
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -18,7 +18,7 @@
 #include "server/log/log_file.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Limits of a server's memory and time, so that hostile clients cannot exhaust them. Numbers are
 /// the HTTP status of a request that exceeds the limit (HTTP.md).
@@ -193,4 +193,4 @@ class Server {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

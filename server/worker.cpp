@@ -13,7 +13,7 @@
 
 #include "server/http/message.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -183,4 +183,4 @@ void Worker::finish_if_done() {
   guard_.reset();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -11,7 +11,7 @@
 #include "server/limits/admission.h"
 #include "server/net/asio.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The event loop of a thread, and the connections of this thread.
 class Worker {
@@ -57,4 +57,4 @@ class Worker {
   const std::chrono::milliseconds watch_interval_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

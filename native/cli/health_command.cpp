@@ -16,14 +16,14 @@ struct HealthCall {
 int run(const HealthCall& call) {
   // Without TLS first, and then with it: a port speaks only one of them. The certificate is not
   // checked, since it is for the server's public name.
-  const HttpGetOptions options{
+  const server::HttpGetOptions options{
       .timeout = std::chrono::seconds(2), .max_bytes = 64 * 1024, .verifies_certificate = false};
   const auto ask = [&](const char* scheme) {
-    return http_get(fmt::format("{}://localhost:{}/readyz", scheme, call.port), options);
+    return server::http_get(fmt::format("{}://localhost:{}/readyz", scheme, call.port), options);
   };
-  Result<HttpAnswer> answer = ask("http");
+  Result<server::HttpAnswer> answer = ask("http");
   if (!answer) {
-    const Result<HttpAnswer> with_tls = ask("https");
+    const Result<server::HttpAnswer> with_tls = ask("https");
     if (with_tls) answer = with_tls;
   }
   if (!answer) return report(answer.error());

@@ -25,7 +25,7 @@ void IdentityFlags::add_to(CLI::App& command) {
       ->capture_default_str();
 }
 
-void IdentityFlags::apply(ServerOptions& options) const {
+void IdentityFlags::apply(server::ServerOptions& options) const {
   options.jwt_keys = jwt_keys_;
   options.jwt = jwt_;
 }

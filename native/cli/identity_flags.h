@@ -13,11 +13,11 @@ class IdentityFlags {
   void add_to(CLI::App& command);
 
   /// Sets what was given.
-  void apply(ServerOptions& options) const;
+  void apply(server::ServerOptions& options) const;
 
  private:
   std::string jwt_keys_;
-  JwtOptions jwt_;
+  server::JwtOptions jwt_;
 };
 
 }  // namespace isosplat::cli

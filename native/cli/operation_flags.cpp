@@ -9,9 +9,11 @@
 namespace isosplat::cli {
 namespace {
 
-const std::map<std::string, LogFormat>& log_formats() {
-  static const std::map<std::string, LogFormat> formats = {
-      {"plain", LogFormat::plain}, {"common", LogFormat::common}, {"json", LogFormat::json}};
+const std::map<std::string, server::LogFormat>& log_formats() {
+  static const std::map<std::string, server::LogFormat> formats = {
+      {"plain", server::LogFormat::plain},
+      {"common", server::LogFormat::common},
+      {"json", server::LogFormat::json}};
   return formats;
 }
 
@@ -26,12 +28,12 @@ Result<uint64_t> parse_size(const char* option, const std::string& text) {
 
 void OperationFlags::add_to(CLI::App& command) {
   command.add_option("--threads", threads_, "Threads (0: one per core)")
-      ->check(is_whole_number(0, kMaxServerThreads))
+      ->check(is_whole_number(0, server::kMaxServerThreads))
       ->capture_default_str();
   command
       .add_option("--disk-threads", disk_threads_,
                   "Threads that wait for disks: how many slow reads run at once")
-      ->check(is_whole_number(1, kMaxServerThreads))
+      ->check(is_whole_number(1, server::kMaxServerThreads))
       ->capture_default_str();
   command.add_option("--connections", connections_, "Open connections")
       ->check(is_whole_number(1, 1'000'000))
@@ -72,7 +74,7 @@ void OperationFlags::add_to(CLI::App& command) {
   command.add_flag("-v,--verbose", verbose_, "Print each request");
 }
 
-Result<void> OperationFlags::apply(ServerOptions& options) const {
+Result<void> OperationFlags::apply(server::ServerOptions& options) const {
   const Result<uint64_t> rate_bytes = parse_size("--rate-bytes", rate_bytes_);
   if (!rate_bytes) return tl::unexpected(rate_bytes.error());
   const Result<uint64_t> in_flight = parse_size("--bytes-in-flight", bytes_in_flight_);

@@ -14,15 +14,15 @@ class OperationFlags {
   void add_to(CLI::App& command);
 
   /// Sets what was given. Errors: invalid_argument.
-  Result<void> apply(ServerOptions& options) const;
+  Result<void> apply(server::ServerOptions& options) const;
 
  private:
   std::string access_log_, log_format_ = "common", rate_bytes_ = "0", bytes_in_flight_ = "256M";
   double rate_requests_ = 0;
-  uint32_t threads_ = 0, disk_threads_ = ServerOptions{}.disk_threads,
-           connections_ = ServerLimits{}.connections,
-           connections_per_address_ = ServerLimits{}.connections_per_address,
-           open_stores_ = ServerLimits{}.open_stores;
+  uint32_t threads_ = 0, disk_threads_ = server::ServerOptions{}.disk_threads,
+           connections_ = server::ServerLimits{}.connections,
+           connections_per_address_ = server::ServerLimits{}.connections_per_address,
+           open_stores_ = server::ServerLimits{}.open_stores;
   bool verbose_ = false, no_outside_links_ = false;
 };
 

@@ -8,11 +8,11 @@
 namespace isosplat::cli {
 namespace {
 
-const std::map<std::string, ClientField>& client_fields() {
-  static const std::map<std::string, ClientField> fields = {
-      {"x-forwarded-for", ClientField::x_forwarded_for},
-      {"forwarded", ClientField::forwarded},
-      {"proxy-protocol", ClientField::proxy_protocol}};
+const std::map<std::string, server::ClientField>& client_fields() {
+  static const std::map<std::string, server::ClientField> fields = {
+      {"x-forwarded-for", server::ClientField::x_forwarded_for},
+      {"forwarded", server::ClientField::forwarded},
+      {"proxy-protocol", server::ClientField::proxy_protocol}};
   return fields;
 }
 
@@ -42,9 +42,9 @@ void ProxyFlags::add_to(CLI::App& command) {
       ->type_name("NAME");
 }
 
-Result<void> ProxyFlags::apply(ServerOptions& options) const {
+Result<void> ProxyFlags::apply(server::ServerOptions& options) const {
   options.proxy_fields = {client_fields().at(proxy_header_), user_header_, groups_header_};
-  const auto parsed = TrustedProxies::parse(trusted_proxies_, options.proxy_fields);
+  const auto parsed = server::TrustedProxies::parse(trusted_proxies_, options.proxy_fields);
   if (!parsed) return fail(parsed.error().status, "--trusted-proxy: " + parsed.error().message);
   options.trusted_proxies = trusted_proxies_;
   const bool is_name = std::ranges::all_of(cookie_name_, [](char c) {

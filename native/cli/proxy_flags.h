@@ -14,7 +14,7 @@ class ProxyFlags {
   void add_to(CLI::App& command);
 
   /// Sets what was given. Errors: invalid_argument.
-  Result<void> apply(ServerOptions& options) const;
+  Result<void> apply(server::ServerOptions& options) const;
 
  private:
   std::vector<std::string> trusted_proxies_;

@@ -121,7 +121,7 @@ int run(const RenderCall& call) {
       note(
           fmt::format("{} is too large to be the store's picture in lists: expected at most {} × "
                       "{} pixels and 1 MiB (see --size)",
-                      picture.string(), kMaxThumbnailSize, kMaxThumbnailSize));
+                      picture.string(), server::kMaxThumbnailSize, server::kMaxThumbnailSize));
     }
     is_empty = is_empty && is_only_background(*image, settings->background);
     camera.azimuth += 360.0 / static_cast<double>(frames);

@@ -27,9 +27,9 @@ struct ServeCall {
 };
 
 int run(const ServeCall& call) {
-  Result<ServerOptions> parsed = call.server_flags.options();
+  Result<server::ServerOptions> parsed = call.server_flags.options();
   if (!parsed) return report(parsed.error());
-  ServerOptions options = std::move(*parsed);
+  server::ServerOptions options = std::move(*parsed);
   if (Result<void> applied = call.operation_flags.apply(options); !applied) {
     return report(applied.error());
   }
@@ -37,8 +37,8 @@ int run(const ServeCall& call) {
     return report(applied.error());
   }
   call.identity_flags.apply(options);
-  options.sockets = take_passed_sockets();
-  if (auto handed = take_handed_sockets()) {
+  options.sockets = server::take_passed_sockets();
+  if (auto handed = server::take_handed_sockets()) {
     options.sockets = std::move(handed->serving);
     options.redirecting_sockets = std::move(handed->redirecting);
   }
@@ -53,7 +53,7 @@ int run(const ServeCall& call) {
     }
   }
   if (call.is_check) {
-    if (Result<void> valid = Server::check(options); !valid) return report(valid.error());
+    if (Result<void> valid = server::Server::check(options); !valid) return report(valid.error());
     return kSuccess;
   }
   return serve_until_stopped(std::move(options), "");

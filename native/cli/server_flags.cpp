@@ -55,9 +55,9 @@ void ServerFlags::add_to(CLI::App& command) {
                      "Folder with the page (default: the page built with this program)");
 }
 
-Result<ServerOptions> ServerFlags::options() const {
-  ServerOptions options;
-  options.log_file = LogFile::standard_error();
+Result<server::ServerOptions> ServerFlags::options() const {
+  server::ServerOptions options;
+  options.log_file = server::LogFile::standard_error();
   options.host = host_;
   options.port = port_;
   options.web_root = find_page(web_root_);
@@ -83,12 +83,12 @@ Result<ServerOptions> ServerFlags::options() const {
   }
   if (const char* key = std::getenv("ISOSPLAT_LINK_KEY"); key && *key) options.link_key = key;
   if (!cross_origin_.empty()) {
-    Result<CrossOrigin> parsed = parse_cross_origin(cross_origin_);
+    Result<server::CrossOrigin> parsed = server::parse_cross_origin(cross_origin_);
     if (!parsed) return fail(Status::invalid_argument, "--cors: " + parsed.error().message);
     options.cross_origin = std::move(*parsed);
   }
   for (const std::string& name : allowed_hosts_) {
-    if (name != "*" && host_of(name).empty()) {
+    if (name != "*" && server::host_of(name).empty()) {
       return fail(Status::invalid_argument,
                   fmt::format("--allow-host: expected a host name, found '{}'", name));
     }

@@ -16,7 +16,7 @@ class ServerFlags {
   void add_to(CLI::App& command);
 
   /// Reads ISOSPLAT_TOKEN and ISOSPLAT_LINK_KEY as well. Errors: invalid_argument.
-  Result<ServerOptions> options() const;
+  Result<server::ServerOptions> options() const;
 
  private:
   std::string host_ = "127.0.0.1", web_root_, cross_origin_, token_file_, link_key_file_,

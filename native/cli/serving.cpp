@@ -27,8 +27,8 @@ std::filesystem::path find_page(const std::string& given) {
   return {};
 }
 
-int serve_until_stopped(ServerOptions options, const std::string& query) {
-  const std::shared_ptr<LogFile> log = options.log_file;
+int serve_until_stopped(server::ServerOptions options, const std::string& query) {
+  const std::shared_ptr<server::LogFile> log = options.log_file;
   if (options.web_root.empty()) {
     log->add(
         "note: the page has not been built: only the data is served. npm run build builds the "
@@ -37,8 +37,8 @@ int serve_until_stopped(ServerOptions options, const std::string& query) {
   options.handle_signals = true;
   // What reads the standard output may end, or be slow: the server goes on.
   std::signal(SIGPIPE, SIG_IGN);
-  const auto output = LogFile::standard_output();
-  auto server = Server::start(std::move(options));
+  const auto output = server::LogFile::standard_output();
+  auto server = server::Server::start(std::move(options));
   if (!server) return report(server.error());
   if (!(*server)->has_stores()) {
     log->add(
@@ -48,8 +48,8 @@ int serve_until_stopped(ServerOptions options, const std::string& query) {
   std::string url = (*server)->url();
   if (!query.empty()) url += "?" + query;
   output->add(fmt::format("Isosplat is ready: {}   (Ctrl-C stops it)", url));
-  notify_service_manager("READY=1");
-  notify_predecessor();
+  server::notify_service_manager("READY=1");
+  server::notify_predecessor();
   (*server)->wait();
   return kSuccess;
 }

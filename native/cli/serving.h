@@ -14,6 +14,6 @@ std::filesystem::path find_page(const std::string& given);
 
 /// Starts a server, prints its URL with this query, and waits until a signal stops it. Returns the
 /// exit code.
-int serve_until_stopped(ServerOptions options, const std::string& query);
+int serve_until_stopped(server::ServerOptions options, const std::string& query);
 
 }  // namespace isosplat::cli

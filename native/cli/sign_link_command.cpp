@@ -41,7 +41,7 @@ Result<std::string> read_key(const std::string& file) {
   }
   while (key.ends_with('\n') || key.ends_with('\r')) key.pop_back();
   // The same limits as the server has.
-  if (Result<void> valid = AccessRules().set_link_key(key); !valid) {
+  if (Result<void> valid = server::AccessRules().set_link_key(key); !valid) {
     return tl::unexpected(valid.error());
   }
   return key;
@@ -54,24 +54,24 @@ Result<std::string> name_in_folders(const SignCall& call) {
   // Only the folder's links are resolved: the name is that of the link that is served.
   const fs::path store = fs::weakly_canonical(fs::absolute(call.volume).parent_path(), error) /
                          fs::path(call.volume).filename();
-  Catalog catalog({call.folders.begin(), call.folders.end()}, [](std::string_view) {});
+  server::Catalog catalog({call.folders.begin(), call.folders.end()}, [](std::string_view) {});
   catalog.scan();
-  const std::shared_ptr<const CatalogSnapshot> snapshot = catalog.snapshot();
+  const std::shared_ptr<const server::CatalogSnapshot> snapshot = catalog.snapshot();
   for (const auto& [name, entry] : *snapshot) {
     if (fs::path(entry->folder) / entry->file == store) return name;
   }
   return fail(Status::invalid_argument,
               fmt::format("{}: expected a store that is served from {}, which --folder names: a "
                           "file *{} in it or below it",
-                          call.volume, fmt::join(call.folders, " and "), kStoreExtension));
+                          call.volume, fmt::join(call.folders, " and "), server::kStoreExtension));
 }
 
 /// The name on the server of the volume that was given by its name or its store.
 Result<std::string> name_of(const SignCall& call) {
   if (!call.folders.empty()) return name_in_folders(call);
   const bool is_store =
-      call.volume.find('/') != std::string::npos || call.volume.ends_with(kStoreExtension);
-  if (!is_store && is_volume_name(call.volume)) return call.volume;
+      call.volume.find('/') != std::string::npos || call.volume.ends_with(server::kStoreExtension);
+  if (!is_store && server::is_volume_name(call.volume)) return call.volume;
   // Another store may have the name that this one would have alone.
   return fail(
       Status::invalid_argument,
@@ -94,7 +94,7 @@ int run(const SignCall& call) {
   const auto key = read_key(call.key_file);
   if (!key) return report(key.error());
   const std::string expires = std::to_string(std::time(nullptr) + *seconds);
-  const std::string signature = sign_link(*key, name, expires);
+  const std::string signature = server::sign_link(*key, name, expires);
   if (signature.empty()) {
     return report({Status::io_error, "HMAC-SHA-256 is not available: check OpenSSL"});
   }

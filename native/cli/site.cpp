@@ -141,18 +141,18 @@ Result<void> copy_store(const StoreFile& store, const fs::path& to,
 /// The name of a picture: another picture of the same store has another one.
 std::string picture_file(const std::string& store, std::span<const std::byte> picture) {
   const std::string etag =
-      etag_for({reinterpret_cast<const char*>(picture.data()), picture.size()});
+      server::etag_for({reinterpret_cast<const char*>(picture.data()), picture.size()});
   const std::string_view hash = std::string_view(etag).substr(1, etag.size() - 2);
   return fmt::format("{}-{}.png", store.substr(0, store.rfind('.')), hash);
 }
 
 /// Copies the pictures that `listed` names. One that is gone, or
 /// was replaced meanwhile, is not named.
-Result<void> copy_thumbnails(const Site& site, std::span<PublishedVolume> listed,
+Result<void> copy_thumbnails(const Site& site, std::span<server::PublishedVolume> listed,
                              const fs::path& to) {
   for (size_t i = 0; i < listed.size(); ++i) {
     if (listed[i].thumbnail.empty()) continue;
-    const auto picture = read_thumbnail(site.volumes[i].path, listed[i].content);
+    const auto picture = server::read_thumbnail(site.volumes[i].path, listed[i].content);
     if (!picture || picture_file(listed[i].file, *picture) != listed[i].thumbnail) {
       listed[i].thumbnail.clear();
     } else if (auto written = write_bytes(to / listed[i].thumbnail, *picture); !written) {
@@ -215,14 +215,14 @@ Result<Site> publish_site(const SiteOptions& options) {
   if (!index) return tl::unexpected(index.error());
 
   std::string folder_error;
-  Catalog catalog(options.stores, [&](std::string_view line) {
+  server::Catalog catalog(options.stores, [&](std::string_view line) {
     if (line.starts_with("folder ")) folder_error = line;
   });
   catalog.scan();
   if (!folder_error.empty()) return fail(Status::io_error, folder_error);
   const auto entries = catalog.snapshot();
   Site site;
-  std::vector<PublishedVolume> listed;
+  std::vector<server::PublishedVolume> listed;
   std::vector<fs::path> inputs;
   std::set<fs::path> kept;
   for (const PageFile& file : *page) {
@@ -242,7 +242,7 @@ Result<Site> publish_site(const SiteOptions& options) {
     const bool is_new = !has_content(options.to / file, content);
     site.volumes.push_back({name, entry->path, file, is_new});
     listed.push_back({name, content, file, (*store)->info()});
-    if (const auto picture = read_thumbnail(entry->path, content)) {
+    if (const auto picture = server::read_thumbnail(entry->path, content)) {
       listed.back().thumbnail = picture_file(file, *picture);
       kept.insert(listed.back().thumbnail);
     }
@@ -261,7 +261,7 @@ Result<Site> publish_site(const SiteOptions& options) {
   for (const SiteVolume& volume : site.volumes) {
     if (volume.is_new) outputs.emplace_back(volume.file);
   }
-  for (const PublishedVolume& volume : listed) {
+  for (const server::PublishedVolume& volume : listed) {
     if (!volume.thumbnail.empty()) outputs.emplace_back(volume.thumbnail);
   }
   for (const fs::path& output : outputs) {
@@ -299,7 +299,7 @@ Result<Site> publish_site(const SiteOptions& options) {
     const fs::path to = options.to / file.relative;
     if (auto made = create_folders(to.parent_path()); !made) return tl::unexpected(made.error());
     if (is_index) {
-      auto written = write_text(options.to / kCatalogFile, published_catalog_json(listed));
+      auto written = write_text(options.to / kCatalogFile, server::published_catalog_json(listed));
       if (!written) return tl::unexpected(written.error());
     }
     const auto text = is_index ? index : read_text(file.source);

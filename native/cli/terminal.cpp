@@ -19,7 +19,7 @@ bool quiet = false;
 /// Prints a line on the standard error, if that takes it: a full disk there is no error of the
 /// command.
 void print_line(const char* prefix, std::string_view text) {
-  const std::string line = prefix + printable_text(text) + '\n';
+  const std::string line = prefix + server::printable_text(text) + '\n';
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 

@@ -135,7 +135,8 @@ Result<void> write_picture(const std::filesystem::path& path, const Image& image
   if (!png) return fail(png.error().status, path.string() + ": " + png.error().message);
   auto file = OutputFile::create(path);
   if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, with_content_id(*png, content)); !written) return written;
+  if (auto written = file->write(0, server::with_content_id(*png, content)); !written)
+    return written;
   return file->publish();
 }
 
@@ -144,16 +145,16 @@ bool is_refused_thumbnail(const std::filesystem::path& picture, const StoreFile&
   const auto real = [&](const std::filesystem::path& path) {
     return std::filesystem::weakly_canonical(path, error);
   };
-  return real(picture) == real(thumbnail_path(store.path())) &&
-         !read_thumbnail(store.path(), store.content());
+  return real(picture) == real(server::thumbnail_path(store.path())) &&
+         !server::read_thumbnail(store.path(), store.content());
 }
 
 Result<void> draw_thumbnail(const std::filesystem::path& store) {
-  const std::filesystem::path path = thumbnail_path(store);
+  const std::filesystem::path path = server::thumbnail_path(store);
   const auto opened = StoreFile::open(store);
   if (!opened) return tl::unexpected(opened.error());
-  if (read_thumbnail(store, (*opened)->content())) return {};
-  if (thumbnail_content(path).empty() && !first_bytes(path, 1).empty()) {
+  if (server::read_thumbnail(store, (*opened)->content())) return {};
+  if (server::thumbnail_content(path).empty() && !first_bytes(path, 1).empty()) {
     return fail(
         Status::invalid_argument,
         fmt::format("{}: expected no file, or a thumbnail, found another file: move it away",

@@ -107,7 +107,7 @@ Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
                           "\n" + call.build_flags.key() + "\n" ISOSPLAT_VERSION;
   const XXH128_hash_t hash = XXH3_128bits(key.data(), key.size());
   const auto store =
-      *folder / fmt::format("{}-{:016x}.isosplat", name_segment(store_stem(call.volume)),
+      *folder / fmt::format("{}-{:016x}.isosplat", server::name_segment(store_stem(call.volume)),
                             hash.low64 ^ hash.high64);
   if (!call.rebuild && StoreFile::open(store)) {
     note(fmt::format("{} exists already: --rebuild builds it again", store.string()));
@@ -119,19 +119,19 @@ Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
 }
 
 int run(const ViewCall& call) {
-  Result<ServerOptions> options = call.server_flags.options();
+  Result<server::ServerOptions> options = call.server_flags.options();
   if (!options) return report(options.error());
   const auto store = find_or_build_store(call);
   if (!store) return report(store.error());
   options->stores = {*store};
   // Also other users of this machine reach the port: only who has the printed address may read.
   if (options->tokens.empty()) {
-    auto token = random_token();
+    auto token = server::random_token();
     if (!token) return report(token.error());
     options->tokens = {std::move(*token)};
   }
   const std::string query = fmt::format("token={}&volume={}", options->tokens.front(),
-                                        name_segment(stem_of_store(*store)));
+                                        server::name_segment(server::stem_of_store(*store)));
   return serve_until_stopped(std::move(*options), query);
 }
 

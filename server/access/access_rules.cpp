@@ -18,7 +18,7 @@
 #include "server/catalog/volume_names.h"
 #include "server/http/target.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr std::string_view kAnyone = "anyone", kUser = "user:", kGroup = "group:";
@@ -113,7 +113,7 @@ class AccessRules::Subject {
   }
 
   bool is_within(std::string_view folder) const {
-    return isosplat::is_within(identity_.folder, folder);
+    return server::is_within(identity_.folder, folder);
   }
 
   bool is_store(std::string_view path) const {
@@ -391,4 +391,4 @@ Result<std::string> random_token() {
   return hexadecimal(bytes);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

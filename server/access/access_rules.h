@@ -14,7 +14,7 @@
 #include "server/catalog/volume_names.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// What a client shows to be admitted. The views refer to the request and its target.
 struct Credentials {
@@ -184,4 +184,4 @@ std::string sign_link(std::string_view key, std::string_view volume, std::string
 /// A token of 256 random bits, as hexadecimal digits. Errors: io_error (no source of randomness).
 Result<std::string> random_token();
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr std::string_view kLinkCookie = "-link-";
@@ -197,4 +197,4 @@ std::string without_secrets(std::string_view target) {
   return result;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/http/message.h"
 #include "server/http/target.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The query parameters of a signed link, and that of a token (for the page only).
 inline constexpr std::string_view kSignatureParameter = "sig";
@@ -51,4 +51,4 @@ Response unauthorized_response();
 /// A target for the log: the values of tokens and signatures are replaced by "*".
 std::string without_secrets(std::string_view target);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 
 #include "server/access/origin_policy.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 bool is_letter_or_digit(char c) {
@@ -59,4 +59,4 @@ void HttpsPolicy::add_fields(const Request& request, Response& response) const {
   response.set("Strict-Transport-Security", fmt::format("max-age={}", hsts_seconds));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

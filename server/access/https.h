@@ -4,7 +4,7 @@
 
 #include "server/http/message.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// What a server with TLS tells clients that came without it, or might come without it next time.
 struct HttpsPolicy {
@@ -21,4 +21,4 @@ struct HttpsPolicy {
   void add_fields(const Request& request, Response& response) const;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

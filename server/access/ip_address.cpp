@@ -9,7 +9,7 @@
 #include <charconv>
 #include <cstring>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr std::array<uint8_t, 12> kMapped = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
@@ -106,4 +106,4 @@ bool AddressRange::contains(const IpAddress& address) const {
   return network_of(address, prefix_) == first_;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -10,7 +10,7 @@
 
 struct sockaddr;
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// An IPv4 or IPv6 address. IPv4 addresses are stored as IPv6-mapped ones (::ffff:a.b.c.d), so that
 /// both forms of an address are equal.
@@ -48,4 +48,4 @@ class AddressRange {
   unsigned prefix_ = 128;  ///< bits; of IPv4 with the 96 of the mapped form
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 using Json = nlohmann::json;
@@ -190,4 +190,4 @@ std::optional<std::string> decode_base64url(std::string_view text) {
   return bytes;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -11,7 +11,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The signature algorithms of tokens that are accepted (RFC 7518, 3.3 and 3.4).
 enum class JwtAlgorithm : uint8_t { rs256, es256 };
@@ -37,4 +37,4 @@ Result<std::vector<JsonWebKey>> parse_json_web_keys(std::string_view text);
 /// Decodes base64url without padding (RFC 7515, 2). No value if malformed.
 std::optional<std::string> decode_base64url(std::string_view text);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

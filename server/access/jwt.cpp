@@ -11,7 +11,7 @@
 
 #include "server/access/json_web_keys.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 using Json = nlohmann::json;
@@ -178,4 +178,4 @@ Result<Identity> JwtVerifier::verify(std::string_view token, uint64_t now) const
   return identity;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -9,7 +9,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Who a client is, as an identity provider or a trusted proxy says.
 struct Identity {
@@ -54,4 +54,4 @@ class JwtVerifier {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

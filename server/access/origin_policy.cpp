@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 std::string lower(std::string_view text) {
@@ -171,4 +171,4 @@ void OriginPolicy::add_fields(const Request& request, Response& response) const 
   response.set("Cross-Origin-Resource-Policy", cross_origin_.any ? "cross-origin" : "same-origin");
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

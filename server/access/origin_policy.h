@@ -8,7 +8,7 @@
 #include "server/http/message.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The pages of other origins that may read data responses (CORS). By default none: only pages that
 /// the server sent itself.
@@ -73,4 +73,4 @@ class OriginPolicy {
   CrossOrigin cross_origin_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <string>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 using State = ProxyHeader::State;
@@ -97,4 +97,4 @@ ProxyHeader parse_proxy_header(std::string_view received) {
   return agree(received, kSignature1) || agree(received, kSignature2) ? ProxyHeader{} : malformed();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

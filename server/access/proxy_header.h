@@ -6,7 +6,7 @@
 
 #include "server/access/ip_address.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A header of the PROXY protocol, version 1 or 2, in the bytes that a connection begins with.
 struct ProxyHeader {
@@ -45,4 +45,4 @@ ProxyHeader parse_proxy_header(std::string_view received);
 /// The longest header that is accepted, in bytes: addresses, and room for the TLVs of TLS.
 inline constexpr size_t kMaxProxyHeader = 4096;
 
-}  // namespace isosplat
+}  // namespace isosplat::server

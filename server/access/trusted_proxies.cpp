@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 std::string_view trimmed(std::string_view text) {
@@ -138,4 +138,4 @@ TrustedProxies::Client TrustedProxies::client_of(const IpAddress& peer, std::str
   return client;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/access/ip_address.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// How proxies tell the address of their client. One of them only: a proxy passes on the fields
 /// that it does not set itself, so a client could choose the content of another one.
@@ -64,4 +64,4 @@ class TrustedProxies {
   ProxyFields fields_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -12,7 +12,7 @@
 
 #include "server/catalog/thumbnail.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -412,4 +412,4 @@ bool Catalog::publish_snapshot() {
   return true;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

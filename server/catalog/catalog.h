@@ -18,7 +18,7 @@
 #include "server/catalog/volume_names.h"
 #include "shared/posix_file/posix_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A store file as it was when it was last looked at. A file that was replaced or modified, or
 /// whose thumbnail was, has another entry.
@@ -128,4 +128,4 @@ class Catalog {
   std::shared_ptr<const CatalogSnapshot> snapshot_;  // guarded by snapshot_mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -3,7 +3,7 @@
 #include <iterator>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 
 size_t ChunkCache::Hash::operator()(const Key& key) const {
   constexpr uint64_t kOddNumber = 0x9e3779b97f4a7c15;
@@ -49,4 +49,4 @@ uint64_t ChunkCache::bytes() const {
   return bytes_;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

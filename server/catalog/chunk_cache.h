@@ -10,7 +10,7 @@
 
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The chunks that were sent last, after their checksums were verified. Many clients ask for the
 /// same ones, which are then sent as they are: not read, not verified and not copied again.
@@ -59,4 +59,4 @@ class ChunkCache {
   std::unordered_map<Key, Position, Hash> positions_;  // guarded by mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

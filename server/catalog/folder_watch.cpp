@@ -16,7 +16,7 @@
 #include <cstring>
 #include <thread>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// Changes that belong together, such as those of a folder that is copied, arrive within this time.
@@ -150,4 +150,4 @@ void FolderWatch::read_events(Changes& changes) {
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A change in a folder that is watched.
 struct FolderChange {
@@ -55,4 +55,4 @@ class FolderWatch {
   std::map<std::string, int> watches_;  ///< by folder
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace isosplat {
+namespace isosplat::server {
 
 std::vector<IsovalueNeeds> isovalue_needs(std::span<const double> isovalues,
                                           const ValueMapping& mapping,
@@ -48,4 +48,4 @@ std::vector<IsovalueNeeds> isovalue_needs(std::span<const double> isovalues,
   return needs;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

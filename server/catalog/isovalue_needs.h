@@ -6,7 +6,7 @@
 
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// What an isovalue needs of a level.
 struct IsovalueNeeds {
@@ -22,4 +22,4 @@ std::vector<IsovalueNeeds> isovalue_needs(std::span<const double> isovalues,
                                           const ValueMapping& mapping,
                                           std::span<const ChunkRef> chunks);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -9,7 +9,7 @@
 
 #include "server/catalog/volume_json.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// Replaces the path by the file's name: clients may read the message, and must not see folders.
@@ -157,4 +157,4 @@ size_t StorePool::size() const {
   return by_use_.size();
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

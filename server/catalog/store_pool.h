@@ -13,7 +13,7 @@
 #include "server/catalog/catalog.h"
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Opens stores when they are asked for, and keeps those open that were used last. Thread-safe.
 class StorePool {
@@ -72,4 +72,4 @@ class StorePool {
   std::unordered_map<uint64_t, Position> positions_;  // guarded by mutex_; by id
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

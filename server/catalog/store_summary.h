@@ -8,7 +8,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// What the server keeps of a store whose header it has read: a few KB at most.
 struct StoreSummary {
@@ -63,4 +63,4 @@ class SummaryCell {
   mutable std::shared_ptr<const StoreSummary> summary_;  // guarded by mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

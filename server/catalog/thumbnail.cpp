@@ -10,7 +10,7 @@
 
 #include "shared/posix_file/posix_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
@@ -154,4 +154,4 @@ Result<std::vector<std::byte>> read_thumbnail(const std::filesystem::path& store
   return bytes;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

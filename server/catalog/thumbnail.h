@@ -15,7 +15,7 @@
 // that it shows, so that a picture of another content is never served:
 //
 //     signature | IHDR | tEXt "Isosplat content", 0, 32 hexadecimal digits | … IDAT … | IEND
-namespace isosplat {
+namespace isosplat::server {
 
 inline constexpr size_t kMaxThumbnailBytes = size_t{1} << 20;
 inline constexpr uint32_t kMaxThumbnailSize = 2048;  ///< pixels of each side
@@ -40,4 +40,4 @@ Result<std::vector<std::byte>> read_thumbnail(const std::filesystem::path& store
 /// The same check for bytes in memory.
 bool is_thumbnail(std::span<const std::byte> png, std::string_view content);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

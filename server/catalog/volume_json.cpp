@@ -8,7 +8,7 @@
 
 #include "server/catalog/thumbnail.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -223,4 +223,4 @@ std::string isovalues_json(const StoreInfo& info, uint32_t level,
   return json_text({{"level", level}, {"isovalues", std::move(list)}}) + "\n";
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -9,7 +9,7 @@
 #include "server/catalog/store_summary.h"
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A text with the letters A to Z as a to z; others as they are.
 std::string small_letters(std::string_view text);
@@ -40,4 +40,4 @@ std::string volume_json(std::string_view name, const StoreFile& store);
 std::string isovalues_json(const StoreInfo& info, uint32_t level,
                            std::span<const IsovalueNeeds> isovalues);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

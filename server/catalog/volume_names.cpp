@@ -9,7 +9,7 @@
 #include <set>
 #include <system_error>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -159,4 +159,4 @@ std::vector<NamedSource> named_sources(const std::vector<fs::path>& given) {
   return named;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 // The name of a volume follows from the path of its store alone, and different paths have different
 // names: a token or a link for a name never opens another store, whatever else is in the folders
 // when the server starts.
-namespace isosplat {
+namespace isosplat::server {
 
 /// How the files of stores end.
 inline constexpr std::string_view kStoreExtension = ".isosplat";
@@ -54,4 +54,4 @@ struct NamedSource {
 /// sources. A path that is not a folder now is a file's.
 std::vector<NamedSource> named_sources(const std::vector<std::filesystem::path>& sources);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

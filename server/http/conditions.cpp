@@ -12,7 +12,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace beast = boost::beast;
@@ -141,4 +141,4 @@ bool accepts_encoding(std::string_view field, Encoding encoding) {
   return wildcard_admits;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

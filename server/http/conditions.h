@@ -7,7 +7,7 @@
 
 #include "server/http/message.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A strong ETag of these bytes (their XXH3-128), with its quotes.
 std::string etag_for(std::string_view bytes);
@@ -60,4 +60,4 @@ enum class Encoding : uint8_t { identity, gzip, brotli };
 /// Whether an Accept-Encoding field admits gzip or brotli, by name or by "*". q=0 excludes.
 bool accepts_encoding(std::string_view field, Encoding encoding);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

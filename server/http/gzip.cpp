@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 
 std::string gzipped(std::string_view bytes, int level) {
   z_stream stream{};
@@ -66,4 +66,4 @@ void TextCompressor::keep(const std::string& hash, Compressed file) {
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// These bytes as a gzip file. `level`: of zlib, 1 (fast) to 9 (small). Empty if zlib has no
 /// memory. The same bytes give the same file.
@@ -47,4 +47,4 @@ class TextCompressor {
   std::mutex compressing_;  ///< held while a long text is compressed
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

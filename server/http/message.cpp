@@ -4,7 +4,7 @@
 
 #include "server/http/printable_text.h"
 
-namespace isosplat {
+namespace isosplat::server {
 std::string_view reason_phrase(int status) {
   switch (status) {
     case 200:
@@ -94,4 +94,4 @@ Response error_response(const Error& error) {
   return response;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -11,7 +11,7 @@
 #include "shared/base/status.h"
 #include "shared/posix_file/posix_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 enum class Method : uint8_t { get, head, options, other };
 
@@ -125,4 +125,4 @@ Response error_response(int status, std::string_view name, std::string_view mess
 /// else 500, which is also logged as a fault.
 Response error_response(const Error& error);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

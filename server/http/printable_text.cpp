@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// Whether the first `length` bytes of a text are one character that a line may have as it is.
@@ -73,4 +73,4 @@ std::string printable_text(std::string_view text) {
   return result;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

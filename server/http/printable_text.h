@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Length of the UTF-8 sequence at the begin of `text` (not empty); 0 if it is invalid.
 size_t utf8_length(std::string_view text);
@@ -14,4 +14,4 @@ size_t utf8_length(std::string_view text);
 /// U+2066 to U+2069) becomes \xNN for each of its bytes, and so does the backslash.
 std::string printable_text(std::string_view text);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// "isovalue=a..b, level=L and optionally blocks=x.y.z,…".
@@ -50,4 +50,4 @@ Result<void> check_query(const Target& target, std::span<const QueryParameter> p
   return {};
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -6,7 +6,7 @@
 #include "server/http/target.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A parameter of a route's query. The table of routes has them; requests are checked against it,
 /// and the OpenAPI document is made of it.
@@ -24,4 +24,4 @@ struct QueryParameter {
 Result<void> check_query(const Target& target, std::span<const QueryParameter> parameters,
                          std::string_view subject);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

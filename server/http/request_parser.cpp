@@ -10,7 +10,7 @@
 #include <limits>
 #include <string>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -181,4 +181,4 @@ bool RequestParser::is_http_1_0() const {
   return state_->parser.get().version() < 11;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

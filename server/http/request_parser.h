@@ -8,7 +8,7 @@
 
 #include "server/http/message.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The position of the end of a request's header in the bytes received so far.
 struct HeaderScan {
@@ -61,4 +61,4 @@ class RequestParser {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 #include <ctime>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// The value of the Date field (RFC 9110, 5.6.7), formatted once a second on each thread.
@@ -57,4 +57,4 @@ std::string response_header(const Response& response, bool close, bool http_1_0)
   return text;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 void append_u32(std::vector<std::byte>& out, uint32_t value) {
@@ -104,4 +104,4 @@ BodyStream::Step BootstrapStream::next(std::vector<std::byte>& out, Error& error
   return step;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/http/message.h"
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Size of the header before each chunk in a response of frames, and the alignment of frames.
 inline constexpr size_t kFrameHeaderBytes = 48;
@@ -73,4 +73,4 @@ class BootstrapStream final : public BodyStream {
 /// Target size of the pieces that streams produce.
 inline constexpr size_t kPieceBytes = 64 * 1024;
 
-}  // namespace isosplat
+}  // namespace isosplat::server

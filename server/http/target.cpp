@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 int hex_digit(char c) {
@@ -260,4 +260,4 @@ Result<std::vector<ChunkAddress>> parse_chunks(std::string_view text) {
   return parse_list<ChunkAddress>(text, "chunks level/x.y.z/band", parse);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -13,7 +13,7 @@
 #include "shared/grid/grid.h"
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The decoded target of a request. "/v1/volumes/engine?x=1" has the segments v1, volumes, engine
 /// and the query x=1. If the path ends in "/", the last segment is empty; "/" is one empty segment.
@@ -71,4 +71,4 @@ Result<std::vector<Index3>> parse_blocks(std::string_view text);
 /// item.
 Result<std::vector<ChunkAddress>> parse_chunks(std::string_view text);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

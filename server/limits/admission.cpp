@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 
 using State = OpenConnection::State;
 
@@ -187,4 +187,4 @@ bool Admission::close_for(std::string_view newcomer, Clock::time_point now) {
   return is_long && close(*longest);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

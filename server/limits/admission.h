@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::server {
 
 class Admission;
 
@@ -151,4 +151,4 @@ class Admission {
   std::unordered_map<std::string, Counts> by_address_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 #include <string>
 #include <unordered_map>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The memory of the bodies that are being sent, of all connections together. One address may take
 /// a part of it only, so that it does not keep the others out. Thread-safe.
@@ -79,4 +79,4 @@ class ByteBudget {
   std::unordered_map<std::string, uint64_t> by_address_;  // guarded by mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <unordered_map>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// What clients wait for. The next is of the client that was served least lately, and of its items
 /// the oldest; of clients that were served alike, the one whose last turn is longest ago. So a
@@ -123,4 +123,4 @@ class FairQueue {
   std::unordered_map<std::string_view, Position> by_name_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr uint64_t kReserve = 16 << 20;
@@ -54,4 +54,4 @@ bool has_memory_for(uint64_t bytes) {
                          : is_free >= kReserve && has_address_space_for(bytes);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

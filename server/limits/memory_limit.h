@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace isosplat {
+namespace isosplat::server {
 
 // A process whose address space is limited (ulimit -v, LimitAS= of systemd) gets no memory above
 // it. What is large is asked for first, so that what is small never lacks memory.
@@ -15,4 +15,4 @@ void prepare_for_memory_limit();
 /// microseconds if there is a limit (more if little is left), else no time. Thread-safe.
 bool has_memory_for(uint64_t bytes);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -11,7 +11,7 @@
 #include <string>
 #include <unordered_map>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Limits how much each address gets: two token buckets, of requests and of bytes. A bucket holds
 /// kBurst of its rate, so that the many requests of a first picture pass. A response may be larger
@@ -102,4 +102,4 @@ class RateLimit {
   std::unordered_map<std::string, Entries::iterator> by_address_;  // guarded by mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <new>
 
-namespace isosplat {
+namespace isosplat::server {
 
 WorkPool::WorkPool(Limits limits, Counters counters) : limits_(limits), counters_(counters) {
   for (uint32_t i = 0; i < limits_.threads; ++i) {
@@ -118,4 +118,4 @@ void WorkPool::finish(Job& job, Outcome outcome) {
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -19,7 +19,7 @@
 #include "server/limits/fair_queue.h"
 #include "server/net/asio.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Threads for what would hold up a connection's thread, which serves other connections as well:
 /// reads that wait for disks, and computations. Only the request that needs the work waits. The
@@ -122,4 +122,4 @@ class WorkPool {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

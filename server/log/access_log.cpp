@@ -10,7 +10,7 @@
 #include "server/access/credentials.h"
 #include "server/http/message.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 std::string printable(std::string_view text) {
@@ -97,4 +97,4 @@ std::string request_id(std::string_view given) {
   return fmt::format("{:016x}", next.fetch_add(1, std::memory_order_relaxed));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The forms of a line of the access log. HTTP.md shows one of each.
 enum class LogFormat : uint8_t {
@@ -39,4 +39,4 @@ std::string request_id(std::string_view given);
 bool is_request_id(std::string_view given);
 inline constexpr size_t kMaxRequestId = 64;
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -15,7 +15,7 @@
 
 #include "shared/posix_file/posix_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr const char* kStandardOutput = "-";
@@ -183,4 +183,4 @@ uint64_t LogFile::dropped() const {
   return state_->dropped;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

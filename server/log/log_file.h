@@ -10,7 +10,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// A log that a thread of its own writes: to a file, a pipe, or the program's standard output or
 /// error. Those who log never wait for it, and nothing that happens to it ends the program: lines
@@ -53,4 +53,4 @@ class LogFile {
   std::thread writer_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -13,7 +13,7 @@
 #include "server/http/printable_text.h"
 #include "server/log/log_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The logs of a server: of stores, the page and faults, and of responses. Thread-safe.
 class ServerLog {
@@ -83,4 +83,4 @@ class ServerLog {
   uint32_t faults_this_second_ = 0;                                    // guarded by fault_mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

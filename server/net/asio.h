@@ -11,7 +11,7 @@
 // Sockets, timers and coroutines of one thread's io_context. A fixed executor type avoids the cost
 // of the polymorphic any_io_executor.
 
-namespace isosplat {
+namespace isosplat::server {
 
 using Executor = boost::asio::io_context::executor_type;
 using Socket = boost::asio::basic_stream_socket<boost::asio::ip::tcp, Executor>;
@@ -25,4 +25,4 @@ using Awaitable = boost::asio::awaitable<T, Executor>;
 /// co_await then returns a tuple that begins with the error code, and does not throw.
 constexpr auto kAwait = boost::asio::as_tuple(boost::asio::use_awaitable_t<Executor>{});
 
-}  // namespace isosplat
+}  // namespace isosplat::server

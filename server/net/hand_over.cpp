@@ -19,7 +19,7 @@
 
 extern char** environ;
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr const char* kVariable = "ISOSPLAT_HAND_OVER";
@@ -152,4 +152,4 @@ void notify_predecessor() {
   ::close(kReadyPipe);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

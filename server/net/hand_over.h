@@ -13,7 +13,7 @@
 //
 // The successor has the variable ISOSPLAT_HAND_OVER=N:M, and as descriptors 3 a pipe to its
 // predecessor, then N sockets to serve and M sockets to redirect from.
-namespace isosplat {
+namespace isosplat::server {
 
 struct ListeningSockets {
   std::vector<int> serving;
@@ -38,4 +38,4 @@ std::optional<ListeningSockets> take_handed_sockets();
 /// Tells the predecessor, if there is one, that this process serves now.
 void notify_predecessor();
 
-}  // namespace isosplat
+}  // namespace isosplat::server

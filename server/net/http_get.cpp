@@ -20,7 +20,7 @@
 
 #include "server/net/asio.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace asio = boost::asio;
@@ -123,4 +123,4 @@ Result<HttpAnswer> http_get(std::string_view url, const HttpGetOptions& options)
   return answer;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

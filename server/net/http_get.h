@@ -7,7 +7,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 struct HttpGetOptions {
   std::chrono::milliseconds timeout{10'000};  ///< for all of it
@@ -25,4 +25,4 @@ struct HttpAnswer {
 /// Errors: invalid_argument (not such an address), io_error (no answer, or a longer one).
 Result<HttpAnswer> http_get(std::string_view url, const HttpGetOptions& options);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -7,7 +7,7 @@
 #include <boost/asio/ip/v6_only.hpp>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 
 namespace asio = boost::asio;
 using boost::system::error_code;
@@ -78,4 +78,4 @@ Result<std::vector<Acceptor>> take_over(asio::io_context& context,
   return acceptors;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/net/asio.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Listens on all addresses of a host, on the same port (0: any free port). Addresses that the
 /// machine does not support are skipped. Returns at least one acceptor. Errors: io_error.
@@ -19,4 +19,4 @@ Result<std::vector<Acceptor>> listen(boost::asio::io_context& context, const std
 Result<std::vector<Acceptor>> take_over(boost::asio::io_context& context,
                                         const std::vector<int>& sockets);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

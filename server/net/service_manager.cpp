@@ -15,7 +15,7 @@
 // The two protocols are a few lines, and stable (systemd's Interface Portability and Stability
 // Promise): libsystemd would bring a dependency for them.
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// The whole number in a variable of the environment; -1 if there is none.
@@ -73,4 +73,4 @@ void notify_reloading() {
                          std::to_string(now.tv_sec * 1'000'000 + now.tv_nsec / 1'000));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The listening sockets that systemd (or a program with the same protocol, sd_listen_fds(3))
 /// passed to this process: none without LISTEN_PID and LISTEN_FDS. Takes the variables out of the
@@ -19,4 +19,4 @@ void notify_service_manager(std::string_view state);
 /// Tells systemd that a reload begins. "READY=1" ends it.
 void notify_reloading();
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -6,7 +6,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 // Of the kernel's tcp_states.h.
@@ -43,4 +43,4 @@ void reset_on_close(int socket) {
   ::setsockopt(socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace isosplat {
+namespace isosplat::server {
 
 // What the system knows of a TCP connection, by its descriptor. The functions may be called with a
 // descriptor that is not a TCP socket, or closed: they then return 0, or do nothing.
@@ -22,4 +22,4 @@ TcpEnd tcp_end(int socket);
 /// other end has not acknowledged, for as long as this end takes a little of it now and then.
 void reset_on_close(int socket);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

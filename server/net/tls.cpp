@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 using boost::system::error_code;
@@ -75,4 +75,4 @@ Result<std::shared_ptr<TlsContext>> load_tls(const std::filesystem::path& certif
                                             key.string(), certificate.string(), why));
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

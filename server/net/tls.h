@@ -7,7 +7,7 @@
 
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 using TlsContext = boost::asio::ssl::context;
 
@@ -21,4 +21,4 @@ Result<std::shared_ptr<TlsContext>> load_tls(const std::filesystem::path& certif
 /// When the server's certificate ends, in seconds since 1970; 0 if it has none.
 int64_t certificate_end(TlsContext& context);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

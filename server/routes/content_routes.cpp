@@ -11,7 +11,7 @@
 #include "server/http/conditions.h"
 #include "server/http/streams.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// Part of the ETags of responses in frames. Change it with the layout of frames.
@@ -214,4 +214,4 @@ Response thumbnail_response(const RouteCall& call) {
   return with_bytes(std::move(response), std::move(*picture), "image/png");
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -5,7 +5,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// 400 invalid_argument.
 Response invalid_argument(std::string_view message);
@@ -33,4 +33,4 @@ Response file_response(const RouteCall& call);
 /// has the same URL, but another ETag.
 Response thumbnail_response(const RouteCall& call);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

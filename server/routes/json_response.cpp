@@ -5,7 +5,7 @@
 
 #include "server/http/gzip.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// `etag` of the compressed form.
@@ -58,4 +58,4 @@ Response json_response(const RouteCall& call, std::string text) {
   return json_response(call, std::move(text), etag, CachePolicy::revalidated);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -6,7 +6,7 @@
 #include "server/http/message.h"
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The response with this text of JSON, for a resource with this ETag: conditions are evaluated as
 /// in begin_response(), and the text is compressed for clients that admit gzip. The compressed form
@@ -18,4 +18,4 @@ Response json_response(const RouteCall& call, std::string text, const std::strin
 /// The same with an ETag of the text, revalidated.
 Response json_response(const RouteCall& call, std::string text);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

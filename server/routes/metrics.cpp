@@ -11,7 +11,7 @@
 #include "server/routes/process_metrics.h"
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 // A memory order is not needed: the counters guard nothing.
@@ -168,4 +168,4 @@ std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_
   return text;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace isosplat {
+namespace isosplat::server {
 
 class ByteBudget;
 
@@ -80,4 +80,4 @@ class Metrics {
   std::vector<PerRoute> per_route_;  ///< those of routes(), then those without a route
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/routes/metrics.h"
 #include "server/routes/summaries.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 StoreCounts count_stores(const RouteCall& call) {
@@ -83,4 +83,4 @@ Response metrics_response(const RouteCall& call) {
   return response;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

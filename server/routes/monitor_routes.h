@@ -2,7 +2,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 // Handlers of the routes for those who operate the server.
 
@@ -12,4 +12,4 @@ Response ready_response(const RouteCall& call);
 /// Counters for Prometheus.
 Response metrics_response(const RouteCall& call);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -99,4 +99,4 @@ const std::string& openapi_document() {
   return document;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

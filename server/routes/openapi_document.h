@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The description of the routes for programs (OpenAPI 3.1): paths and parameters of the table of
 /// routes, and what openapi_parts.json says of their responses. Made at the first call.
@@ -13,4 +13,4 @@ const std::string& openapi_document();
 /// Route::operation) in place of `paths`.
 std::string_view openapi_parts();
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -13,7 +13,7 @@
 
 #include "server/http/gzip.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 namespace fs = std::filesystem;
@@ -235,4 +235,4 @@ uint64_t PageAssets::signature(const fs::path& root) {
   return XXH3_64bits(text.data(), text.size());
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -13,7 +13,7 @@
 #include "server/http/conditions.h"
 #include "shared/base/status.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// One file of the page in one encoding.
 struct AssetVariant {
@@ -69,4 +69,4 @@ class PageAssets {
   std::map<std::string, Kept, std::less<>> kept_;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

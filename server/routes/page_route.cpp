@@ -7,7 +7,7 @@
 
 #include "server/http/conditions.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// The page runs only its own scripts, WASM and workers, and fetches stores from any host (?src=…).
@@ -90,4 +90,4 @@ Response page_response(const RouteCall& call) {
   return response;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

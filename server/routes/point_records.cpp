@@ -6,7 +6,7 @@
 #include <bit>
 #include <cstring>
 
-namespace isosplat {
+namespace isosplat::server {
 
 static_assert(std::endian::native == std::endian::little, "records have the layout of memory");
 
@@ -110,4 +110,4 @@ void PointRecords::append(const PointArrays& points, std::vector<std::byte>& out
   }
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -9,7 +9,7 @@
 #include "shared/base/status.h"
 #include "shared/points/chunk_samples.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 enum class PointField : uint8_t { positions, normals, values };
 
@@ -41,4 +41,4 @@ class PointRecords {
   bool doubles_ = false;
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

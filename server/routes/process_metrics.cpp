@@ -11,7 +11,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 void add(std::string& text, std::string_view name, std::string_view type, std::string_view help,
@@ -69,4 +69,4 @@ void add_process_metrics(std::string& text) {
   add_processor_time(text);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

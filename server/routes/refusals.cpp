@@ -5,7 +5,7 @@
 #include <chrono>
 #include <string>
 
-namespace isosplat {
+namespace isosplat::server {
 
 Response rate_response(uint32_t seconds) {
   Response response =
@@ -32,4 +32,4 @@ std::string refusal_line(LogFormat format, std::string_view address, int status,
   return access_line(entry, format);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

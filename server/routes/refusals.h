@@ -7,7 +7,7 @@
 #include "server/http/message.h"
 #include "server/log/access_log.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 // Responses to requests above a limit. The caller adds the fields of its OriginPolicy.
 
@@ -21,4 +21,4 @@ Response busy_response(std::string_view message);
 /// `status`: 0 if it was closed without a response. `bytes`: of the body, as far as they were sent.
 std::string refusal_line(LogFormat format, std::string_view address, int status, uint64_t bytes);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 
 #include "server/routes/refusals.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 constexpr std::string_view kMethods = "GET, HEAD, OPTIONS";
@@ -193,4 +193,4 @@ Response Router::route(const Request& request, Target& target, NoWait* no_wait, 
   return response;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -19,7 +19,7 @@
 #include "server/routes/page_assets.h"
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Asked once it is known who asks (Grant::quota_client), before anything is done for it. Returns
 /// the response of a client that must wait.
@@ -102,4 +102,4 @@ class Router {
   VolumeCounts counts_;                        // guarded by mutex_
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

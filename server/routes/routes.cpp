@@ -9,7 +9,7 @@
 #include "server/routes/sample_routes.h"
 #include "server/routes/volume_routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// Other paths below /v1 do not fall back to the page.
@@ -160,4 +160,4 @@ const Route* find_route(Method method, const Target& target,
   return found == kRoutes.end() ? nullptr : &*found;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -18,7 +18,7 @@
 #include "server/routes/volume_view.h"
 #include "server/routes/work_turn.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Limits of one request; ServerLimits has the same, except those of points.
 struct RouterLimits {
@@ -140,4 +140,4 @@ size_t index_of(const Route& route);
 const Route* find_route(Method method, const Target& target,
                         std::vector<std::string_view>& arguments);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -16,7 +16,7 @@
 #include "server/routes/surface_points.h"
 #include "shared/points/position_precision.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 /// Part of the ETags. Change it when the same request gets other bytes.
@@ -261,4 +261,4 @@ Response samples_response(const RouteCall& call) {
   return response;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

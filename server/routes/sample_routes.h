@@ -2,7 +2,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 // Handlers of routes for programs that want numbers, not chunks.
 
@@ -12,4 +12,4 @@ Response isovalues_response(const RouteCall& call);
 /// The points of an isosurface as arrays.
 Response samples_response(const RouteCall& call);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -2,7 +2,7 @@
 
 #include "server/catalog/store_pool.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 std::shared_ptr<const StoreSummary> Summaries::of(const CatalogEntry& entry) {
   if (last_ && last_id_ == entry.id) return last_;
@@ -17,4 +17,4 @@ std::shared_ptr<const StoreSummary> Summaries::of(const CatalogEntry& entry) {
   return last_ = call_.stores.summary(entry, call_.no_wait);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

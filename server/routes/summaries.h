@@ -6,7 +6,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// How far a handler has come that goes through all volumes, in one or more turns
 /// (RouteCall::turn): those before `next` are done.
@@ -42,4 +42,4 @@ class Summaries {
   std::shared_ptr<const StoreSummary> last_;  // one with an error that may pass is not in the entry
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

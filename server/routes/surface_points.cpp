@@ -11,7 +11,7 @@
 
 #include "shared/points/chunk_shape.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 class SurfacePoints::Scratch {
  public:
@@ -267,4 +267,4 @@ Result<PointArrays> SurfacePoints::next(Scratch& scratch, NoWait* no_wait) {
   return points_in_box(part, scratch, borders_ ? &*borders_ : nullptr, query_.values);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

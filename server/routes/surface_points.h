@@ -10,7 +10,7 @@
 #include "shared/points/block_borders.h"
 #include "shared/store_file/store_file.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// An axis-aligned box in the world: low ≤ position < high along each axis.
 struct WorldBox {
@@ -130,4 +130,4 @@ class SurfacePoints {
   std::vector<std::byte> fetched_;  ///< of the chunk of next(); empty: it is not fetched
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/catalog/volume_json.h"
 #include "server/routes/summaries.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 bool has_word(std::string_view text, std::string_view word) {
@@ -139,4 +139,4 @@ std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& 
                      list.total, list.bytes, query.offset, list.items);
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -7,7 +7,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// Which part of the list of volumes a client wants.
 struct ListQuery {
@@ -26,4 +26,4 @@ Result<ListQuery> parse_list_query(const Target& target);
 /// wait, or would hold up the connection's thread.
 std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& query);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

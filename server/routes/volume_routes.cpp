@@ -14,7 +14,7 @@
 #include "server/routes/openapi_document.h"
 #include "server/routes/volume_list.h"
 
-namespace isosplat {
+namespace isosplat::server {
 Response health_response(const RouteCall& call) {
   // What was counted before: whoever asks, and how often, this waits for nothing.
   const uint64_t broken = call.counts.open_to_all_broken;
@@ -59,4 +59,4 @@ Response bootstrap_response(const RouteCall& call) {
   return response;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -2,7 +2,7 @@
 
 #include "server/routes/routes.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 // Handlers of the routes without a content id, whose content may change at any time.
 
@@ -17,4 +17,4 @@ Response volume_response(const RouteCall& call);
 /// Everything that a viewer needs for its first picture, in one response.
 Response bootstrap_response(const RouteCall& call);
 
-}  // namespace isosplat
+}  // namespace isosplat::server

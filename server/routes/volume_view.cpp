@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace isosplat {
+namespace isosplat::server {
 
 std::shared_ptr<const VolumeView> VolumeViews::find(const Catalog& catalog, const Grant& grant) {
   const std::string key = grant.key();
@@ -31,4 +31,4 @@ std::shared_ptr<const VolumeView> VolumeViews::make(const Catalog& catalog, cons
   return made;
 }
 
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -11,7 +11,7 @@
 #include "server/access/access_rules.h"
 #include "server/catalog/catalog.h"
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The volumes of a snapshot that one client may read, by name.
 struct VolumeView {
@@ -44,4 +44,4 @@ class VolumeViews {
   std::list<Kept> kept_;  // guarded by mutex_; the last used first
 };
 
-}  // namespace isosplat
+}  // namespace isosplat::server

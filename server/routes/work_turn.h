@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <memory>
 
-namespace isosplat {
+namespace isosplat::server {
 
 /// The work of a request with much to read or to compute, in turns: other requests have theirs in
 /// between, so that a few requests do not keep all threads, and it ends when the client is gone.
@@ -19,4 +19,4 @@ inline constexpr uint32_t kHeadersPerTurn = 16;     ///< store headers that one 
 inline constexpr uint64_t kCellsPerTurn = 1 << 20;  ///< that a turn decodes, and one chunk more
 inline constexpr uint64_t kBytesPerTurn = 4 << 20;  ///< of chunks that one reads, and one more
 
-}  // namespace isosplat
+}  // namespace isosplat::server

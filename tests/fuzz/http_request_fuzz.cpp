@@ -20,6 +20,7 @@
 namespace {
 
 using namespace isosplat;
+using namespace isosplat::server;
 
 void require(bool condition) {
   if (!condition) std::abort();

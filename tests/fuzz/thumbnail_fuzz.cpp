@@ -53,8 +53,8 @@ std::string png_of(std::span<const uint8_t> input) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::span<const uint8_t> input(data, size);
-  isosplat::is_thumbnail(std::as_bytes(input), kContent);
+  isosplat::server::is_thumbnail(std::as_bytes(input), kContent);
   const std::string png = png_of(input);
-  isosplat::is_thumbnail(std::as_bytes(std::span(png)), kContent);
+  isosplat::server::is_thumbnail(std::as_bytes(std::span(png)), kContent);
   return 0;
 }

@@ -12,7 +12,7 @@
 #include "server/access/access_rules.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 std::vector<std::string> lines_of(const std::filesystem::path& path) {
@@ -208,4 +208,4 @@ TEST_F(AccessLog, HasConnectionsThatWereRefused) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -9,7 +9,7 @@
 #include "server/access/access_rules.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -332,4 +332,4 @@ TEST_F(Access, SignaturesAreHmacSha256) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -16,7 +16,7 @@
 #include "server/catalog/volume_names.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -538,4 +538,4 @@ TEST_F(ManyStores, TenThousandStoresWithFewDescriptors) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -8,7 +8,7 @@
 #include "shared/store_file/store_file.h"
 #include "tests/server/test_store.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 ChunkCache::Bytes bytes_of(size_t size) {
@@ -65,4 +65,4 @@ TEST_F(ChunkCacheTest, AnotherStoreHasOtherChunks) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -6,7 +6,7 @@
 #include "server/http/gzip.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 std::string unzipped(const std::string& file) {
@@ -149,4 +149,4 @@ TEST(TextCompressors, CompressOneLongTextAtATime) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

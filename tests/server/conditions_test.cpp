@@ -4,7 +4,7 @@
 
 #include "server/http/message.h"
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 TEST(Conditions, EtagLists) {
@@ -52,4 +52,4 @@ TEST(Json, StringsAreEscaped) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -8,7 +8,7 @@
 #include "server/http/streams.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -315,4 +315,4 @@ TEST_F(DataRoutes, RangeWithConditions) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

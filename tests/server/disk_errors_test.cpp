@@ -9,7 +9,7 @@
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 /// Two stores on a damaged disk. The parameter is the name of the one that is read: the system has
@@ -227,4 +227,4 @@ INSTANTIATE_TEST_SUITE_P(Disks, DiskErrors, ::testing::Values("damaged-disk", "s
                          });
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -13,7 +13,7 @@
 #include "server/limits/admission.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using std::chrono::hours;
@@ -302,4 +302,4 @@ TEST_F(Fairness, TooFewDescriptorsAreSaidAtTheStart) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

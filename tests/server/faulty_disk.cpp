@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 std::string path_of(int descriptor) {
@@ -37,14 +37,14 @@ std::atomic<uint64_t>& first_bad_byte() {
   return byte;
 }
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test
 
 extern "C" {
 ssize_t __real_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags);
 ssize_t __wrap_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags);
 
 ssize_t __wrap_preadv2(int descriptor, const iovec* to, int count, off_t offset, int flags) {
-  using namespace isosplat::test;
+  using namespace isosplat::server::test;
   const std::string path = path_of(descriptor);
   const bool is_slow = path.find("/slow") != std::string::npos;
   const bool is_cold = path.find("/cold") != std::string::npos;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <mutex>
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 
 /// Where reads of files named "slow…" wait, as for a slow disk. Without waiting, their bytes are
 /// never there. Nor are those of files named "cold…", which are on a disk that is quick.
@@ -64,4 +64,4 @@ inline constexpr uint64_t kNoBadBytes = UINT64_MAX;
 /// reaches it fails with EIO. kNoBadBytes, as at the start: none.
 std::atomic<uint64_t>& first_bad_byte();
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -9,7 +9,7 @@
 #include "server/http/streams.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 struct Frame {
@@ -301,4 +301,4 @@ TEST_F(Frames, LargeChunksAndASmallDirectory) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -7,7 +7,7 @@
 
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -387,4 +387,4 @@ TEST_F(HostileClients, ConnectionsThatEndEarlyAreReleased) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

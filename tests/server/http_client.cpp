@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 constexpr int kTimeoutMs = 120'000;
@@ -151,4 +151,4 @@ Answer get(uint16_t port, std::string_view target, std::string_view headers) {
   return Client(port).request("GET", target, headers);
 }
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

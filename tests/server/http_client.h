@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 
 /// An answer as it came over the socket.
 struct Answer {
@@ -67,4 +67,4 @@ class Client {
 /// One request on a connection of its own.
 Answer get(uint16_t port, std::string_view target, std::string_view headers = {});
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

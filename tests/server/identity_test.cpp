@@ -16,7 +16,7 @@
 #include "server/access/jwt.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -468,4 +468,4 @@ TEST_F(RevokedLinks, EndOneByOne) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

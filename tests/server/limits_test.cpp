@@ -10,7 +10,7 @@
 #include "server/limits/rate_limit.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Clock = RateLimit::Clock;
@@ -217,4 +217,4 @@ TEST_F(Limits, TheSystemHoldsLittleForASlowClient) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -15,7 +15,7 @@
 #include "server/log/log_file.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 TEST(PrintableText, HasNothingThatALineMustNotHave) {
@@ -163,4 +163,4 @@ TEST_F(Logs, NamesOfFilesCannotWriteLines) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

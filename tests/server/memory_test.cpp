@@ -21,7 +21,7 @@
 #endif
 #endif
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 constexpr uint64_t kMiB = 1 << 20;
@@ -127,4 +127,4 @@ TEST_F(LittleMemory, UnderLoadEndsNothing) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

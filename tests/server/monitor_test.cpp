@@ -11,7 +11,7 @@
 #include "server/routes/routes.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 /// The samples of a text in the format of Prometheus, by name and labels as they are written.
@@ -251,4 +251,4 @@ TEST_F(Monitoring, IsReadyWhileAStoreCanBeServed) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

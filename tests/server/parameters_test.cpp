@@ -9,7 +9,7 @@
 #include "server/routes/routes.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 class RouteParameters : public ServerTest {
@@ -111,4 +111,4 @@ TEST_F(RouteParameters, HashedFilesOfThePageHaveNone) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

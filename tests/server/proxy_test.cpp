@@ -10,7 +10,7 @@
 #include "server/access/trusted_proxies.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using namespace std::string_literals;
@@ -347,4 +347,4 @@ TEST_F(BehindProxy, MalformedRangesAreRefused) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -15,7 +15,7 @@
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Queue = FairQueue<const std::string>;
@@ -306,4 +306,4 @@ TEST_F(SampleQueue, PointsAreCountedInTurns) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

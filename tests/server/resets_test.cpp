@@ -8,7 +8,7 @@
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 class Resets : public ServerTest {
@@ -112,4 +112,4 @@ TEST_F(Resets, AtEveryStageReleaseEverything) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -9,7 +9,7 @@
 #include <regex>
 #include <sstream>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 struct DocumentedRoute {
@@ -124,4 +124,4 @@ TEST(Routes, APathMatchesTheFirstFittingRoute) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -13,7 +13,7 @@
 #include "shared/points/position_precision.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -373,4 +373,4 @@ TEST_F(Isovalues, RefuseMalformedQueries) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -14,7 +14,7 @@
 #include "tests/server/http_client.h"
 #include "tests/server/test_store.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 
 /// A folder with one store, "alpha", and a server for it once start() was called.
 class ServerTest : public ::testing::Test {
@@ -91,4 +91,4 @@ inline std::string place_of(const KnownChunk& chunk) {
   return chunk_name(chunk.block, chunk.band);
 }
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

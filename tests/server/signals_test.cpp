@@ -11,7 +11,7 @@
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 constexpr const char* kToken = "token-0123456789abcdef";
@@ -144,4 +144,4 @@ TEST_F(Signals, TerminationCompletesWhatIsInProgress) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -16,7 +16,7 @@
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 class SlowDisk : public ServerTest {
@@ -398,4 +398,4 @@ TEST_F(SlowDisk, AClientThatLeavesIsNotMissed) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

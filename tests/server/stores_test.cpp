@@ -12,7 +12,7 @@
 #include "shared/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -260,4 +260,4 @@ TEST_F(Stores, ThePageThatIsUsedMostRecentlyStaysInTheDirectory) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

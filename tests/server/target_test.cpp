@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace isosplat {
+namespace isosplat::server {
 namespace {
 
 std::string path_of(std::string_view raw) {
@@ -143,4 +143,4 @@ TEST(Target, Chunks) {
 }
 
 }  // namespace
-}  // namespace isosplat
+}  // namespace isosplat::server

@@ -12,7 +12,7 @@
 
 #include "shared/store/store_writer.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 template <class T>
@@ -137,4 +137,4 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   write_file(path, std::as_bytes(std::span(text)));
 }
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

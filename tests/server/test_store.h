@@ -10,7 +10,7 @@
 
 #include "shared/store/store_reader.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 
 /// A chunk that a test store holds.
 struct KnownChunk {
@@ -56,4 +56,4 @@ class TemporaryFolder {
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

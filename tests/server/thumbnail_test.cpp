@@ -8,7 +8,7 @@
 #include "server/catalog/thumbnail.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -171,4 +171,4 @@ TEST_F(ThumbnailRoute, NoticesAPictureBesideAStoreThatIsServedByItsName) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

@@ -16,7 +16,7 @@
 
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 template <class T, void (*kFree)(T*)>
@@ -455,4 +455,4 @@ TEST_F(Tls, CookiesAreForTlsOnly) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test

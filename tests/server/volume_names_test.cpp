@@ -12,7 +12,7 @@
 #include "server/access/access_rules.h"
 #include "tests/server/server_fixture.h"
 
-namespace isosplat::test {
+namespace isosplat::server::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -333,4 +333,4 @@ TEST_F(Rights, FilesOfSecretsThatAllUsersCanReadAreWarnedOf) {
 }
 
 }  // namespace
-}  // namespace isosplat::test
+}  // namespace isosplat::server::test
