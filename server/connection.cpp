@@ -134,10 +134,10 @@ struct Connection::State {
   Awaitable<bool> wait_for_request();
   Awaitable<HeaderScan> read_header(size_t scanned);
   Awaitable<Response> respond(const Request& request);
-  Awaitable<Response> respond_elsewhere(const Request& request, Response response);
+  Awaitable<Response> respond_elsewhere(const Request& request, RoutedCall& call);
   Awaitable<Response> respond_within_rates(const Request& request, ByteBudget::Share& memory,
                                            Piece& piece);
-  Awaitable<Response> compute_response(const Request& request, const Route& route);
+  Awaitable<Response> compute_response(const Request& request, RoutedCall& call);
   template <class Task>
   Awaitable<WorkPool::Outcome> run_in(WorkPool& its_pool, WorkPool::Kind kind, Task& task);
   bool has_left(const WorkPool& its_pool);
@@ -394,8 +394,8 @@ Awaitable<Response> Connection::State::respond(const Request& request) {
     is_admitted = true;
     return admit_client(name);
   };
-  Response response =
-      shared.router.respond(request, &no_wait, ThreadKind::connection, nullptr, admit);
+  RoutedCall call = shared.router.route(request, admit);
+  Response response = call.respond(ThreadKind::connection, &no_wait);
   if (!is_admitted) {
     if (auto refusal = admit_client({})) {
       response = std::move(*refusal);
@@ -406,7 +406,7 @@ Awaitable<Response> Connection::State::respond(const Request& request) {
     ++shared.metrics.reads_in_memory;
     co_return response;
   }
-  co_return co_await respond_elsewhere(request, std::move(response));
+  co_return co_await respond_elsewhere(request, call);
 }
 
 /// From now on the request counts for the client of this name, or for its address if that is empty.
@@ -451,19 +451,15 @@ bool Connection::State::has_left(const WorkPool& its_pool) {
          (end_of_client == TcpEnd::ended && &its_pool == &shared.computing);
 }
 
-/// `response`: what was made without the disk.
-Awaitable<Response> Connection::State::respond_elsewhere(const Request& request,
-                                                         Response response) {
-  const Route* const route = response.route;
-  if (route && route->work == RouteWork::computes) {
-    co_return co_await compute_response(request, *route);
-  }
-  const bool is_of_many = route && route->work == RouteWork::reads_headers;
+/// The response of a handler that needs a disk, or computes.
+Awaitable<Response> Connection::State::respond_elsewhere(const Request& request, RoutedCall& call) {
+  const Route* const route = call.route();
+  if (route->work == RouteWork::computes) co_return co_await compute_response(request, call);
+  const bool is_of_many = route->work == RouteWork::reads_headers;
   WorkPool& its_pool = is_of_many ? shared.headers : shared.disk;
+  Response response;
   WorkTurn turn;
-  auto repeat = [&] {
-    response = shared.router.respond(request, nullptr, ThreadKind::disk, &turn);
-  };
+  auto repeat = [&] { response = call.respond(ThreadKind::disk, nullptr, &turn); };
   do {
     turn.is_unfinished = false;
     const auto outcome = co_await run_in(its_pool, WorkPool::Kind::first, repeat);
@@ -472,18 +468,16 @@ Awaitable<Response> Connection::State::respond_elsewhere(const Request& request,
   co_return response;
 }
 
-Awaitable<Response> Connection::State::compute_response(const Request& request,
-                                                        const Route& route) {
+Awaitable<Response> Connection::State::compute_response(const Request& request, RoutedCall& call) {
   Response response;
   WorkTurn turn;
   NoWait no_wait;
   bool may_wait = false;
   auto compute = [&] {
     // Waits where the system keeps nothing in memory of what was read.
-    response =
-        shared.router.respond(request, may_wait ? nullptr : &no_wait, ThreadKind::computing, &turn);
+    response = call.respond(ThreadKind::computing, may_wait ? nullptr : &no_wait, &turn);
   };
-  auto fetch = [&] { shared.router.respond(request, nullptr, ThreadKind::disk, &turn); };
+  auto fetch = [&] { call.respond(ThreadKind::disk, nullptr, &turn); };
   auto kind = WorkPool::Kind::first;
   while (true) {
     if (!has_memory_for(kComputingBytes)) throw std::bad_alloc();
@@ -498,7 +492,9 @@ Awaitable<Response> Connection::State::compute_response(const Request& request,
       } while (outcome == WorkPool::Outcome::done && turn.is_unfinished);
       turn.is_unfinished = true;
     }
-    if (outcome != WorkPool::Outcome::done) co_return refuse_for_now(request, &route, outcome);
+    if (outcome != WorkPool::Outcome::done) {
+      co_return refuse_for_now(request, call.route(), outcome);
+    }
     if (!turn.is_unfinished) co_return response;
   }
 }

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/routes/routes.h"
+#include "server/routes/route_call.h"
 
 namespace isosplat::server {
 

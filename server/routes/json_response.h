@@ -4,7 +4,7 @@
 
 #include "server/http/conditions.h"
 #include "server/http/message.h"
-#include "server/routes/routes.h"
+#include "server/routes/route_call.h"
 
 namespace isosplat::server {
 

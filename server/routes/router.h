@@ -1,9 +1,7 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -17,22 +15,18 @@
 #include "server/http/gzip.h"
 #include "server/http/message.h"
 #include "server/routes/page_assets.h"
-#include "server/routes/routes.h"
+#include "server/routes/route_call.h"
+#include "server/routes/routed_call.h"
 
 namespace isosplat::server {
 
-/// Asked once it is known who asks (Grant::quota_client), before anything is done for it. Returns
-/// the response of a client that must wait.
-using AdmitClient = std::function<std::optional<Response>(const std::string& client)>;
-
 /// Makes the responses to requests; HTTP.md lists the routes. Independent of sockets. Thread-safe.
-/// Reads stores, so a call without a NoWait may wait for the disk.
 class Router {
  public:
   /// Both must outlive the router.
   Router(const Catalog& catalog, StorePool& stores, RouterLimits limits);
 
-  /// Sets the hosts and pages that are allowed. Not thread-safe: call before respond().
+  /// Sets the hosts and pages that are allowed. Not thread-safe: call before route().
   void set_policy(OriginPolicy policy) {
     operator_policy_ = policy.for_own_pages();
     policy_ = std::move(policy);
@@ -59,17 +53,17 @@ class Router {
   /// it regularly, from one thread at a time.
   void count_volumes();
 
-  /// If it sets no_wait->needs_disk, the result is of no use: call again without `no_wait`, on a
-  /// thread that may wait for the disk; for a route that computes, as RouteWork says. The
-  /// same holds if it sets turn->is_unfinished: call again with this turn, after other work.
-  /// `admit` is called once, unless the response does not depend on who asks.
-  Response respond(const Request& request, NoWait* no_wait = nullptr,
-                   ThreadKind thread = ThreadKind::computing, WorkTurn* turn = nullptr,
-                   const AdmitClient& admit = {}) const;
+  /// Routes a request, which must outlive the call. Needs no disk. `admit` is called once, unless
+  /// the response does not depend on who asks.
+  RoutedCall route(const Request& request, const AdmitClient& admit = {}) const {
+    return RoutedCall(*this, request, admit);
+  }
+
+  /// Does all of it at once.
+  Response respond(const Request& request) const { return route(request).respond(); }
 
  private:
-  Response route(const Request& request, Target& target, NoWait* no_wait, ThreadKind thread,
-                 WorkTurn* turn, const AdmitClient& admit) const;
+  friend class RoutedCall;
 
   struct Current {
     std::shared_ptr<const PageAssets> page;
@@ -77,6 +71,7 @@ class Router {
     VolumeCounts counts;
   };
   Current current() const;
+  CookieOptions cookies(const Request& request) const { return {cookie_name_, request.has_tls}; }
 
   const Catalog& catalog_;
   StorePool& stores_;

@@ -130,18 +130,6 @@ bool matches(const std::vector<std::string>& path, std::string_view pattern,
 
 }  // namespace
 
-const CatalogEntry* RouteCall::readable(std::string_view name) const {
-  static const VolumeIdentity none;
-  auto found = catalog->lower_bound(name);
-  const bool exists = found != catalog->end() && found->first == name;
-  // The rules are compared with a neighbour if there is none.
-  if (found == catalog->end() && !catalog->empty()) --found;
-  const VolumeIdentity& identity =
-      catalog->empty() ? none : static_cast<const VolumeIdentity&>(*found->second);
-  const bool is_admitted = grant.may_read(name, identity);
-  return exists && is_admitted ? found->second.get() : nullptr;
-}
-
 std::span<const Route> routes() {
   return kRoutes;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "server/routes/routes.h"
+#include "server/routes/route_call.h"
 
 namespace isosplat::server {
 

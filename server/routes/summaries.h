@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "server/routes/routes.h"
+#include "server/routes/route_call.h"
 
 namespace isosplat::server {
 

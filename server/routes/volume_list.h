@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/routes/routes.h"
+#include "server/routes/route_call.h"
 
 namespace isosplat::server {
 

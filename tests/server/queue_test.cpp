@@ -285,17 +285,18 @@ TEST_F(SampleQueue, PointsAreCountedInTurns) {
   Request request;
   request.method = Method::get;
   request.target = target;
+  RoutedCall call = router.route(request);
   WorkTurn turn;
   int counting = 0, reading = 0;
   do {
     turn.is_unfinished = false;
-    router.respond(request, nullptr, ThreadKind::disk, &turn);
+    call.respond(ThreadKind::disk, nullptr, &turn);
     ++reading;
   } while (turn.is_unfinished);
   Response response;
   do {
     turn.is_unfinished = false;
-    response = router.respond(request, nullptr, ThreadKind::computing, &turn);
+    response = call.respond(ThreadKind::computing, nullptr, &turn);
     ++counting;
   } while (turn.is_unfinished && counting < 100);
   EXPECT_EQ(counting, 2) << "127³ cells, 2²⁰ in a turn";

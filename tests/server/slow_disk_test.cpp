@@ -259,12 +259,13 @@ TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
     request.method = Method::get;
     request.target = target;
     Response response;
+    RoutedCall call = router.route(request);
     WorkTurn turn;
     int turns = 0;
     do {
       turn.is_unfinished = false;
       const int before = gate().reads();
-      response = router.respond(request, nullptr, ThreadKind::disk, &turn);
+      response = call.respond(ThreadKind::disk, nullptr, &turn);
       EXPECT_LE(gate().reads() - before, static_cast<int>(kHeadersPerTurn) * reads_of_header);
       ++turns;
     } while (turn.is_unfinished && turns < 100);
@@ -305,11 +306,12 @@ TEST_F(SlowDisk, ReadinessReadsFewHeadersAtATime) {
     router.count_volumes();
     const int first = gate().reads();
     Response response;
+    RoutedCall call = router.route(request);
     WorkTurn turn;
     for (int turns = 1;; ++turns) {
       turn.is_unfinished = false;
       const int before = gate().reads();
-      response = router.respond(request, nullptr, ThreadKind::disk, &turn);
+      response = call.respond(ThreadKind::disk, nullptr, &turn);
       EXPECT_LE(gate().reads() - before, static_cast<int>(kHeadersPerTurn) * reads_of_header);
       if (!turn.is_unfinished || turns == 100) {
         EXPECT_EQ(turns, most_turns);

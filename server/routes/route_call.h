@@ -1,0 +1,96 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "server/access/access_rules.h"
+#include "server/catalog/catalog.h"
+#include "server/catalog/store_pool.h"
+#include "server/http/message.h"
+#include "server/http/target.h"
+#include "server/routes/page_assets.h"
+#include "server/routes/volume_view.h"
+#include "server/routes/work_turn.h"
+
+namespace isosplat::server {
+
+/// Limits of one request; ServerLimits has the same, except those of points.
+struct RouterLimits {
+  uint64_t query_bytes = uint64_t{64} << 20;
+  uint32_t query_chunks = 65536;
+  uint64_t query_directory_bytes = uint64_t{256} << 20;
+  uint64_t query_cells = uint64_t{16} << 20;         ///< of the chunks that points are computed of
+  uint64_t query_border_bytes = uint64_t{64} << 20;  ///< PointLimits::border_bytes
+  uint32_t query_isovalues = 1024;                   ///< in one table of isovalues
+  size_t target_bytes = 8 * 1024;
+
+  ChunkBudget chunk_budget() const { return {query_bytes, query_chunks, query_directory_bytes}; }
+};
+
+class ByteBudget;
+class ChunkCache;
+class Metrics;
+class TextCompressor;
+
+/// What the routes for operators report. The pointers outlive the router.
+struct Monitor {
+  const Metrics* metrics = nullptr;  ///< null: none are counted
+  const std::atomic<bool>* stopping = nullptr;
+  const ByteBudget* bytes_in_flight = nullptr;  ///< null as above
+  bool is_stopping() const { return stopping && *stopping; }
+};
+
+/// How many volumes there were when somebody looked last, about a second ago at most.
+struct VolumeCounts {
+  uint64_t open_to_all = 0;                     ///< that anyone may read
+  uint64_t open_to_all_broken = 0;              ///< those of them that cannot be served
+  uint64_t served = 0, broken = 0, unread = 0;  ///< of all, by StoreState
+};
+
+/// A volume that a request names, with its store, which stays the same until the response is sent.
+struct OpenVolume {
+  std::string_view name;
+  std::shared_ptr<const StoreFile> store;
+};
+
+/// A request and its context, for a route's handler. Valid while the handler runs.
+struct RouteCall {
+  const Request& request;
+  const Target& target;
+  const RouterLimits& limits;
+  NoWait* no_wait;  ///< for every read of a store; null: may wait
+  ThreadKind thread;
+  std::shared_ptr<const CatalogSnapshot> catalog;
+  StorePool& stores;
+  std::shared_ptr<const PageAssets> page;  ///< null: none
+  const Grant& grant;                      ///< what the client may read
+  const Monitor& monitor;
+  TextCompressor& compressor;
+  ChunkCache& chunks;
+  VolumeViews& views;
+  VolumeCounts counts;
+
+  /// The response depends on who asks: only the client's own cache may keep it. Without a volume:
+  /// whether there are tokens or links.
+  bool is_private = false;
+
+  /// The path's segments for the placeholders {…} of the pattern, in order.
+  std::vector<std::string_view> arguments;
+
+  /// For routes with {name}: the volume, which the client may read.
+  std::optional<OpenVolume> volume{};
+
+  /// For handlers with more to read than a thread for disks should do at once; null: do all of it.
+  WorkTurn* turn = nullptr;
+
+  /// The volume of this name if the client may read it, else null. One that it may not read takes
+  /// the same time as one that does not exist.
+  const CatalogEntry* readable(std::string_view name) const;
+};
+
+}  // namespace isosplat::server

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/access/access_rules.h"
+#include "server/access/origin_policy.h"
+#include "server/catalog/catalog.h"
+#include "server/http/message.h"
+#include "server/http/target.h"
+#include "server/routes/route_call.h"
+#include "server/routes/routes.h"
+
+namespace isosplat::server {
+
+class Router;
+
+/// Called once it is known who sends a request (Grant::quota_client), before anything is done for
+/// it. Returns the response of a client that must wait.
+using AdmitClient = std::function<std::optional<Response>(const std::string& client)>;
+
+/// A request that was routed: its target is parsed, the policies and the rules of access have
+/// admitted it, and its handler is found; or it was refused. respond() runs the handler alone: a
+/// request that waits for a disk or computes calls it more than once. The router and the request
+/// must outlive it. For one thread at a time.
+class RoutedCall {
+ public:
+  RoutedCall(const RoutedCall&) = delete;
+  RoutedCall& operator=(const RoutedCall&) = delete;
+
+  /// Null if the request was refused before it had a route.
+  const Route* route() const { return route_; }
+
+  /// Runs the handler on a thread of this kind. If it sets no_wait->needs_disk, the result is of no
+  /// use: call again without `no_wait`, on a thread that may wait for the disk; for a route that
+  /// computes, as RouteWork says. The same holds if it sets turn->is_unfinished: call again with
+  /// this turn, after other work.
+  Response respond(ThreadKind thread = ThreadKind::computing, NoWait* no_wait = nullptr,
+                   WorkTurn* turn = nullptr);
+
+ private:
+  friend class Router;
+  RoutedCall(const Router& router, const Request& request, const AdmitClient& admit);
+
+  std::optional<Response> check_request();
+  std::optional<Response> find_handler(const AdmitClient& admit);
+  std::optional<Response> find_volume();
+  std::optional<Response> open_volume();
+  Response handle();
+  bool has_data() const { return !target_ || is_data(*target_); }
+
+  const Router& router_;
+  const Request& request_;
+  Result<Target> target_;
+  const OriginPolicy& policy_;
+  const uint64_t now_;  ///< seconds since 1970
+  std::shared_ptr<const AccessRules> access_;
+  Grant grant_;
+  std::optional<Response> refusal_;       ///< the response, without a handler
+  const Route* route_ = nullptr;          ///< null only with a refusal
+  const CatalogEntry* volume_ = nullptr;  ///< of routes with {name}; in the call's catalog
+  bool is_open_ = false;                  ///< the volume, and the query is checked
+  std::optional<RouteCall> call_;         ///< absent only with a refusal
+};
+
+}  // namespace isosplat::server
