@@ -1,43 +1,17 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "server/access/trusted_proxies.h"
+#include "server/connection_shared.h"
 #include "server/http/message.h"
 #include "server/limits/admission.h"
-#include "server/limits/byte_budget.h"
-#include "server/limits/rate_limit.h"
-#include "server/limits/work_pool.h"
-#include "server/log/access_log.h"
-#include "server/log/server_log.h"
 #include "server/net/asio.h"
 #include "server/net/tls.h"
-#include "server/routes/metrics.h"
-#include "server/routes/router.h"
-#include "server/server.h"
 
 namespace isosplat::server {
-
-/// State that all connections of a server share. Must outlive them.
-struct ConnectionShared {
-  const Router& router;
-  const ServerLimits& limits;
-  const std::atomic<bool>& stopping;
-  ServerLog& log;
-  WorkPool& disk;       ///< for what waits for disks
-  WorkPool& headers;    ///< the same, for the routes that read headers of many stores
-  WorkPool& computing;  ///< for the routes that compute
-  Metrics& metrics;
-  RateLimit& rates;
-  ByteBudget& bytes_in_flight;
-  LogFormat log_format;
-  const TrustedProxies& proxies;
-  bool has_tls;  ///< the server: connections without TLS are only redirected
-};
 
 /// A client's connection: reads requests and sends the responses in the same order, until either
 /// side closes it. All functions except the constructor run on the socket's thread.
