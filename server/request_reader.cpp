@@ -66,7 +66,7 @@ HeaderScan RequestReader::scan() {
 Awaitable<HeaderScan> RequestReader::read_rest() {
   link_.expires_after(limits_.request_time);
   while (!co_await link_.read_some()) {
-    const HeaderScan header = scan();
+    HeaderScan header = scan();
     if (header.state != HeaderScan::State::partial) co_return header;
   }
   co_return HeaderScan{};

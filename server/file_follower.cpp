@@ -1,0 +1,63 @@
+#include "server/file_follower.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+
+namespace isosplat::server {
+
+/// Follows what happens to stores and page, until the server stops.
+void FileFollower::follow() {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point next = Clock::now();
+  std::string read_up_to;
+  bool are_headers_read = false;
+  while (!stopping_) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now());
+    const bool has_changed = catalog_.follow(
+        are_headers_read ? std::clamp(left, {}, options_.scan_interval) : decltype(left){0});
+    const auto snapshot = catalog_.snapshot();
+    if (has_changed) {
+      read_up_to.clear();
+      are_headers_read = false;
+    }
+    if (!are_headers_read) are_headers_read = read_headers(*snapshot, read_up_to);
+    if (Clock::now() < next && !has_changed) continue;
+    stores_.trim(*snapshot);
+    if (Clock::now() < next) continue;
+    router_.count_volumes();
+    page_.load_if_changed();
+    metrics_.log_dropped = log_.dropped();
+    metrics_.access_log_dropped = log_.access_dropped();
+    next = Clock::now() + options_.scan_interval;
+  }
+}
+
+void FileFollower::run() {
+  while (!stopping_) {
+    try {
+      follow();
+    } catch (const std::bad_alloc&) {
+      ++metrics_.out_of_memory;
+      std::this_thread::sleep_for(options_.scan_interval);
+    }
+  }
+}
+
+/// Reads headers that nobody has read yet, so that searches find titles at once and the log names
+/// stores that cannot be served. For a moment only: returns whether all were read. `done`: the name
+/// up to which the last call came.
+bool FileFollower::read_headers(const CatalogSnapshot& snapshot, std::string& done) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(50);
+  for (auto item = done.empty() ? snapshot.begin() : snapshot.upper_bound(done);
+       item != snapshot.end(); ++item) {
+    if (stopping_ || Clock::now() > end) return false;
+    stores_.summary(*item->second);
+    done = item->first;
+  }
+  done.clear();
+  return true;
+}
+
+}  // namespace isosplat::server

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <thread>
+
+#include "server/catalog/catalog.h"
+#include "server/catalog/store_pool.h"
+#include "server/log/server_log.h"
+#include "server/page_loader.h"
+#include "server/routes/metrics.h"
+#include "server/routes/router.h"
+#include "server/server.h"
+
+namespace isosplat::server {
+
+/// Follows what happens to the files of stores and page, in a thread of its own.
+class FileFollower {
+ public:
+  /// All must outlive it.
+  FileFollower(const ServerOptions& options, Catalog& catalog, StorePool& stores, Router& router,
+               PageLoader& page, ServerLog& log, Metrics& metrics,
+               const std::atomic<bool>& stopping)
+      : options_(options),
+        catalog_(catalog),
+        stores_(stores),
+        router_(router),
+        page_(page),
+        log_(log),
+        metrics_(metrics),
+        stopping_(stopping) {}
+  ~FileFollower() { join(); }
+
+  /// Once.
+  void start() {
+    thread_ = std::thread([this] { run(); });
+  }
+
+  /// Ends the thread once `stopping` is set.
+  void wake() { catalog_.wake(); }
+  void join() {
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  void run();
+  void follow();
+  bool read_headers(const CatalogSnapshot& snapshot, std::string& done);
+
+  const ServerOptions& options_;
+  Catalog& catalog_;
+  StorePool& stores_;
+  Router& router_;
+  PageLoader& page_;
+  ServerLog& log_;
+  Metrics& metrics_;
+  const std::atomic<bool>& stopping_;
+  std::thread thread_;
+};
+
+}  // namespace isosplat::server

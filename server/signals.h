@@ -1,0 +1,70 @@
+#pragma once
+
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "server/listeners.h"
+#include "server/log/server_log.h"
+#include "server/net/asio.h"
+#include "server/net/hand_over.h"
+#include "server/routes/metrics.h"
+#include "server/server.h"
+#include "shared/base/status.h"
+
+namespace isosplat::server {
+
+/// What a server does when the process gets a signal (ServerOptions::handle_signals), and the
+/// hand-over to a new process. For the thread of `control`, except as stated.
+class Signals {
+ public:
+  struct Actions {
+    std::function<Result<void>()> reload;
+    std::function<void(std::chrono::milliseconds)> stop;         ///< Server::stop(), in this time
+    std::function<void(std::chrono::milliseconds)> stop_sooner;  ///< after stop()
+    std::function<void()> close_connections;
+  };
+
+  /// All must outlive it.
+  Signals(boost::asio::io_context& control, const ServerLimits& limits, Listeners& listeners,
+          ServerLog& log, Metrics& metrics, const std::atomic<bool>& stopping, Actions actions)
+      : control_(control),
+        limits_(limits),
+        listeners_(listeners),
+        log_(log),
+        metrics_(metrics),
+        stopping_(stopping),
+        actions_(std::move(actions)) {}
+
+  /// Waits for signals. `has_files`: there are files that a reload reads. Call it before the event
+  /// loop runs.
+  void start(bool has_files);
+
+  /// Waits no longer.
+  void cancel() {
+    if (signals_) signals_->cancel();
+  }
+
+ private:
+  void wait();
+  void handle(int signal);
+  void hand_over();
+  Awaitable<void> await_successor(Successor successor);
+
+  boost::asio::io_context& control_;
+  const ServerLimits& limits_;
+  Listeners& listeners_;
+  ServerLog& log_;
+  Metrics& metrics_;
+  const std::atomic<bool>& stopping_;
+  const Actions actions_;
+  std::optional<boost::asio::signal_set> signals_;  ///< absent before start()
+  bool has_successor_ = false;                      ///< that is starting
+  bool is_handed_over_ = false;                     ///< and responses in progress are completed
+};
+
+}  // namespace isosplat::server
