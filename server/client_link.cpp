@@ -16,7 +16,9 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
-/// How much is read of a request at a time: all of most requests.
+/// How much is read at a time: first as much as most requests have, since an idle connection keeps
+/// the memory for it.
+constexpr size_t kFirstBytes = 1024;
 constexpr size_t kReadBytes = 4096;
 
 std::array<asio::const_buffer, 2> buffers_of(ClientLink::Bytes first, ClientLink::Bytes second) {
@@ -62,11 +64,12 @@ Awaitable<bool> ClientLink::shake_hands() {
 }
 
 Awaitable<error_code> ClientLink::read_some() {
+  const auto space = buffer_.prepare(buffer_.size() == 0 ? kFirstBytes : kReadBytes);
   std::tuple<error_code, size_t> result;
   if (tls_) {
-    result = co_await tls_->async_read_some(buffer_.prepare(kReadBytes), kAwait);
+    result = co_await tls_->async_read_some(space, kAwait);
   } else {
-    result = co_await socket_.async_read_some(buffer_.prepare(kReadBytes), kAwait);
+    result = co_await socket_.async_read_some(space, kAwait);
   }
   const auto [error, bytes] = result;
   if (!error) buffer_.commit(bytes);

@@ -10,7 +10,7 @@ using boost::system::error_code;
 using Clock = ClientLink::Clock;
 
 /// Memory for received bytes that a connection without a request keeps.
-constexpr size_t kIdleBytes = 4096;
+constexpr size_t kIdleBytes = 1024;
 
 }  // namespace
 
