@@ -15,7 +15,7 @@ class ExtractMemory : public testing::Test {
  protected:
   void SetUp() override {
     VolumeGrid grid;
-    grid.voxels = {150, 90, 80};
+    grid.voxels = {130, 70, 20};
     std::vector<uint8_t> voxels;
     for (int32_t z = 0; z < grid.voxels.z; ++z) {
       for (int32_t y = 0; y < grid.voxels.y; ++y) {

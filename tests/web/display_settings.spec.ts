@@ -32,9 +32,20 @@ it.each([
   ["a surface is chosen", () => settings.actions.activate(0)],
   ["the volume is replaced", () => settings.opened(info)],
   ["the volume is closed", () => settings.closed()],
+  ["an isovalue is typed", () => settings.actions.type("7")],
 ])("ends when %s", (_when, change) => {
   change();
   expect(settings.state.isSweeping).toBe(false);
+});
+
+it("leaves what is typed as it is until it is entered", () => {
+  settings.actions.type("7");
+  settings.actions.changeSurface(0, { isovalue: 60 });
+  expect(settings.state.typed).toBe("7");
+  settings.actions.type(undefined);
+  settings.actions.enter(7);
+  expect(settings.state.typed).toBeUndefined();
+  expect(settings.surfaces[0]?.isovalue).toBe(7);
 });
 
 const suggesting = (isovalue: number) =>

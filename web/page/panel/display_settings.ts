@@ -50,6 +50,7 @@ export class DisplaySettings {
   #show: ReadonlySet<OverlayPart>;
   #isLogarithmic = true;
   #sweepSeconds = 10;
+  #typed: string | undefined;
   readonly #sweep = new IsovalueSweep((value) =>
     this.#setIsovalue(roundToScale(value, this.#scale)),
   );
@@ -147,6 +148,7 @@ export class DisplaySettings {
   > {
     return {
       isLogarithmic: this.#isLogarithmic,
+      typed: this.#typed,
       isSweeping: this.#sweep.isRunning,
       sweepSeconds: this.#sweepSeconds,
       scale: this.#scale,
@@ -216,6 +218,12 @@ export class DisplaySettings {
       this.#changed();
     },
     toggleSweep: () => this.#toggleSweep(),
+    type: (text) => {
+      if (text === this.#typed) return;
+      this.#sweep.stop();
+      this.#typed = text;
+      this.#changed();
+    },
     setSweepSeconds: (seconds) => {
       this.#sweepSeconds = seconds;
       if (this.#sweep.isRunning) this.#startSweep();

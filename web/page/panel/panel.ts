@@ -47,6 +47,8 @@ export interface PanelState {
   canRedo: boolean;
   histogram: HTMLElement;
   isLogarithmic: boolean;
+  /** What the visitor is typing into the field of the isovalue, until it is entered or left. */
+  typed: string | undefined;
   isSweeping: boolean;
   sweepSeconds: number;
   /** Of the active surface's isovalue, at the finest level; undefined if it is not known. */
@@ -61,6 +63,8 @@ export interface PanelActions {
   toggleLogarithmic(): void;
   /** Starts or stops to move the isovalue through its range. */
   toggleSweep(): void;
+  /** Stops a sweep. The field shows this text, whatever else changes; undefined: the isovalue. */
+  type(text: string | undefined): void;
   setSweepSeconds(seconds: number): void;
   activate(index: number): void;
   changeSurface(index: number, change: Partial<Surface>): void;
@@ -114,10 +118,10 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
   const entered = (event: Event) => {
     const field = event.currentTarget as HTMLInputElement;
     const value = parseValue(field.value);
+    actions.type(undefined);
     if (value !== undefined) actions.enter(value);
-    // The next render shows the new isovalue, if it is another.
-    field.value = formatValue(isovalue);
   };
+  const typed = (event: Event) => actions.type((event.currentTarget as HTMLInputElement).value);
   const slid = (event: Event) =>
     actions.slide((event.currentTarget as HTMLInputElement).valueAsNumber);
   return html`<section class="section isovalue" aria-label=${panelTexts.isovalue}>
@@ -128,9 +132,10 @@ export function isovalueSection(state: PanelState, actions: PanelActions): Templ
         inputmode="decimal"
         autocomplete="off"
         aria-label=${panelTexts.isovalue}
-        .value=${formatValue(isovalue)}
-        @input=${() => state.isSweeping && actions.toggleSweep()}
+        .value=${live(state.typed ?? formatValue(isovalue))}
+        @input=${typed}
         @change=${entered}
+        @blur=${() => actions.type(undefined)}
       />
     </div>
     <div class="histogram-box">
