@@ -125,7 +125,7 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
   test("a missing file, a refusal, a fault of the host, and a page: each in one sentence", async () => {
     await expect(get(`${proxy.url}/none.raw`)).rejects.toThrow(/404.*check the address\.$/);
     for (const [status, words] of [
-      [403, "open the whole link"],
+      [403, "open the complete link"],
       [500, "open it again later"],
     ] as const) {
       proxy.fault = () => ({ kind: "status", status });
