@@ -169,10 +169,13 @@ bool Admission::close_for(std::string_view newcomer, Clock::time_point now) {
   if (has_slowest(largest) && largest.open > 2 * own) return close(*largest.slowest);
 
   Client* chosen = nullptr;
+  const OpenConnection* first_of_chosen = nullptr;
   for (auto& [name, client] : clients) {
     if (!has_stuck(client) || (name != newcomer && client.open < own)) continue;
-    const auto order = [](const Client& of) { return Client::order(*of.first_stuck()); };
-    if (!chosen || order(client) < order(*chosen)) chosen = &client;
+    const OpenConnection* const first = *client.first_stuck();
+    if (chosen && !(Client::order(first) < Client::order(first_of_chosen))) continue;
+    chosen = &client;
+    first_of_chosen = first;
   }
   if (chosen) {
     const uint32_t share = std::max(chosen->open / 8, 1u);
