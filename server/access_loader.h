@@ -10,7 +10,7 @@
 #include "server/routes/metrics.h"
 #include "server/routes/router.h"
 #include "server/server.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

@@ -13,7 +13,7 @@
 #include "server/server.h"
 #include "server/tls_loader.h"
 #include "server/worker.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

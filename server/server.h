@@ -16,7 +16,7 @@
 #include "server/access/trusted_proxies.h"
 #include "server/log/access_log.h"
 #include "server/log/log_file.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

@@ -14,7 +14,7 @@
 #include "server/net/hand_over.h"
 #include "server/routes/metrics.h"
 #include "server/server.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

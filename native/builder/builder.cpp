@@ -14,7 +14,7 @@
 #include "native/builder/shared_bands.h"
 #include "native/builder/thread_executor.h"
 #include "native/files/output_file.h"
-#include "shared/builder/store_build.h"
+#include "shared/core/builder/store_build.h"
 
 namespace isosplat {
 namespace {

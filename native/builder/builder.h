@@ -2,9 +2,9 @@
 
 #include <filesystem>
 
-#include "shared/builder/store_options.h"
-#include "shared/grid/volume_source.h"
-#include "shared/store/store_writer.h"
+#include "shared/core/builder/store_options.h"
+#include "shared/core/grid/volume_source.h"
+#include "shared/core/store/store_writer.h"
 
 namespace isosplat {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "shared/builder/slice_store.h"
+#include "shared/core/builder/slice_store.h"
 
 namespace isosplat {
 

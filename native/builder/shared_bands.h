@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/builder/block_encoder.h"
+#include "shared/core/builder/block_encoder.h"
 
 namespace isosplat {
 

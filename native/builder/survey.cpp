@@ -5,10 +5,10 @@
 #include <tuple>
 
 #include "native/builder/thread_executor.h"
-#include "shared/builder/quantized_reader.h"
-#include "shared/builder/scan_volume.h"
-#include "shared/preprocess/block_gather.h"
-#include "shared/preprocess/quantization.h"
+#include "shared/core/builder/quantized_reader.h"
+#include "shared/core/builder/scan_volume.h"
+#include "shared/core/preprocess/block_gather.h"
+#include "shared/core/preprocess/quantization.h"
 
 namespace isosplat {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "shared/grid/volume_source.h"
-#include "shared/preprocess/statistics.h"
+#include "shared/core/grid/volume_source.h"
+#include "shared/core/preprocess/statistics.h"
 
 namespace isosplat {
 

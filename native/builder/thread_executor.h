@@ -1,7 +1,7 @@
 #pragma once
 
 #include "native/builder/parallel.h"
-#include "shared/builder/executor.h"
+#include "shared/core/builder/executor.h"
 
 namespace isosplat {
 

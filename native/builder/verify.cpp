@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "native/builder/parallel.h"
-#include "shared/posix_file/posix_file.h"
-#include "shared/preprocess/verify_block.h"
-#include "shared/store/checksum.h"
-#include "shared/store/format.h"
+#include "shared/core/preprocess/verify_block.h"
+#include "shared/core/store/checksum.h"
+#include "shared/core/store/format.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 namespace {

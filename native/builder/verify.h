@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "shared/store/store_reader.h"
+#include "shared/core/store/store_reader.h"
 
 namespace isosplat {
 

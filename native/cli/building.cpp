@@ -11,7 +11,7 @@
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/files/output_file.h"
-#include "shared/store/format.h"
+#include "shared/core/store/format.h"
 
 namespace isosplat::cli {
 

@@ -9,7 +9,7 @@
 #include "native/cli/histogram_text.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
-#include "shared/builder/metadata.h"
+#include "shared/core/builder/metadata.h"
 
 namespace isosplat::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 
 // Parses the numbers of the command line. A number is decimal and finite, and the whole text must
 // belong to it: "nan", "inf", hexadecimal digits, blanks and trailing characters are rejected. The

@@ -8,7 +8,7 @@
 
 #include "native/cli/building.h"
 #include "native/files/output_file.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
 namespace {

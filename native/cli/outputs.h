@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 // Which files the program may overwrite. It never overwrites a file that it reads, even through
 // another name, a symbolic link or a hard link. It replaces a file of another kind only with

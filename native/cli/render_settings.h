@@ -1,7 +1,7 @@
 #pragma once
 
 #include "native/cli/render_options.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/render/settings/camera.h"
 #include "shared/render/settings/render_settings.h"
 

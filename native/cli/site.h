@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::cli {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "shared/base/status.h"
-#include "shared/store/store_reader.h"
+#include "shared/core/base/status.h"
+#include "shared/core/store/store_reader.h"
 
 namespace isosplat::cli {
 

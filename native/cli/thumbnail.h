@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "native/headless/image.h"
-#include "shared/base/status.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/base/status.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
 

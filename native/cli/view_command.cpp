@@ -15,7 +15,7 @@
 #include "native/cli/terminal.h"
 #include "server/access/access_rules.h"
 #include "server/catalog/volume_names.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/base/vec3.h"
+#include "shared/core/base/status.h"
+#include "shared/core/base/vec3.h"
 
 namespace isosplat {
 

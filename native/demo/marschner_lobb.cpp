@@ -1,6 +1,6 @@
 #include "native/demo/demo_volumes.h"
 #include "native/demo/parallel_slices.h"
-#include "shared/base/portable_math.h"
+#include "shared/core/base/portable_math.h"
 
 namespace isosplat {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 
 // The bytes of NumPy's arrays of points.
 namespace isosplat {

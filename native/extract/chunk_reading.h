@@ -14,9 +14,9 @@
 
 #include "native/builder/parallel.h"
 #include "native/extract/extract.h"
-#include "shared/codec/chunk_codec.h"
-#include "shared/points/chunk_shape.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/points/chunk_shape.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat {
 

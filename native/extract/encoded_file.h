@@ -6,7 +6,7 @@
 #include "native/extract/mesh_file.h"
 #include "native/files/output_file.h"
 #include "native/files/spooled_bytes.h"
-#include "shared/mesh_files/mesh_encoder.h"
+#include "shared/core/mesh_files/mesh_encoder.h"
 
 namespace isosplat {
 

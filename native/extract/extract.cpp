@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "native/extract/chunk_reading.h"
-#include "shared/points/block_borders.h"
+#include "shared/core/points/block_borders.h"
 
 namespace isosplat {
 namespace {

@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "shared/mesh/cell_region.h"
-#include "shared/points/chunk_samples.h"
-#include "shared/sampling/packed_sample.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/mesh/cell_region.h"
+#include "shared/core/points/chunk_samples.h"
+#include "shared/core/sampling/packed_sample.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "native/extract/chunk_reading.h"
-#include "shared/mesh/mesh_assembly.h"
+#include "shared/core/mesh/mesh_assembly.h"
 
 namespace isosplat {
 namespace {

@@ -3,11 +3,11 @@
 #include <functional>
 
 #include "native/extract/extract.h"
-#include "shared/mesh/mesh_part.h"
+#include "shared/core/mesh/mesh_part.h"
 
 namespace isosplat {
 
-/// The isosurface of the store's trilinear function as triangles (shared/mesh): closed and
+/// The isosurface of the store's trilinear function as triangles (shared/core/mesh): closed and
 /// 2-manifold except where the volume or its missing voxels end, the same for any number of
 /// threads. Calls `write` for layers of blocks, in ascending z, on the calling thread; at most two
 /// layers are in memory. Errors: as extract_samples, out_of_memory (more than 2³² − 1 vertices),

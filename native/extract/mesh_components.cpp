@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 
 namespace isosplat {
 namespace {

@@ -11,7 +11,7 @@
 #include "native/extract/npz_file.h"
 #include "native/extract/obj_file.h"
 #include "native/extract/three_mf_file.h"
-#include "shared/mesh_files/ply_encoder.h"
+#include "shared/core/mesh_files/ply_encoder.h"
 
 namespace isosplat {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "native/extract/array_bytes.h"
 #include "native/extract/npy_header.h"
-#include "shared/points/position_precision.h"
+#include "shared/core/points/position_precision.h"
 
 namespace isosplat {
 

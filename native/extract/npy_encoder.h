@@ -1,6 +1,6 @@
 #pragma once
 
-#include "shared/mesh_files/mesh_encoder.h"
+#include "shared/core/mesh_files/mesh_encoder.h"
 
 namespace isosplat {
 

@@ -5,7 +5,7 @@
 #include "native/extract/array_bytes.h"
 #include "native/extract/npy_header.h"
 #include "native/files/zip_writer.h"
-#include "shared/points/position_precision.h"
+#include "shared/core/points/position_precision.h"
 
 namespace isosplat {
 namespace {

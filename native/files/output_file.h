@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "shared/posix_file/posix_file.h"
-#include "shared/store/store_writer.h"
+#include "shared/core/store/store_writer.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 

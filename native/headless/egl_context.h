@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "shared/core/sampling/cell.h"
 #include "shared/render/settings/camera.h"
-#include "shared/sampling/cell.h"
 
 namespace isosplat {
 

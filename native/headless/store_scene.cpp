@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "shared/codec/chunk_codec.h"
+#include "shared/core/codec/chunk_codec.h"
 
 namespace isosplat {
 namespace {

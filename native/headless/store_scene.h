@@ -3,7 +3,7 @@
 #include <span>
 
 #include "shared/render/renderer.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat {
 

@@ -6,7 +6,7 @@
 #   share/isosplat/page             the page
 #   share/man, share/bash-completion, share/zsh, share/doc (with examples), lib/systemd
 #
-# The component library (shared/library/install.cmake) is a Debian package of its own,
+# The component library (shared/bindings/library/install.cmake) is a Debian package of its own,
 # libisosplat-dev. The archive holds both components.
 
 set(page ${PROJECT_SOURCE_DIR}/build/page)

@@ -12,7 +12,7 @@
 
 #include "server/access/jwt.h"
 #include "server/catalog/volume_names.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/http/message.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

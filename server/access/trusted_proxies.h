@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/access/ip_address.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

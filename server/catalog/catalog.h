@@ -16,7 +16,7 @@
 #include "server/catalog/folder_watch.h"
 #include "server/catalog/store_summary.h"
 #include "server/catalog/volume_names.h"
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat::server {
 

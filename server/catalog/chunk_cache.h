@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

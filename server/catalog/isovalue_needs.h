@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

@@ -11,7 +11,7 @@
 #include <unordered_map>
 
 #include "server/catalog/catalog.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

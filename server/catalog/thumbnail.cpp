@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat::server {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 // The thumbnail of a store: a small picture for lists, in a PNG file beside the store
 // (`head.isosplat.png` for `head.isosplat`). Its first text chunk names the content id of the store

@@ -7,7 +7,7 @@
 
 #include "server/catalog/isovalue_needs.h"
 #include "server/catalog/store_summary.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

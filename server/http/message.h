@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/posix_file/posix_file.h"
+#include "shared/core/base/status.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat::server {
 

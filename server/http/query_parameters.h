@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "server/http/target.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/http/message.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

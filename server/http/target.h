@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/grid/grid.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/base/status.h"
+#include "shared/core/grid/grid.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

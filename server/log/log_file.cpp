@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat::server {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <thread>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 // A running server starts its successor, the program at the same path with the same arguments, and
 // gives it its listening sockets. No connection is refused meanwhile: both processes accept from

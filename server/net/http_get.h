@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

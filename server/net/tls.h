@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "server/http/conditions.h"
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::server {
 

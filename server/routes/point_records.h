@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/points/chunk_samples.h"
+#include "shared/core/base/status.h"
+#include "shared/core/points/chunk_samples.h"
 
 namespace isosplat::server {
 

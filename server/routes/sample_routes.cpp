@@ -14,7 +14,7 @@
 #include "server/routes/json_response.h"
 #include "server/routes/point_records.h"
 #include "server/routes/surface_points.h"
-#include "shared/points/position_precision.h"
+#include "shared/core/points/position_precision.h"
 
 namespace isosplat::server {
 namespace {

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "shared/points/chunk_shape.h"
+#include "shared/core/points/chunk_shape.h"
 
 namespace isosplat::server {
 

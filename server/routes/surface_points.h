@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/points/block_borders.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/points/block_borders.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::server {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "shared/import/volume/opened_volume.h"
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat::import {
 namespace {

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "shared/core/sampling/sample_neighbours.h"
 #include "shared/render/passes/image_passes.h"
 #include "shared/render/pick/cap_pick.h"
 #include "shared/render/pick/ray_hits.h"
 #include "shared/render/pick/slice_pick.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shaders/shader_constants.h"
-#include "shared/sampling/sample_neighbours.h"
 
 namespace isosplat::render {
 namespace {

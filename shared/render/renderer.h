@@ -6,9 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/grid/drawn_chunk.h"
-#include "shared/grid/grid.h"
+#include "shared/core/base/status.h"
+#include "shared/core/grid/drawn_chunk.h"
+#include "shared/core/grid/grid.h"
+#include "shared/core/sampling/packed_sample.h"
+#include "shared/core/sampling/sample_clusters.h"
 #include "shared/render/gl/gl_limits.h"
 #include "shared/render/passes/frame_statistics.h"
 #include "shared/render/passes/mesh_vertex.h"
@@ -16,8 +18,6 @@
 #include "shared/render/pick/surface_pick.h"
 #include "shared/render/settings/camera.h"
 #include "shared/render/settings/render_settings.h"
-#include "shared/sampling/packed_sample.h"
-#include "shared/sampling/sample_clusters.h"
 
 namespace isosplat::render {
 

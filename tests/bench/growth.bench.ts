@@ -33,7 +33,7 @@ const pictures = [
   { pixels: [1024, 768], runs: 1 },
 ] as const;
 
-/** What a store's header says (shared/store/FORMAT.md). */
+/** What a store's header says (shared/core/store/FORMAT.md). */
 function measureStore(bench: Bench, core: Core, { name, isovalue }: Case, path: string): void {
   const bytes = statSync(path).size;
   const head = Buffer.alloc(Math.min(maxHeaderBytes, bytes));

@@ -2,7 +2,7 @@
 // error. Both decoding functions give the same result.
 #include <cstdlib>
 
-#include "shared/codec/chunk_codec.h"
+#include "shared/core/codec/chunk_codec.h"
 #include "tests/fuzz/edits.h"
 #include "tests/shared/store_fixture.h"
 

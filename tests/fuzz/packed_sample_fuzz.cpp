@@ -1,8 +1,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "shared/sampling/exact_projection.h"
-#include "shared/sampling/packed_sample.h"
+#include "shared/core/sampling/exact_projection.h"
+#include "shared/core/sampling/packed_sample.h"
 
 // Any 16 bytes are a packed sample. Unpacking and projecting it does not crash, and the projected
 // point is inside the cell.

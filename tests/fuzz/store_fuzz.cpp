@@ -1,9 +1,9 @@
 // Hostile stores: headers and pages with wrong fields, but correct checksums.
 #include <cstdlib>
 
-#include "shared/codec/chunk_codec.h"
-#include "shared/store/checksum.h"
-#include "shared/store/store_header.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/store/checksum.h"
+#include "shared/core/store/store_header.h"
 #include "tests/fuzz/edits.h"
 #include "tests/shared/store_fixture.h"
 

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <string>
 
-#include "shared/codec/chunk_codec.h"
-#include "shared/store/store_reader.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/store/store_reader.h"
 
 namespace isosplat {
 

@@ -13,7 +13,7 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
-set(recipes ${SOURCE}/shared/library/recipes)
+set(recipes ${SOURCE}/shared/bindings/library/recipes)
 file(READ ${SOURCE}/package.json package)
 string(JSON version GET "${package}" version)
 

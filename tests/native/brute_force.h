@@ -8,9 +8,9 @@
 #include <set>
 #include <vector>
 
-#include "shared/codec/chunk_codec.h"
-#include "shared/store/checksum.h"
-#include "shared/store/store_reader.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/store/checksum.h"
+#include "shared/core/store/store_reader.h"
 
 namespace isosplat {
 

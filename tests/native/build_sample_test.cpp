@@ -4,8 +4,8 @@
 
 #include "native/builder/array_source.h"
 #include "native/builder/thread_executor.h"
-#include "shared/builder/sample_volume.h"
-#include "shared/builder/scan_volume.h"
+#include "shared/core/builder/sample_volume.h"
+#include "shared/core/builder/scan_volume.h"
 
 namespace isosplat {
 namespace {

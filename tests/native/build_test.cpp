@@ -7,9 +7,9 @@
 
 #include "native/builder/array_source.h"
 #include "native/builder/survey.h"
-#include "shared/builder/metadata.h"
-#include "shared/codec/chunk_codec.h"
-#include "shared/preprocess/quantization.h"
+#include "shared/core/builder/metadata.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/preprocess/quantization.h"
 #include "tests/native/brute_force.h"
 
 namespace isosplat {

@@ -9,8 +9,8 @@
 #include "native/builder/array_source.h"
 #include "native/builder/survey.h"
 #include "native/builder/verify.h"
+#include "shared/core/preprocess/quantization.h"
 #include "shared/import/open_volume.h"
-#include "shared/preprocess/quantization.h"
 #include "tests/native/brute_force.h"
 
 // Compares stores with their volumes in *values* in the units of the file, never in quantized

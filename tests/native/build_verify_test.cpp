@@ -7,8 +7,8 @@
 
 #include "native/builder/array_source.h"
 #include "native/builder/verify.h"
-#include "shared/store/directory_page.h"
-#include "shared/store/store_header.h"
+#include "shared/core/store/directory_page.h"
+#include "shared/core/store/store_header.h"
 #include "tests/native/brute_force.h"
 #include "tests/native/temporary_folder.h"
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "native/headless/egl_context.h"
+#include "shared/core/sampling/packed_sample.h"
 #include "shared/render/gl/gl_program.h"
-#include "shared/sampling/packed_sample.h"
 
 namespace isosplat {
 

@@ -4,7 +4,7 @@
 #include <xxhash.h>
 
 #include "native/demo/demo_volumes.h"
-#include "shared/base/portable_math.h"
+#include "shared/core/base/portable_math.h"
 
 namespace isosplat {
 namespace {

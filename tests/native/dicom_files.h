@@ -7,7 +7,7 @@
 #include <cstring>
 #include <map>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 #include "tests/native/import_checks.h"
 
 // Writes DICOM files element by element, from PS3.5 and PS3.10. Series of slices sample a field

@@ -7,7 +7,7 @@
 
 #include "native/extract/mesh_components.h"
 #include "native/extract/simplify_mesh.h"
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 
 namespace isosplat {
 namespace {

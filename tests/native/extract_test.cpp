@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "native/builder/array_source.h"
-#include "shared/sampling/sample.h"
-#include "shared/sampling/smooth_gradients.h"
+#include "shared/core/sampling/sample.h"
+#include "shared/core/sampling/smooth_gradients.h"
 #include "tests/native/temporary_folder.h"
 
 namespace isosplat {

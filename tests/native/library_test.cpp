@@ -10,7 +10,7 @@
 #include "isosplat/decoder.h"
 #include "isosplat/file_store.h"
 #include "isosplat/store.h"
-#include "shared/store/store_reader.h"
+#include "shared/core/store/store_reader.h"
 
 namespace isosplat {
 namespace {

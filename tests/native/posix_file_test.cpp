@@ -1,6 +1,6 @@
 // Files as the system gives them: identities, offsets, ends, pipes and folders.
 
-#include "shared/posix_file/posix_file.h"
+#include "shared/system/posix_file/posix_file.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

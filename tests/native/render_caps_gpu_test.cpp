@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "native/headless/draw_image.h"
-#include "shared/sampling/trilinear.h"
+#include "shared/core/sampling/trilinear.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 

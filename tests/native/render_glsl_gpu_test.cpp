@@ -2,10 +2,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "shared/sampling/exact_projection.h"
-#include "shared/sampling/projection.h"
-#include "shared/sampling/smooth_gradients.h"
-#include "shared/sampling/trilinear.h"
+#include "shared/core/sampling/exact_projection.h"
+#include "shared/core/sampling/projection.h"
+#include "shared/core/sampling/smooth_gradients.h"
+#include "shared/core/sampling/trilinear.h"
 #include "tests/native/cell_shader.h"
 
 namespace isosplat::render {

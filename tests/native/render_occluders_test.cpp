@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "shared/core/sampling/sample_clusters.h"
 #include "shared/render/frame/occluders.h"
-#include "shared/sampling/sample_clusters.h"
 
 namespace isosplat::render {
 namespace {

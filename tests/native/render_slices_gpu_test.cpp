@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "native/headless/draw_image.h"
+#include "shared/core/sampling/trilinear.h"
 #include "shared/render/settings/colour_maps.h"
-#include "shared/sampling/trilinear.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 

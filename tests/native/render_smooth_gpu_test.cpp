@@ -9,7 +9,7 @@
 
 #include "native/headless/draw_image.h"
 #include "native/headless/offscreen_target.h"
-#include "shared/sampling/smooth_gradients.h"
+#include "shared/core/sampling/smooth_gradients.h"
 #include "tests/native/renderer_test.h"
 #include "tests/native/test_volume.h"
 

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "shared/core/sampling/packed_sample.h"
 #include "shared/render/renderer.h"
-#include "shared/sampling/packed_sample.h"
 
 namespace isosplat {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 #include "tests/server/test_store.h"
 
 namespace isosplat::server {

@@ -10,7 +10,7 @@
 
 #include "native/builder/array_source.h"
 #include "server/limits/memory_limit.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -10,7 +10,7 @@
 #include "native/builder/array_source.h"
 #include "native/extract/extract.h"
 #include "server/routes/router.h"
-#include "shared/points/position_precision.h"
+#include "shared/core/points/position_precision.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::server::test {

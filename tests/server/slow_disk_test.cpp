@@ -12,7 +12,7 @@
 #include "native/builder/array_source.h"
 #include "server/routes/router.h"
 #include "server/routes/work_turn.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 #include "tests/server/faulty_disk.h"
 #include "tests/server/server_fixture.h"
 

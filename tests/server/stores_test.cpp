@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "server/catalog/volume_names.h"
-#include "shared/store_file/store_file.h"
+#include "shared/system/store_file/store_file.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::server::test {

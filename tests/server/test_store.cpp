@@ -10,7 +10,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "shared/store/store_writer.h"
+#include "shared/core/store/store_writer.h"
 
 namespace isosplat::server::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/store/store_reader.h"
+#include "shared/core/store/store_reader.h"
 
 namespace isosplat::server::test {
 

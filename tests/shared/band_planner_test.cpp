@@ -1,4 +1,4 @@
-#include "shared/bands/band_planner.h"
+#include "shared/core/bands/band_planner.h"
 
 #include <gtest/gtest.h>
 

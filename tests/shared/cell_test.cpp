@@ -1,4 +1,4 @@
-#include "shared/sampling/cell.h"
+#include "shared/core/sampling/cell.h"
 
 #include <gtest/gtest.h>
 

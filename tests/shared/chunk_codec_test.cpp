@@ -1,11 +1,11 @@
-#include "shared/codec/chunk_codec.h"
+#include "shared/core/codec/chunk_codec.h"
 
 #include <gtest/gtest.h>
 
-#include "shared/codec/cell_mask.h"
-#include "shared/codec/lattice.h"
-#include "shared/codec/ops.h"
-#include "shared/codec/pack_cells.h"
+#include "shared/core/codec/cell_mask.h"
+#include "shared/core/codec/lattice.h"
+#include "shared/core/codec/ops.h"
+#include "shared/core/codec/pack_cells.h"
 
 namespace isosplat {
 namespace {

@@ -1,8 +1,8 @@
-#include "shared/sampling/exact_projection.h"
+#include "shared/core/sampling/exact_projection.h"
 
 #include <gtest/gtest.h>
 
-#include "shared/sampling/sample.h"
+#include "shared/core/sampling/sample.h"
 #include "tests/shared/sampling_fixtures.h"
 
 namespace isosplat {

@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "shared/store/store_reader.h"
+#include "shared/core/store/store_reader.h"
 #include "tests/golden/digest.h"
 
 namespace isosplat {

@@ -1,4 +1,4 @@
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 
 #include <gtest/gtest.h>
 

@@ -10,8 +10,8 @@
 #include <set>
 #include <unordered_map>
 
-#include "shared/mesh/block_mesh.h"
-#include "shared/mesh/cell_surface.h"
+#include "shared/core/mesh/block_mesh.h"
+#include "shared/core/mesh/cell_surface.h"
 #include "tests/shared/sampling_fixtures.h"
 
 namespace isosplat {

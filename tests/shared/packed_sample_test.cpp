@@ -1,4 +1,4 @@
-#include "shared/sampling/packed_sample.h"
+#include "shared/core/sampling/packed_sample.h"
 
 #include <gtest/gtest.h>
 

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <random>
 
-#include "shared/preprocess/coarsen.h"
-#include "shared/preprocess/quantization.h"
-#include "shared/preprocess/round_intervals.h"
-#include "shared/preprocess/statistics.h"
+#include "shared/core/preprocess/coarsen.h"
+#include "shared/core/preprocess/quantization.h"
+#include "shared/core/preprocess/round_intervals.h"
+#include "shared/core/preprocess/statistics.h"
 
 namespace isosplat {
 namespace {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/sampling/sample_neighbours.h"
+#include "shared/core/sampling/sample_neighbours.h"
 
 namespace isosplat::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "shared/sampling/sample_neighbours.h"
+#include "shared/core/sampling/sample_neighbours.h"
 
 #include <gtest/gtest.h>
 

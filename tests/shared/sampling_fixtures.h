@@ -4,7 +4,7 @@
 #include <cstring>
 #include <random>
 
-#include "shared/sampling/trilinear.h"
+#include "shared/core/sampling/trilinear.h"
 
 namespace isosplat {
 

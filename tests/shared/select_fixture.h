@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-#include "shared/select/selector.h"
+#include "shared/core/select/selector.h"
 #include "tests/shared/store_fixture.h"
 
 namespace isosplat::fixture {

@@ -3,7 +3,7 @@
 #include <random>
 #include <set>
 
-#include "shared/select/visibility.h"
+#include "shared/core/select/visibility.h"
 #include "tests/shared/select_fixture.h"
 
 namespace isosplat {

@@ -1,13 +1,13 @@
 // Forecasts of a store's size, and the budget that follows them, for a volume of noise.
 
-#include "shared/preprocess/size_budget.h"
+#include "shared/core/preprocess/size_budget.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "shared/preprocess/isovalue_guess.h"
+#include "shared/core/preprocess/isovalue_guess.h"
 
 namespace isosplat {
 namespace {

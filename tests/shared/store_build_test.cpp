@@ -6,8 +6,8 @@
 #include <array>
 #include <deque>
 
-#include "shared/builder/block_transfer.h"
-#include "shared/builder/store_build.h"
+#include "shared/core/builder/block_transfer.h"
+#include "shared/core/builder/store_build.h"
 
 namespace isosplat {
 namespace {

@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "shared/codec/chunk_codec.h"
-#include "shared/store/store_writer.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/store/store_writer.h"
 
 namespace isosplat::fixture {
 

@@ -6,13 +6,13 @@
 #include <cstring>
 #include <random>
 
-#include "shared/store/byte_order.h"
-#include "shared/store/checksum.h"
-#include "shared/store/directory_page.h"
-#include "shared/store/format.h"
-#include "shared/store/store_header.h"
-#include "shared/store/store_reader.h"
-#include "shared/store/store_writer.h"
+#include "shared/core/store/byte_order.h"
+#include "shared/core/store/checksum.h"
+#include "shared/core/store/directory_page.h"
+#include "shared/core/store/format.h"
+#include "shared/core/store/store_header.h"
+#include "shared/core/store/store_reader.h"
+#include "shared/core/store/store_writer.h"
 
 namespace isosplat {
 namespace {

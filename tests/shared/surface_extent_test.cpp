@@ -1,6 +1,6 @@
 // Area and volume of spheres and half spaces against closed forms. Triangles of a sphere of radius
 // r cells lie inside of it, and lose about 0.6 / r² of its volume. The bound for both is 1 / r².
-#include "shared/mesh/surface_extent.h"
+#include "shared/core/mesh/surface_extent.h"
 
 #include <gtest/gtest.h>
 

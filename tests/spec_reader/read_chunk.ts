@@ -1,4 +1,4 @@
-// A decoder of chunks, written from shared/codec/CHUNK.md alone. It shares no code with the rest,
+// A decoder of chunks, written from shared/core/codec/CHUNK.md alone. It shares no code with the rest,
 // follows the terms and the order of the document, and is not optimised.
 
 /** The properties of a chunk that the directory states. */

@@ -1,4 +1,4 @@
-// A reader of the store's directory, written from shared/store/FORMAT.md alone. It shares no code with
+// A reader of the store's directory, written from shared/core/store/FORMAT.md alone. It shares no code with
 // the rest, so it tests whether the specification is complete. read_chunk.ts decodes chunks.
 
 export interface Chunk {

@@ -32,8 +32,9 @@ export function trackedFiles(root: string, ...patterns: string[]): string[] {
 
 /** The folder of a file; for a generated file, the folder of its source. */
 function folderOf(file: string): string {
-  // The WebAssembly modules and their JavaScript are built from shared/wasm.
-  if (file.startsWith("@wasm/") || file.startsWith("build/wasm/web/")) return "shared/wasm";
+  // The WebAssembly modules and their JavaScript are built from shared/bindings/wasm.
+  if (file.startsWith("@wasm/") || file.startsWith("build/wasm/web/"))
+    return "shared/bindings/wasm";
   return dirname(file);
 }
 
@@ -45,7 +46,7 @@ export function includesOf(root: string, files: string[]): Use[] {
     [...readFileSync(join(root, file), "utf8").matchAll(includePattern)].flatMap((match) => {
       const target = match[1] ?? "";
       const beside = join(dirname(file), target);
-      const installed = join("shared/include", target);
+      const installed = join("shared/core/include", target);
       const found = [target, installed, beside].find((path) => existsSync(join(root, path)));
       return found
         ? [{ from: dirname(file), to: dirname(found), where: `${file}: ${target}` }]

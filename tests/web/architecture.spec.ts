@@ -105,15 +105,10 @@ describe("folders", () => {
     expect(lines(uses.filter(({ to }) => to.split("/")[0] === "tests"))).toEqual([]);
   });
 
-  // Sources of the core as CONTRIBUTING.md has it. shared/wasm is the binding to JavaScript: a module
-  // keeps its state in one object, and write_layouts is a program that the build runs.
-  const isBinding = (file: string) => file.startsWith("shared/wasm/");
-  const core = cpp.filter(
-    (file) =>
-      file.startsWith("shared/") &&
-      !isBinding(file) &&
-      !/^shared\/(import|library|posix_file|store_file)\//.test(file),
-  );
+  // shared/bindings/wasm binds the core to JavaScript: a module keeps its state in one object, and
+  // write_layouts is a program that the build runs.
+  const isBinding = (file: string) => file.startsWith("shared/bindings/wasm/");
+  const core = cpp.filter((file) => /^shared\/(core|render)\//.test(file));
   const found = (files: string[], pattern: RegExp) =>
     files.flatMap((file) =>
       [...readFileSync(join(root, file), "utf8").matchAll(pattern)].map(
@@ -127,8 +122,8 @@ describe("folders", () => {
       /^(?:\s*(?:static|thread_local)\s+(?!const\b|constexpr\b)[^()\n]*[;={]|(?!using|namespace|return|class|struct|enum|template|typedef|extern|friend|static|inline constexpr|constexpr|const|[#/} ])[\w:<>,]+(?: [\w:<>,]+)* \w+(?:\[[^\]\n]*\])?(?: = [^;\n]*|\{[^;\n]*\})?;$)/gm;
     expect(found(core, variable)).toEqual([]);
     expect(found(cpp.filter(isBinding), variable)).toEqual([
-      "shared/wasm/mesh_api.cpp: static State instance;",
-      "shared/wasm/renderer_api.cpp: static State instance;",
+      "shared/bindings/wasm/mesh_api.cpp: static State instance;",
+      "shared/bindings/wasm/renderer_api.cpp: static State instance;",
     ]);
   });
 
@@ -146,13 +141,15 @@ describe("folders", () => {
     expect(users).toEqual(["native/cli"]);
   });
 
-  const part = (folder: string) => folder.split("/")[0] ?? "";
   it.each([
     ["shared", /^shared\//],
     ["server", /^(server|shared)(\/|$)/],
-    ["web", /^(web\/|shared\/wasm$)/],
+    ["web", /^(web\/|shared\/bindings\/wasm$)/],
+    ["shared/core", /^shared\/core\//],
+    ["shared/render", /^shared\/(render|core)(\/|$)/],
+    ["shared/import", /^shared\/(import|core|system)(\/|$)/],
   ])("of %s use only %s", (name, allowed) => {
-    const own = uses.filter(({ from }) => part(from) === name);
+    const own = uses.filter(({ from }) => `${from}/`.startsWith(`${name}/`));
     expect(own.length).toBeGreaterThan(0);
     expect(lines(own.filter(({ to }) => !allowed.test(to)))).toEqual([]);
   });

@@ -5,16 +5,16 @@ import { type Cell, readChunk, readTables } from "../spec_reader/read_chunk.ts";
 import { type Chunk, readStore, type Store } from "../spec_reader/read_store.ts";
 
 const golden = new URL("../golden/v1.0/", import.meta.url);
-const shared = (name: string) =>
-  readFileSync(new URL(`../../shared/${name}`, import.meta.url), "utf8");
-const specification = shared("codec/CHUNK.md");
+const core = (name: string) =>
+  readFileSync(new URL(`../../shared/core/${name}`, import.meta.url), "utf8");
+const specification = core("codec/CHUNK.md");
 const tables = readTables(specification);
 
 test("the specification's tables are the code's", () => {
   expect(tables.quads.length).toBe(256);
   expect(tables.tokens.length).toBe(54);
   expect(tables.weights.length).toBe(16);
-  const code = shared("codec/chunk_tables.cpp");
+  const code = core("codec/chunk_tables.cpp");
   const of = (name: string) => code.split(`${name}[`)[1]?.split("\n};")[0] ?? "";
   const words = (text: string) => [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
   const inDocument = (name: string) =>
@@ -80,7 +80,7 @@ describe("the worked examples", () => {
 
   /** Compares a document's hexadecimal dumps, "ADDRESS  BYTE BYTE …", with the file. */
   function expectBytes(document: string, addressDigits: number, start: number): number {
-    const text = readFileSync(new URL(`../../shared/${document}`, import.meta.url), "utf8");
+    const text = readFileSync(new URL(`../../shared/core/${document}`, import.meta.url), "utf8");
     const line = new RegExp(`^([0-9a-f]{${addressDigits}})  ((?:[0-9a-f]{2} ?)+)`, "gm");
     const dumps = [...text.matchAll(line)];
     for (const [, address, bytes] of dumps) {

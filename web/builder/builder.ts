@@ -2,7 +2,7 @@ import { CoreError, textAt } from "../core/index.ts";
 import type { BuilderModule } from "./module.ts";
 import type { BuildLimits, BuildReport, VolumeDescription } from "./types.ts";
 
-/** The values of ISOSPLAT_NEXT_… in shared/wasm/builder_api.h. */
+/** The values of ISOSPLAT_NEXT_… in shared/bindings/wasm/builder_api.h. */
 const nextTask = 0;
 const nextComplete = 2;
 

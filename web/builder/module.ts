@@ -14,7 +14,7 @@ export interface BuilderHost {
   progress(fraction: number, voxelsPerSecond: number, secondsLeft: number): void;
 }
 
-/** The exports of isosplat-builder.wasm: shared/wasm/builder_api.h. */
+/** The exports of isosplat-builder.wasm: shared/bindings/wasm/builder_api.h. */
 export interface BuilderModule {
   HEAPU8: Uint8Array;
   _malloc(bytes: number): number;

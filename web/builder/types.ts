@@ -1,4 +1,4 @@
-/** The type of a volume's voxels: the names of voxel_type_name in shared/grid/voxel_type.h. */
+/** The type of a volume's voxels: the names of voxel_type_name in shared/core/grid/voxel_type.h. */
 export type VoxelType = "u8" | "i8" | "u16" | "i16" | "u32" | "i32" | "u64" | "i64" | "f32" | "f64";
 
 /**

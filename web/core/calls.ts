@@ -11,7 +11,7 @@ import { type Chunk, recordOf } from "./records.ts";
 import { textAt } from "./text.ts";
 import type { DecodedChunk, Points, Triple } from "./types.ts";
 
-/** A call into the core failed. `status` is the name in shared/base/status.h. */
+/** A call into the core failed. `status` is the name in shared/core/base/status.h. */
 export class CoreError extends Error {
   readonly status: string;
   /** The message without the status. */

@@ -34,14 +34,14 @@ export interface SelectionView {
 
 /** The largest size of a store's header. */
 export const maxHeaderBytes: number = layouts.maxHeaderBytes;
-/** Words of the regions of one chunk (RegionMask in shared/grid/region_mask.h). */
+/** Words of the regions of one chunk (RegionMask in shared/core/grid/region_mask.h). */
 export const regionWords: number = layouts.regionWords;
 /** Words of one chunk in the result of an occlusion query (IsosplatVisibility). */
 export const visibilityWords: number = layouts.visibilityBytes / 4;
 /** Words of one packed sample. */
 export const packedSampleWords: number = layouts.packedSampleBytes / 4;
 
-/** The chunks and pages that a camera view needs (Selection in shared/select/selector.h). */
+/** The chunks and pages that a camera view needs (Selection in shared/core/select/selector.h). */
 export interface CoreSelection {
   /** Chunks and directory pages to fetch, the most needed first. */
   load: Chunk[];

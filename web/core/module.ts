@@ -1,5 +1,5 @@
 /**
- * The functions of shared/wasm/core_api.h, where they are documented. The modules isosplat-core and
+ * The functions of shared/bindings/wasm/core_api.h, where they are documented. The modules isosplat-core and
  * isosplat-renderer export them.
  */
 export interface CoreModule {

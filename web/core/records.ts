@@ -8,7 +8,7 @@ import {
 } from "../../build/wasm/web/layouts.js";
 import type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
-/** A chunk, as the directory of the store describes it (IsosplatChunk in shared/wasm/records.h). */
+/** A chunk, as the directory of the store describes it (IsosplatChunk in shared/bindings/wasm/records.h). */
 export interface Chunk {
   /** A small number that identifies the chunk while the store is open. */
   handle: number;

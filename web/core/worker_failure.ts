@@ -2,7 +2,7 @@ import { CoreError } from "./calls.ts";
 
 /** The reply of a worker that could not carry out a request. */
 export interface WorkerFailure {
-  /** The name in shared/base/status.h, or "worker_lost". */
+  /** The name in shared/core/base/status.h, or "worker_lost". */
   status: string;
   message: string;
 }

@@ -1,7 +1,7 @@
 import { compiledOnce } from "../core/compile_asset.ts";
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
 
-/** The files that the module reads: shared/wasm/import_host.h. */
+/** The files that the module reads: shared/bindings/wasm/import_host.h. */
 export interface ImportFiles {
   /** The number of a file; −1: nothing has this path; −2: a folder. */
   find(path: string): number;
@@ -17,7 +17,7 @@ export interface ImportFiles {
   names(folder: string): readonly string[];
 }
 
-/** The exports of isosplat-import.wasm: shared/wasm/import_api.h. */
+/** The exports of isosplat-import.wasm: shared/bindings/wasm/import_api.h. */
 export interface ImportModule {
   HEAPU8: Uint8Array;
   _malloc(bytes: number): number;

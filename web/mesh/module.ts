@@ -1,6 +1,6 @@
 import { type CompiledModule, instantiate, type ModuleFactory } from "../core/instantiate.ts";
 
-/** The exports of isosplat-mesh.wasm: shared/wasm/mesh_api.h. */
+/** The exports of isosplat-mesh.wasm: shared/bindings/wasm/mesh_api.h. */
 export interface MeshModule {
   HEAPU8: Uint8Array;
   _malloc(bytes: number): number;

@@ -11,7 +11,7 @@ export interface SurfaceExtent {
 }
 
 /**
- * Area and volume of an isosurface, from its triangles at full detail (shared/mesh/surface_extent.h).
+ * Area and volume of an isosurface, from its triangles at full detail (shared/core/mesh/surface_extent.h).
  * Works in pieces of one chunk. Rejects with a StreamError, a CoreError, or the signal's reason.
  */
 export async function surfaceExtent(

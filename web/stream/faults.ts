@@ -83,7 +83,7 @@ export function isOfPart(kind: FaultKind): boolean {
 }
 
 /**
- * The faults of the core's statuses (shared/base/status.h) and the server's (server/HTTP.md).
+ * The faults of the core's statuses (shared/core/base/status.h) and the server's (server/HTTP.md).
  * `undefined`: the HTTP status code decides.
  */
 export function faultOfStatus(status: string): FaultKind | undefined {

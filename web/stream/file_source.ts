@@ -25,7 +25,7 @@ const maxBytesTogether = 1024 * 1024;
 const chunksLookedAt = 48;
 /** The first request for the header. Most headers are much smaller than their limit. */
 const firstHeaderBytes = 16 * 1024;
-/** The offset of the content id in the header (shared/store/FORMAT.md). */
+/** The offset of the content id in the header (shared/core/store/FORMAT.md). */
 const contentIdPlace = [32, 48] as const;
 
 export interface ByteRange<C> {

@@ -59,7 +59,7 @@ export class TransferError extends StreamError {
 
 /** Limit of bytes that are read of an error's body. */
 const longestExplanation = 16 * 1024;
-/** The first bytes of every store (shared/store/FORMAT.md). */
+/** The first bytes of every store (shared/core/store/FORMAT.md). */
 const storeMagic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
 
 /**

@@ -23,7 +23,7 @@ import type {
 } from "./types.ts";
 import { colourings, colourMaps, shadings, splatKinds } from "./types.ts";
 
-/** The instance that Emscripten's factory creates: the functions of shared/wasm/renderer_api.h. */
+/** The instance that Emscripten's factory creates: the functions of shared/bindings/wasm/renderer_api.h. */
 interface Exports extends CoreModule {
   HEAPU8: Uint8Array;
   HEAPU32: Uint32Array;
@@ -170,7 +170,7 @@ const scratchBytes = Math.max(
 const drawnChunkWords = layouts.drawnChunkBytes / 4;
 
 /**
- * The C++ renderer (shared/render) on one canvas, through the C functions of shared/wasm/renderer_api.h.
+ * The C++ renderer (shared/render) on one canvas, through the C functions of shared/bindings/wasm/renderer_api.h.
  * Each canvas has its own WebAssembly instance.
  */
 export class RendererModule {

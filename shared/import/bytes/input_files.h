@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 /// The files that volumes are read from: those of the system (system_files.cpp), or in a browser
-/// those that its user has chosen (shared/wasm/import_files.cpp). Nothing else in shared/import
-/// asks for files.
+/// those that its user has chosen (shared/bindings/wasm/import_files.cpp). Nothing else in
+/// shared/import asks for files.
 namespace isosplat::import {
 
 /// An open file; the destructor closes it.

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/bytes/input_files.h"
 
 namespace isosplat::import {

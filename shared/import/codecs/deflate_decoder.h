@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/codecs/huffman_table.h"
 
 namespace isosplat::import {

@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::import {
 

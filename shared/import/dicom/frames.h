@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 #include "shared/import/dicom/image.h"
 
 // Frames with positions and values, from the files of a folder or from one file. Single-frame files

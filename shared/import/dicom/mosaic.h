@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 #include "shared/import/dicom/image.h"
 
 // Siemens mosaics: all slices of a volume as tiles of one image, from left to right and from top to

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "shared/grid/volume_source.h"
+#include "shared/core/grid/volume_source.h"
 #include "shared/import/dicom/frames.h"
 
 // Reads the pixels of frames: directly from native and deflated files; encapsulated pixels are

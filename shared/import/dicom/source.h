@@ -3,7 +3,7 @@
 #include <memory>
 #include <span>
 
-#include "shared/grid/volume_source.h"
+#include "shared/core/grid/volume_source.h"
 #include "shared/import/dicom/order.h"
 #include "shared/import/dicom/values.h"
 #include "shared/import/volume/import_options.h"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "shared/grid/voxel_type.h"
+#include "shared/core/grid/voxel_type.h"
 #include "shared/import/dicom/frames.h"
 
 namespace isosplat::import::dicom {

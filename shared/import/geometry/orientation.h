@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/grid/grid.h"
+#include "shared/core/base/status.h"
+#include "shared/core/grid/grid.h"
 
 namespace isosplat::import {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 #include "shared/import/hdf5/volumes.h"
 
 namespace isosplat::import {

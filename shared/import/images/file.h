@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/grid/voxel_type.h"
+#include "shared/core/base/status.h"
+#include "shared/core/grid/voxel_type.h"
 
 // Pictures of which each is a slice: PNG, JPEG and JPEG 2000.
 namespace isosplat::import {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/geometry/orientation.h"
 
 namespace isosplat::import {

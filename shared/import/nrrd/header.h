@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/voxels/stored_voxels.h"
 
 namespace isosplat::import {

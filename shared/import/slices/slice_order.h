@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/volume/allowances.h"
 
 namespace isosplat::import {

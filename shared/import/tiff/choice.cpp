@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 #include "shared/import/text/header_text.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/import_options.h"

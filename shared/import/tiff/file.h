@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "shared/grid/voxel_type.h"
+#include "shared/core/grid/voxel_type.h"
 #include "shared/import/tiff/samples.h"
 
 // The pages of TIFF files and their pixels. Which pages are slices, and what their values mean, is

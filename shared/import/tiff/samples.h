@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "shared/grid/voxel_type.h"
+#include "shared/core/grid/voxel_type.h"
 
 namespace isosplat::import {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/tiff/file.h"
 #include "shared/import/tiff/pages.h"
 

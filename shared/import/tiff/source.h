@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/grid/volume_source.h"
+#include "shared/core/grid/volume_source.h"
 #include "shared/import/tiff/file.h"
 
 // Reads pages of TIFF files as slices.

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/import/volume/import_options.h"
 
 namespace isosplat::import {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "shared/grid/volume_source.h"
+#include "shared/core/grid/volume_source.h"
 #include "shared/import/bytes/input_files.h"
 
 namespace isosplat::import {

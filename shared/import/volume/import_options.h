@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "shared/base/vec3.h"
-#include "shared/grid/voxel_type.h"
+#include "shared/core/base/vec3.h"
+#include "shared/core/grid/voxel_type.h"
 #include "shared/import/volume/allowances.h"
 
 namespace isosplat::import {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/grid/volume_source.h"
+#include "shared/core/grid/volume_source.h"
 
 namespace isosplat::import {
 

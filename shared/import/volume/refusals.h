@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::import {
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-#include "shared/grid/voxel_type.h"
+#include "shared/core/grid/voxel_type.h"
 
 namespace isosplat::import {
 

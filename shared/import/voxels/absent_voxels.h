@@ -3,12 +3,12 @@
 #include <cstddef>
 #include <span>
 
-#include "shared/grid/voxel_type.h"
+#include "shared/core/grid/voxel_type.h"
 
 // Absent voxels have no value: the file lacks them, or they hold a fill value. They are stored as
 // NaN: no surface is drawn around them, and the value range excludes them. Integer volumes with
 // absent voxels are read as floating-point numbers; the store keeps these exactly
-// (shared/preprocess/value_lattice.h).
+// (shared/core/preprocess/value_lattice.h).
 namespace isosplat::import {
 
 /// The floating-point type that holds all values of `type`: `type` itself if it is one, f32 for

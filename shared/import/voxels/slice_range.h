@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "shared/base/status.h"
-#include "shared/grid/volume_header.h"
+#include "shared/core/base/status.h"
+#include "shared/core/grid/volume_header.h"
 
 namespace isosplat::import {
 

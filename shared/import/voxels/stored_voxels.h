@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <span>
 
-#include "shared/grid/voxel_type.h"
+#include "shared/core/grid/voxel_type.h"
 
 namespace isosplat::import {
 

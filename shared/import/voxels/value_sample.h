@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "shared/grid/volume_source.h"
+#include "shared/core/grid/volume_source.h"
 #include "shared/import/volume/opened_volume.h"
 
 // What values a volume has and where, seen in some of its slices: enough to tell a fill value,

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 #include "shared/render/frame/frame.h"
 
 namespace isosplat::render {

@@ -2,7 +2,7 @@
 
 #include <GLES3/gl3.h>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::render {
 

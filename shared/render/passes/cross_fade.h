@@ -1,6 +1,6 @@
 #pragma once
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/render/gl/image_target.h"
 
 namespace isosplat::render {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/render/passes/accumulation.h"
 #include "shared/render/passes/cross_fade.h"
 #include "shared/render/passes/draw_context.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "shared/base/matrix3.h"
+#include "shared/core/base/matrix3.h"
 #include "shared/render/passes/accumulation.h"
 #include "shared/render/settings/colour_maps.h"
 #include "shared/render/shaders/shader_constants.h"

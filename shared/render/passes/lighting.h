@@ -2,7 +2,7 @@
 
 #include <GLES3/gl3.h>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 #include "shared/render/gl/gl_program.h"
 #include "shared/render/passes/surface_targets.h"
 #include "shared/render/settings/render_settings.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 
 namespace isosplat::render {
 

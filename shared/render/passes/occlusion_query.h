@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "shared/grid/drawn_chunk.h"
+#include "shared/core/grid/drawn_chunk.h"
 #include "shared/render/gl/gl_program.h"
 #include "shared/render/gl/image_target.h"
 

@@ -7,7 +7,7 @@
 #include <initializer_list>
 #include <string_view>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/render/gl/gl_program.h"
 
 namespace isosplat::render {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 
 namespace isosplat::render {
 

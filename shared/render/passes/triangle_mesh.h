@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "shared/render/passes/mesh_vertex.h"
 
 namespace isosplat::render {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/base/matrix3.h"
+#include "shared/core/base/matrix3.h"
+#include "shared/core/sampling/exact_projection.h"
 #include "shared/render/pick/thin_structure.h"
-#include "shared/sampling/exact_projection.h"
 
 namespace isosplat::render {
 namespace {

@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
+#include "shared/core/sampling/packed_sample.h"
 #include "shared/render/pick/surface_pick.h"
 #include "shared/render/settings/camera.h"
 #include "shared/render/settings/render_settings.h"
-#include "shared/sampling/packed_sample.h"
 
 namespace isosplat::render {
 

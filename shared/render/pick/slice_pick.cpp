@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "shared/base/matrix3.h"
+#include "shared/core/base/matrix3.h"
+#include "shared/core/sampling/trilinear.h"
 #include "shared/render/frame/frame.h"
 #include "shared/render/shaders/shader_constants.h"
-#include "shared/sampling/trilinear.h"
 
 namespace isosplat::render {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "shared/base/vec3.h"
-#include "shared/sampling/packed_sample.h"
-#include "shared/sampling/sample_neighbours.h"
+#include "shared/core/base/vec3.h"
+#include "shared/core/sampling/packed_sample.h"
+#include "shared/core/sampling/sample_neighbours.h"
 
 namespace isosplat::render {
 

@@ -6,11 +6,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/grid/drawn_chunk.h"
-#include "shared/grid/grid.h"
+#include "shared/core/base/status.h"
+#include "shared/core/grid/drawn_chunk.h"
+#include "shared/core/grid/grid.h"
+#include "shared/core/sampling/sample_clusters.h"
 #include "shared/render/samples/sample_buffers.h"
-#include "shared/sampling/sample_clusters.h"
 
 namespace isosplat::render {
 

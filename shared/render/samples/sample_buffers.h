@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "shared/base/status.h"
-#include "shared/sampling/packed_sample.h"
+#include "shared/core/base/status.h"
+#include "shared/core/sampling/packed_sample.h"
 
 namespace isosplat::render {
 

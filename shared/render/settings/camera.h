@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "shared/grid/grid.h"
+#include "shared/core/grid/grid.h"
 
 namespace isosplat::render {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 
 namespace isosplat::render {
 

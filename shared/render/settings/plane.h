@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 
 namespace isosplat::render {
 

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
+#include "shared/core/sampling/projection.h"
 #include "shared/render/settings/light.h"
 #include "shared/render/settings/plane.h"
-#include "shared/sampling/projection.h"
 
 namespace isosplat::render {
 

@@ -1,5 +1,5 @@
 // Packed samples and the trilinear interpolant. Implements the same formulas as
-// shared/sampling/packed_sample.h and trilinear.h; a test compares the values.
+// shared/core/sampling/packed_sample.h and trilinear.h; a test compares the values.
 
 struct Cell {
   vec3 low;       // corner 0, in cells of the level, in the block

@@ -1,5 +1,5 @@
 // Intersection of a ray with a cell's trilinear surface, in cell units. Implements the same formulas
-// as shared/sampling/exact_projection.cpp; a test compares the values.
+// as shared/core/sampling/exact_projection.cpp; a test compares the values.
 
 // The interval of the ray inside of the cell, enlarged by `margin`; empty (x > y) if it misses.
 vec2 ray_in_cell(vec3 origin, vec3 direction, float margin) {

@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "native/builder/builder.h"
+#include "shared/core/store/store_reader.h"
 #include "shared/import/open_volume.h"
-#include "shared/store/store_reader.h"
 #include "tests/bench/build/held_volume.h"
 
 namespace isosplat {

@@ -9,11 +9,11 @@
 
 #include "native/builder/builder.h"
 #include "native/builder/survey.h"
-#include "shared/builder/scan_volume.h"
-#include "shared/codec/cell_mask.h"
-#include "shared/codec/chunk_codec.h"
-#include "shared/preprocess/quantization.h"
-#include "shared/store/store_reader.h"
+#include "shared/core/builder/scan_volume.h"
+#include "shared/core/codec/cell_mask.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/preprocess/quantization.h"
+#include "shared/core/store/store_reader.h"
 #include "tests/bench/build/held_volume.h"
 
 namespace isosplat {

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "shared/codec/chunk_codec.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/system/store_file/store_file.h"
 
 namespace isosplat {
 namespace {

@@ -26,7 +26,7 @@ const given = {
   sampleBudget: 24e6,
 } as const;
 
-/** Limits of the format (shared/store/FORMAT.md), and of an answer of the server (server/HTTP.md). */
+/** Limits of the format (shared/core/store/FORMAT.md), and of an answer of the server (server/HTTP.md). */
 const most = {
   pages: 3500,
   axis: 2 ** 20,

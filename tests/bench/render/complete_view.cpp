@@ -16,9 +16,9 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/store_scene.h"
-#include "shared/codec/chunk_codec.h"
-#include "shared/select/selector.h"
-#include "shared/store_file/store_file.h"
+#include "shared/core/codec/chunk_codec.h"
+#include "shared/core/select/selector.h"
+#include "shared/system/store_file/store_file.h"
 #include "tests/bench/need.h"
 
 namespace isosplat {

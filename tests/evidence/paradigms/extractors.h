@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <type_traits>
 
-#include "shared/base/status.h"
+#include "shared/core/base/status.h"
 #include "tests/evidence/paradigms/paradigms.h"
 
 namespace isosplat {

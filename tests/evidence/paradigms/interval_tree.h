@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/sampling/cell.h"
+#include "shared/core/sampling/cell.h"
 
 namespace isosplat {
 

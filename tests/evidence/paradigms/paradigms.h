@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/base/vec3.h"
+#include "shared/core/base/vec3.h"
 #include "tests/native/test_volume.h"
 
 namespace isosplat {

@@ -1,7 +1,7 @@
 // Paradigms (C) and (D), and marching cubes: an interval tree finds the active cells of a volume in
 // memory.
-#include "shared/mesh/cell_surface.h"
-#include "shared/points/chunk_samples.h"
+#include "shared/core/mesh/cell_surface.h"
+#include "shared/core/points/chunk_samples.h"
 #include "tests/evidence/paradigms/extractors.h"
 #include "tests/evidence/paradigms/interval_tree.h"
 
@@ -134,9 +134,9 @@ class TreeSamples : public TreeExtractor {
   std::vector<std::vector<PackedSample>> blocks_;
 };
 
-/// Straightforward marching cubes (W. Lorensen, H. Cline, 1987; ambiguous cells as in shared/mesh):
-/// each triangle has vertices of its own, with positions on the edges of its cell, and normals from
-/// central differences at the voxels.
+/// Straightforward marching cubes (W. Lorensen, H. Cline, 1987; ambiguous cells as in
+/// shared/core/mesh): each triangle has vertices of its own, with positions on the edges of its
+/// cell, and normals from central differences at the voxels.
 class TreeTriangles : public TreeExtractor {
  public:
   using TreeExtractor::TreeExtractor;

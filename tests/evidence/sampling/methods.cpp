@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "shared/sampling/exact_projection.h"
-#include "shared/sampling/projection.h"
+#include "shared/core/sampling/exact_projection.h"
+#include "shared/core/sampling/projection.h"
 
 namespace isosplat {
 namespace {

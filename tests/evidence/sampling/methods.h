@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "shared/sampling/trilinear.h"
+#include "shared/core/sampling/trilinear.h"
 
 namespace isosplat {
 

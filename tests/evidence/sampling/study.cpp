@@ -17,8 +17,8 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "shared/mesh/cell_surface.h"
-#include "shared/sampling/exact_projection.h"
+#include "shared/core/mesh/cell_surface.h"
+#include "shared/core/sampling/exact_projection.h"
 #include "tests/bench/render/volume.h"
 #include "tests/evidence/sampling/methods.h"
 

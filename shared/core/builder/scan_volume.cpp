@@ -1,0 +1,48 @@
+#include "shared/core/builder/scan_volume.h"
+
+#include <algorithm>
+
+#include "shared/core/builder/executor.h"
+
+namespace isosplat {
+
+Result<VoxelScan> scan_volume(VolumeSource& source, Executor& executor, bool scan_all,
+                              const std::function<void(uint64_t voxels)>& progress) {
+  const VolumeHeader& header = source.header();
+  const Index3 n = header.grid.voxels;
+  const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header.type);
+  const size_t slice = row * static_cast<size_t>(n.y);
+  const auto max_batch =
+      static_cast<int32_t>(std::clamp<size_t>((8 << 20) / slice, 1, static_cast<size_t>(n.z)));
+  std::vector<std::byte> voxels;
+  const unsigned threads = executor.threads();
+  std::vector<VoxelScan> scans(threads, VoxelScan(header.type));
+  const auto is_settled = [&] {
+    return !scan_all && std::any_of(scans.begin(), scans.end(),
+                                    [](const VoxelScan& scan) { return scan.is_settled(); });
+  };
+  // Integers of up to 16 bits are nearly always settled after one or two slices.
+  int32_t batch_slices = voxel_bytes(header.type) <= 2 ? 1 : max_batch;
+  for (int32_t z = 0; z < n.z && !is_settled();
+       batch_slices = std::min(2 * batch_slices, max_batch)) {
+    const int32_t count = std::min(batch_slices, n.z - z);
+    voxels.resize(slice * static_cast<size_t>(count));
+    if (auto read = source.read_slices(z, count, voxels); !read) {
+      return tl::unexpected(read.error());
+    }
+    z += count;
+    // Threads share rows, not slices: a batch may be a single slice.
+    const size_t rows = static_cast<size_t>(n.y) * static_cast<size_t>(count);
+    const size_t part = (rows + 4 * threads - 1) / (4 * threads);
+    executor.run((rows + part - 1) / part, [&](unsigned thread, size_t i) {
+      const size_t first = i * part, last = std::min(rows, first + part);
+      scans[thread].add(std::span(voxels).subspan(first * row, (last - first) * row));
+    });
+    progress(static_cast<uint64_t>(count) * static_cast<uint64_t>(n.x) *
+             static_cast<uint64_t>(n.y));
+  }
+  for (size_t t = 1; t < scans.size(); ++t) scans[0].add(scans[t]);
+  return std::move(scans[0]);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+#include "shared/core/builder/executor.h"
+#include "shared/core/grid/volume_source.h"
+#include "shared/core/preprocess/voxel_scan.h"
+
+namespace isosplat {
+
+/// Scans the values of a volume, front to back, some MB at a time, in parallel.
+/// Unless `scan_all`, stops as soon as the quantization is known (VoxelScan::is_settled). Calls
+/// progress(voxels read since the last call). Errors: those of the source.
+Result<VoxelScan> scan_volume(VolumeSource& source, Executor& executor, bool scan_all,
+                              const std::function<void(uint64_t voxels)>& progress);
+
+}  // namespace isosplat

@@ -1,0 +1,258 @@
+#include "shared/core/builder/store_build.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "shared/core/builder/metadata.h"
+#include "shared/core/builder/sample_volume.h"
+#include "shared/core/builder/scan_volume.h"
+#include "shared/core/preprocess/isovalue_guess.h"
+
+namespace isosplat {
+namespace {
+
+/// λ, the weight of a stored byte, at a fetch weight of 1, if the size limit does not require more.
+constexpr double kMinStorageWeight = 0.09;
+
+/// Upper limit of the blocks that are encoded at a time if the store may exceed its size limit. The
+/// limit is a quarter of the level's blocks, so that later blocks can adapt to the sizes of the
+/// first ones, but at most this number.
+constexpr uint64_t kMaxBlocksInFlight = 64;
+
+const char* phase_of(uint32_t level) {
+  static constexpr const char* kPhases[] = {"level 0", "level 1", "level 2", "level 3", "level 4"};
+  return kPhases[std::min<size_t>(level, std::size(kPhases) - 1)];
+}
+
+uint64_t product(Index3 n) {
+  return static_cast<uint64_t>(n.x) * static_cast<uint64_t>(n.y) * static_cast<uint64_t>(n.z);
+}
+
+}  // namespace
+
+StoreBuild::StoreBuild(VolumeSource& source, ByteSink& sink, const StoreOptions& options,
+                       Executor& executor, unsigned encoders, SliceStorage* storage)
+    : source_(source),
+      sink_(sink),
+      header_(source.header()),
+      options_(options),
+      executor_(executor),
+      encoders_(encoders),
+      storage_(storage),
+      levels_(level_count(header_.grid.voxels)) {}
+
+void StoreBuild::report(const char* phase, uint64_t voxels_done) {
+  work_done_ += voxels_done;
+  if (!options_.progress) return;
+  const Clock::time_point now = Clock::now();
+  if (now - last_report_ < std::chrono::milliseconds(50)) return;
+  last_report_ = now;
+  BuildProgress progress;
+  progress.phase = phase;
+  progress.fraction = static_cast<double>(work_done_) / static_cast<double>(work_total_);
+  const double encoding = std::chrono::duration<double>(now - encoding_start_).count();
+  if (work_done_ > range_work_ && encoding > 0) {
+    const double done = static_cast<double>(work_done_ - range_work_);
+    progress.voxels_per_second = done / encoding;
+    progress.seconds_left =
+        static_cast<double>(work_total_ - work_done_) / progress.voxels_per_second;
+  }
+  options_.progress(progress);
+}
+
+Result<void> StoreBuild::begin() {
+  const Index3 n = header_.grid.voxels;
+  auto writer = StoreWriter::create(n, metadata_limit(header_, options_), sink_);
+  if (!writer) return tl::unexpected(writer.error());
+  writer_.emplace(std::move(*writer));
+  auto plan = plan_memory(header_, source_.resident_bytes(), encoders_, storage_ != nullptr,
+                          options_.memory_bytes);
+  if (!plan) return tl::unexpected(plan.error());
+  plan_ = std::move(*plan);
+  pending_.resize(levels_);
+  values_.resize(executor_.threads());
+  // The quantization of integers of up to 16 bits is usually known after a few slices, unless the
+  // caller allows an error.
+  const bool reads_range = voxel_bytes(header_.type) > 2 || options_.max_error > 0;
+  range_work_ = reads_range ? product(n) : 0;
+  work_total_ = range_work_;
+  for (uint32_t l = 0; l < levels_; ++l) work_total_ += product(level_grid(n, l).cells);
+
+  const auto scan = scan_volume(source_, executor_, reads_range, [&](uint64_t voxels) {
+    report("reading the value range", reads_range ? voxels : 0);
+  });
+  if (!scan) return tl::unexpected(scan.error());
+  auto quantization = choose_quantization(header_, *scan, options_.max_error);
+  if (!quantization) return tl::unexpected(quantization.error());
+  quantization_ = std::move(*quantization);
+  mapping_ = quantization_.mapping();
+  reader_.emplace(source_, quantization_, executor_);
+  if (auto created = create_budget(); !created) return created;
+  encoding_start_ = Clock::now();
+  return {};
+}
+
+Result<void> StoreBuild::create_budget() {
+  const auto sample = sample_volume(source_, quantization_, executor_);
+  if (!sample) return tl::unexpected(sample.error());
+  isovalue_distribution_ = guess_isovalues(sample->statistics, sample->voxels);
+  band_options_.isovalue_distribution = isovalue_distribution_;
+  band_options_.storage_weight =
+      std::min(kMinStorageWeight / options_.fetch_weight, kMaxStorageWeight);
+  const Index3 n = header_.grid.voxels;
+  const auto voxel_size = std::min<size_t>(voxel_bytes(header_.type), mapping_.bits / 8);
+  const double max_bytes = double{1} * n.x * n.y * n.z * static_cast<double>(voxel_size) *
+                           std::sqrt(options_.fetch_weight);
+  max_bytes_ = static_cast<uint64_t>(max_bytes);
+  std::vector<ColumnForecast> columns(sample->columns.size());
+  std::vector<BandPlanner> planners(executor_.threads());
+  executor_.run(columns.size(), [&](unsigned thread, size_t i) {
+    columns[i] = forecast_column(sample->columns[i], band_options_, planners[thread]);
+  });
+  forecast_.emplace(*sample, n, band_options_, columns);
+  budget_.emplace(*forecast_, max_bytes, static_cast<double>(writer_->bytes_written()));
+  return {};
+}
+
+Result<std::unique_ptr<SliceStore>> StoreBuild::create_slices(uint32_t level, size_t slice_bytes,
+                                                              int32_t slices) {
+  if (!plan_.in_memory[level]) return storage_->create(slice_bytes);
+  return std::make_unique<MemorySlices>(slice_bytes, slices);
+}
+
+Result<void> StoreBuild::begin_level() {
+  const uint32_t coarser = layer_.grid.level + 1;
+  coarser_ = {};
+  if (coarser == levels_) return {};
+  coarser_.grid = level_grid(header_.grid.voxels, coarser);
+  auto voxels = create_slices(coarser, voxel_slice_bytes(coarser_.grid, mapping_.bits),
+                              coarser_.grid.cells.z + 1);
+  if (!voxels) return tl::unexpected(voxels.error());
+  auto intervals = create_slices(coarser, interval_slice_bytes(coarser_.grid, mapping_.bits),
+                                 coarser_.grid.cells.z);
+  if (!intervals) return tl::unexpected(intervals.error());
+  pending_[coarser] = {std::move(*voxels), std::move(*intervals)};
+  return {};
+}
+
+Result<void> StoreBuild::end_layer() {
+  output_.reset();
+  if (!coarser_.voxels) return {};
+  PendingLevel& level = pending_[coarser_.grid.level];
+  if (auto stored = level.voxels->commit(); !stored) return stored;
+  return level.intervals->commit();
+}
+
+Result<bool> StoreBuild::next_layer() {
+  if (output_) {
+    if (auto ended = end_layer(); !ended) return tl::unexpected(ended.error());
+    if (++z_ == layer_.grid.blocks.z) {
+      const uint32_t level = layer_.grid.level;
+      pending_[level] = {};
+      layer_buffer_ = {};
+      if (level + 1 == levels_) return false;
+      z_ = 0;
+      layer_ = {level_grid(header_.grid.voxels, level + 1), mapping_.bits, mapping_.has_missing};
+    }
+  } else {
+    layer_ = {level_grid(header_.grid.voxels, 0), mapping_.bits, mapping_.has_missing};
+  }
+  if (z_ == 0) {
+    if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());
+  }
+  const LevelGrid& grid = layer_.grid;
+  const int32_t first_cell = z_ * kBlockCells;
+  const int32_t end_cell = std::min(first_cell + kBlockCells, grid.cells.z);
+  auto loaded =
+      grid.level == 0 ? read_layer(first_cell, end_cell) : load_layer(first_cell, end_cell);
+  if (!loaded) return tl::unexpected(loaded.error());
+  if (grid.level + 1 < levels_) {
+    PendingLevel& level = pending_[grid.level + 1];
+    const int32_t first = first_cell / 2, cells = (end_cell - first_cell + 1) / 2;
+    const int32_t voxels = cells + (z_ + 1 == grid.blocks.z ? 1 : 0);
+    coarser_.voxel_box = voxel_slices(coarser_.grid, first, voxels);
+    coarser_.cell_box = cell_slices(coarser_.grid, first, cells);
+    coarser_.voxels = level.voxels->prepare(first, voxels);
+    coarser_.intervals = level.intervals->prepare(first, cells);
+  }
+  const bool is_limited = !budget_->is_ample();
+  const uint64_t in_layer =
+      static_cast<uint64_t>(grid.blocks.x) * static_cast<uint64_t>(grid.blocks.y);
+  const uint64_t max_in_flight =
+      is_limited ? std::clamp<uint64_t>(grid.block_count() / 4, 1, kMaxBlocksInFlight) : in_layer;
+  output_.emplace(*writer_, *budget_, band_options_, grid, z_, static_cast<size_t>(max_in_flight),
+                  is_limited);
+  return true;
+}
+
+Result<void> StoreBuild::read_layer(int32_t first_cell, int32_t end_cell) {
+  const size_t slice = voxel_slice_bytes(layer_.grid, mapping_.bits);
+  const int32_t first_voxel = std::max(first_cell - 1, 0);
+  std::vector<std::byte>& buffer = layer_buffer_;
+  if (first_cell == 0) {
+    buffer.resize(slice * static_cast<size_t>(std::min(kBlockCells + 2, layer_.grid.cells.z + 1)));
+  }
+  // Layers overlap: the last two slices of the layer before are the first of this one.
+  const int32_t read_end = first_cell == 0 ? 0 : first_cell + 1;
+  const auto kept = static_cast<size_t>(read_end - first_voxel);
+  if (first_cell > 0) {
+    const auto buffered = static_cast<size_t>(read_end - layer_.voxel_box.first.z);
+    std::copy_n(buffer.data() + slice * (buffered - kept), slice * kept, buffer.data());
+  }
+  const auto count_values = [this](unsigned thread, const std::byte* quantized_values,
+                                   size_t voxels) {
+    values_[thread].add_values(quantized_values, voxels, mapping_.bits, mapping_.has_missing);
+  };
+  auto read =
+      reader_->read(read_end, end_cell + 1 - read_end, buffer.data() + slice * kept, count_values);
+  layer_.voxels = buffer.data();
+  layer_.voxel_box = voxel_slices(layer_.grid, first_voxel, end_cell + 1 - first_voxel);
+  return read;
+}
+
+Result<void> StoreBuild::load_layer(int32_t first_cell, int32_t end_cell) {
+  PendingLevel& level = pending_[layer_.grid.level];
+  const int32_t first_voxel = std::max(first_cell - 1, 0);
+  layer_.voxel_box = voxel_slices(layer_.grid, first_voxel, end_cell + 1 - first_voxel);
+  layer_.cell_box = cell_slices(layer_.grid, first_cell, end_cell - first_cell);
+  auto voxels = level.voxels->load(first_voxel, layer_.voxel_box.size.z);
+  if (!voxels) return tl::unexpected(voxels.error());
+  auto intervals = level.intervals->load(first_cell, layer_.cell_box.size.z);
+  if (!intervals) return tl::unexpected(intervals.error());
+  layer_.voxels = *voxels;
+  layer_.intervals = *intervals;
+  return {};
+}
+
+Result<void> StoreBuild::add_block(size_t number, EncodedBlock&& encoded) {
+  const Index3 blocks = layer_.grid.blocks;
+  const auto n = static_cast<int32_t>(number);
+  const Index3 cells = block_cells(layer_.grid, {n % blocks.x, n / blocks.x, z_});
+  if (auto added = output_->add(number, std::move(encoded)); !added) return added;
+  report(phase_of(layer_.grid.level), product(cells));
+  return {};
+}
+
+Result<BuildReport> StoreBuild::finish(const VolumeStatistics& of_cells) {
+  VolumeStatistics statistics = of_cells;
+  for (const VolumeStatistics& values : values_) statistics.add(values);
+  StoreInfo info;
+  info.grid = header_.grid;
+  info.mapping = mapping_;
+  info.range = statistics.range();
+  info.missing_voxels = statistics.missing();
+  info.metadata = metadata_json(header_, options_, info, statistics);
+  auto finished = writer_->finish(info);
+  if (!finished) return tl::unexpected(finished.error());
+  BuildReport report;
+  report.info = std::move(*finished);
+  report.raw_bytes = product(header_.grid.voxels) * voxel_bytes(header_.type);
+  report.max_bytes = max_bytes_;
+  report.needed_bytes = plan_.bytes;
+  for (uint32_t l = 1; l < levels_; ++l) report.uses_temporary_files |= !plan_.in_memory[l];
+  report.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  return report;
+}
+
+}  // namespace isosplat

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "shared/core/builder/executor.h"
+#include "shared/core/builder/layer_output.h"
+#include "shared/core/builder/memory_plan.h"
+#include "shared/core/builder/quantized_reader.h"
+#include "shared/core/builder/slice_store.h"
+#include "shared/core/builder/store_options.h"
+#include "shared/core/grid/volume_source.h"
+
+namespace isosplat {
+
+/// The build of a store, without threads and files. It reads the source and writes the store;
+/// encoding the blocks, which is nearly all of the work, is left to the caller's BlockEncoders: on
+/// the caller's threads, or in workers that have their own memory (block_transfer.h). The bytes of
+/// the store do not depend on who encodes which block, or when.
+///
+///     StoreBuild build(…);
+///     build.begin();
+///     while (build.next_layer()) {          // reads a layer of blocks
+///       while (!build.layer_is_complete()) {
+///         // as long as there are tasks and free encoders: task = build.begin_block()
+///         // encoder.encode(build.layer(), build.coarser(), task, …, encoded)
+///         build.add_block(task.number, encoded);
+///       }
+///     }
+///     build.finish(statistics of all encoders);
+///
+/// One thread calls it at a time; encoders use layer() and coarser() meanwhile. A build can be
+/// abandoned between any two calls. After an error, no function may be called.
+///
+/// Memory: MemoryPlan, of which the encoders take kThreadBytes each.
+class StoreBuild {
+ public:
+  /// All arguments must outlive the build. encoders: how many, for the memory plan. storage: for
+  /// coarse levels that do not fit in memory; null if there is none.
+  StoreBuild(VolumeSource& source, ByteSink& sink, const StoreOptions& options, Executor& executor,
+             unsigned encoders, SliceStorage* storage);
+
+  /// Plans the memory; reads the source for the range of values (integers of up to 16 bits: usually
+  /// only the first slices), and some slices as a sample for the size forecast. Errors: those of
+  /// choose_quantization, no_cells, volume_too_large, out_of_memory (before the source is read,
+  /// with the memory needed), and those of the source.
+  Result<void> begin();
+
+  /// Begins the next layer of blocks: reads its slices from the source, or a coarse level. False if
+  /// there are no more. Requires layer_is_complete(). Errors: those of the source; io_error.
+  Result<bool> next_layer();
+
+  const Layer& layer() const { return layer_; }
+  const CoarserLayer& coarser() const { return coarser_; }
+
+  /// The next block of the layer to encode. None if there is none now: after the next add_block()
+  /// there may be one, unless layer_is_begun().
+  std::optional<BlockTask> begin_block() { return output_->begin_block(); }
+  bool layer_is_begun() const { return output_->is_begun(); }
+  bool layer_is_complete() const { return !output_ || output_->is_complete(); }
+
+  /// Adds an encoded block of the layer. Its part of coarser() must have been written. Errors:
+  /// io_error, and those of StoreWriter::add_block.
+  Result<void> add_block(size_t number, EncodedBlock&& encoded);
+
+  /// Writes the directory and the header. statistics: of the cells of level 0, as the encoders have
+  /// counted them. Errors: io_error.
+  Result<BuildReport> finish(const VolumeStatistics& statistics);
+
+  /// The distribution of isovalues that the tasks' options refer to. Set by begin().
+  const std::vector<double>& isovalue_distribution() const { return isovalue_distribution_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  /// Voxels and intervals of a coarse level, from their computation until the level is encoded.
+  struct PendingLevel {
+    std::unique_ptr<SliceStore> voxels, intervals;
+  };
+
+  Result<void> begin_level();
+  Result<void> end_layer();
+  /// Sets the layer's slices of the cells [first_cell, end_cell), of level 0: reads them from the
+  /// source.
+  Result<void> read_layer(int32_t first_cell, int32_t end_cell);
+  /// The same for a coarse level, from where it is pending.
+  Result<void> load_layer(int32_t first_cell, int32_t end_cell);
+  Result<std::unique_ptr<SliceStore>> create_slices(uint32_t level, size_t slice_bytes,
+                                                    int32_t slices);
+  Result<void> create_budget();
+  void report(const char* phase, uint64_t voxels_done);
+
+  VolumeSource& source_;
+  ByteSink& sink_;
+  const VolumeHeader& header_;
+  const StoreOptions& options_;
+  Executor& executor_;
+  const unsigned encoders_;
+  SliceStorage* const storage_;
+  const uint32_t levels_;
+
+  MemoryPlan plan_;
+  std::optional<StoreWriter> writer_;
+  Quantization quantization_;
+  ValueMapping mapping_;
+  BandOptions band_options_;
+  std::vector<double> isovalue_distribution_;
+  uint64_t max_bytes_ = 0;  // of the store
+  std::optional<SizeForecast> forecast_;
+  std::optional<SizeBudget> budget_;
+  std::optional<QuantizedReader> reader_;
+  std::vector<VolumeStatistics> values_;  // per thread of the executor: of quantized values
+  std::vector<PendingLevel> pending_;     // per level
+
+  int32_t z_ = 0;  // of the present layer, in blocks
+  Layer layer_;
+  CoarserLayer coarser_;
+  std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slice before it
+  std::optional<LayerOutput> output_;
+
+  Clock::time_point start_ = Clock::now(), encoding_start_ = start_, last_report_ = start_;
+  uint64_t work_total_ = 0;  // voxels of all levels, and of reading the range
+  uint64_t work_done_ = 0, range_work_ = 0;
+};
+
+}  // namespace isosplat

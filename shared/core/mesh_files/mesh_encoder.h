@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "shared/core/base/status.h"
+#include "shared/core/grid/grid.h"
+#include "shared/core/mesh/mesh_part.h"
+
+namespace isosplat {
+
+/// What a part of a mesh adds to a file: to the bytes after the header, and to those at the end.
+struct EncodedPart {
+  std::vector<std::byte> body, tail;
+};
+
+/// Encodes a mesh as the bytes of a file, part by part. The file is its header, then the bodies of
+/// all parts in order, then their tails in order. The header is known last, its size from the
+/// beginning: the number of vertices and triangles need not be known in advance.
+class MeshEncoder {
+ public:
+  virtual ~MeshEncoder() = default;
+
+  /// Appends a part to `out`. Parts are those of MeshAssembly, in its order. Errors:
+  /// invalid_argument if the format cannot hold this number of vertices or triangles.
+  virtual Result<void> append(const MeshPart& part, EncodedPart& out) = 0;
+
+  /// The size of the header of a mesh that has triangles.
+  virtual size_t header_bytes() const = 0;
+
+  /// The header of the parts so far.
+  virtual std::vector<std::byte> header() const = 0;
+
+ protected:
+  MeshEncoder() = default;
+  MeshEncoder(const MeshEncoder&) = delete;
+  MeshEncoder& operator=(const MeshEncoder&) = delete;
+};
+
+/// The formats that have an encoder; their numbers are part of the interface of
+/// shared/bindings/wasm.
+enum class MeshFormatId : uint32_t { stl, ply, glb };
+
+/// `grid`: of the volume. `comment`: one line for the file's header.
+std::unique_ptr<MeshEncoder> make_mesh_encoder(MeshFormatId format, const VolumeGrid& grid,
+                                               std::string_view comment);
+
+}  // namespace isosplat

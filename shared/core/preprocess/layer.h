@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "shared/core/grid/grid.h"
+
+namespace isosplat {
+
+/// A box of a level's voxels or cells that is in memory, x fastest.
+struct LevelBox {
+  Index3 first;
+  Index3 size;
+
+  /// The place of a voxel or cell of the level in the memory of the box.
+  size_t at(Index3 p) const {
+    const Index3 q{p.x - first.x, p.y - first.y, p.z - first.z};
+    return (static_cast<size_t>(q.z) * static_cast<size_t>(size.y) + static_cast<size_t>(q.y)) *
+               static_cast<size_t>(size.x) +
+           static_cast<size_t>(q.x);
+  }
+  size_t count() const {
+    return static_cast<size_t>(size.x) * static_cast<size_t>(size.y) * static_cast<size_t>(size.z);
+  }
+};
+
+/// The slices [first, first + count) of a level's voxels, and of its cells.
+inline LevelBox voxel_slices(const LevelGrid& grid, int32_t first, int32_t count) {
+  return {{0, 0, first}, {grid.cells.x + 1, grid.cells.y + 1, count}};
+}
+inline LevelBox cell_slices(const LevelGrid& grid, int32_t first, int32_t count) {
+  return {{0, 0, first}, {grid.cells.x, grid.cells.y, count}};
+}
+
+/// The part of a level that one or more blocks need: voxels, and at coarser levels cell intervals.
+/// Quantized values have `bits` bits; an interval is two quantized values, min and max. Borrows the
+/// memory. To gather a block, its voxels and cells; to coarsen it, also the voxels before the block
+/// along each axis, if there are any.
+struct Layer {
+  LevelGrid grid;
+  uint8_t bits = 16;
+  bool has_missing = false;
+  const std::byte* voxels = nullptr;
+  LevelBox voxel_box = {};
+  const std::byte* intervals = nullptr;  ///< null at level 0
+  LevelBox cell_box = {};
+};
+
+/// The memory for the part of the next coarser level that covers a layer, in the same form.
+struct CoarserLayer {
+  LevelGrid grid;
+  std::byte* voxels = nullptr;  ///< null: there is no coarser level
+  LevelBox voxel_box = {};
+  std::byte* intervals = nullptr;
+  LevelBox cell_box = {};
+};
+
+/// Bytes of one slice of a level's voxels and cell intervals.
+inline size_t voxel_slice_bytes(const LevelGrid& grid, uint8_t bits) {
+  return static_cast<size_t>(grid.cells.x + 1) * static_cast<size_t>(grid.cells.y + 1) *
+         (bits / 8u);
+}
+inline size_t interval_slice_bytes(const LevelGrid& grid, uint8_t bits) {
+  return static_cast<size_t>(grid.cells.x) * static_cast<size_t>(grid.cells.y) * (bits / 4u);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "shared/core/base/status.h"
+
+namespace isosplat {
+
+/// Identifies a file and its state. A file that replaces another one at the same path has another
+/// identity.
+struct FileIdentity {
+  uint64_t device = 0;
+  uint64_t inode = 0;
+  uint64_t bytes = 0;
+  int64_t modified_ns = 0;  ///< since 1970
+
+  friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
+
+  /// Whether size and modification time are equal. For files that are open, or known by path only.
+  bool has_same_content(const FileIdentity& other) const {
+    return bytes == other.bytes && modified_ns == other.modified_ns;
+  }
+};
+
+/// For reads that must not wait for a disk or a network: a read that is given one fails with
+/// io_error and sets `needs_disk` if the system may not hold the bytes in memory. Repeat it without
+/// one, on a thread that may wait.
+struct NoWait {
+  bool needs_disk = false;
+};
+
+/// The identity of the regular file at a path. Errors: io_error, also for folders, pipes and
+/// devices.
+Result<FileIdentity> file_identity(const std::filesystem::path& path);
+
+/// An open file; the destructor closes it. Reads and writes have offsets, so that several threads
+/// may use a file at the same time. Repeats system calls that a signal interrupted, and completes
+/// short reads and writes. Error messages begin with the file's name.
+class PosixFile {
+ public:
+  /// No file: is_open() is false, and nothing else may be called.
+  PosixFile() = default;
+
+  /// Opens a regular file for reading. Never waits for the other end of a pipe. Errors: io_error,
+  /// also for folders, pipes and devices.
+  static Result<PosixFile> open(const std::filesystem::path& path);
+
+  /// Creates a file without a path, for reading and writing. The system removes it when the program
+  /// ends, also after a crash. Errors: io_error.
+  static Result<PosixFile> create_temporary(const std::filesystem::path& folder);
+
+  /// Takes ownership of an open descriptor. name: for messages.
+  PosixFile(int descriptor, std::string name);
+
+  PosixFile(PosixFile&& other) noexcept;
+  PosixFile& operator=(PosixFile&& other) noexcept;
+  ~PosixFile();
+
+  bool is_open() const { return descriptor_ >= 0; }
+  int descriptor() const { return descriptor_; }
+
+  const std::string& name() const { return name_; }
+  void set_name(std::string name) { name_ = std::move(name); }
+
+  /// The identity of the file at this moment. Errors: io_error.
+  Result<FileIdentity> identity(NoWait* no_wait = nullptr) const;
+
+  /// Reads out.size() bytes, or fewer if the file ends. Returns their number. Errors: io_error.
+  Result<size_t> read_some(uint64_t offset, std::span<std::byte> out,
+                           NoWait* no_wait = nullptr) const;
+
+  /// Fills `out`. Errors: io_error; truncated if the file ends too early.
+  Result<void> read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait = nullptr) const;
+
+  /// Writes all bytes. Errors: io_error.
+  Result<void> write(uint64_t offset, std::span<const std::byte> bytes);
+
+  /// Waits until what was written is on the disk. Errors: io_error.
+  Result<void> synchronize();
+
+  void close();
+
+ private:
+  /// What the file system can do for reads without waiting.
+  enum class Waits : uint8_t {
+    told,    ///< it says whether the bytes are in memory (ext4, XFS, Btrfs)
+    never,   ///< all of it is in memory (tmpfs)
+    unknown  ///< it does not say (network and user-space file systems)
+  };
+  static Waits waits_of(int descriptor);
+
+  std::string name_;
+  int descriptor_ = -1;
+  Waits waits_ = Waits::unknown;
+};
+
+/// io_error with the text of an errno value: "NAME: cannot be ACTION: TEXT". A full disk names the
+/// remedy. `action`: a past participle, "opened".
+tl::unexpected<Error> file_error(int number, const std::string& name, const char* action);
+
+}  // namespace isosplat
