@@ -26,7 +26,7 @@ import {
   roundToScale,
 } from "./isovalue_scale.ts";
 import { IsovalueSweep } from "./isovalue_sweep.ts";
-import type { PanelActions, PanelState } from "./panel.ts";
+import type { PanelActions, PanelState } from "./panel_state.ts";
 import { withAddedSurface } from "./surfaces.ts";
 
 /**

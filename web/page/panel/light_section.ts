@@ -10,11 +10,8 @@ import {
   lightRanges,
 } from "../../viewer/light.ts";
 import { lightNames, lightSettings } from "../../viewer/light_settings.ts";
-import type { PanelActions, PanelState } from "./panel.ts";
-
-type ValueElement = HTMLElement & { value: string };
-
-const percent = (value: number) => `${Math.round(value * 100)} %`;
+import { percent, type ValueElement } from "./form_elements.ts";
+import type { PictureActions, PictureState } from "./panel_state.ts";
 
 type Strength = Exclude<keyof Light, "azimuth" | "elevation">;
 
@@ -32,7 +29,7 @@ function directionText({ azimuth, elevation }: Light): string {
 function ball(
   light: Light,
   change: (light: Light) => void,
-  turn: PanelActions["turnLight"],
+  turn: PictureActions["turnLight"],
 ): TemplateResult {
   const { x, y } = lightOnDisc(light);
   const move = (event: PointerEvent) => {
@@ -82,7 +79,7 @@ function ball(
   </div>`;
 }
 
-export function lightSection(state: PanelState, actions: PanelActions): TemplateResult {
+export function lightSection(state: PictureState, actions: PictureActions): TemplateResult {
   const { look } = state;
   const { light } = look;
   const change = (to: Light) => actions.changeLook({ light: to });

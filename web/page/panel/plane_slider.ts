@@ -2,6 +2,7 @@ import { html, type TemplateResult } from "lit";
 import type { StoreInfo } from "../../stream/types.ts";
 import { extentAlong } from "../../viewer/clipping.ts";
 import type { ClipPlane } from "../../viewer/types.ts";
+import type { ValueElement } from "./form_elements.ts";
 
 /** Moves a plane along its normal through the volume. `formatter`: of the share of the way, 0 … 1. */
 export function planeSlider(
@@ -13,7 +14,7 @@ export function planeSlider(
 ): TemplateResult {
   const [low, high] = extentAlong(normal, info);
   const input = (event: Event) => {
-    const share = Number((event.currentTarget as HTMLElement & { value: string }).value);
+    const share = Number((event.currentTarget as ValueElement).value);
     move(low + share * (high - low));
   };
   return html`<wa-slider

@@ -7,10 +7,9 @@ import { extentAlong } from "../../viewer/clipping.ts";
 import { hasSlices } from "../../viewer/slices.ts";
 import type { Slices } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
-import type { PanelActions, PanelState } from "./panel.ts";
+import type { ValueElement } from "./form_elements.ts";
+import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
-
-type ValueElement = HTMLElement & { value: string };
 
 const axes = ["x", "y", "z"] as const;
 

@@ -3,7 +3,7 @@ import { axisNames, viewName } from "../../overlay/axis_names.ts";
 import { overlayParts } from "../../overlay/parts.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import { axisViews } from "../../viewer/camera_views.ts";
-import type { PanelActions, PanelState } from "./panel.ts";
+import type { PanelActions, PanelState } from "./panel_state.ts";
 
 /** Views along the axes, and what lies above the picture. */
 export function viewSection(

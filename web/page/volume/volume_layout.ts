@@ -4,18 +4,15 @@ import type { Offer, StoreInfo } from "../../stream/index.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import type { Legend } from "../../viewer/types.ts";
+import { appearanceSection } from "../panel/appearance_section.ts";
+import { clippingSection } from "../panel/clipping_section.ts";
+import { isovalueSection } from "../panel/isovalue_section.ts";
 import { legendPart } from "../panel/legend.ts";
 import { lightSection } from "../panel/light_section.ts";
-import {
-  appearanceSection,
-  clippingSection,
-  isovalueSection,
-  type PanelActions,
-  type PanelState,
-  surfacesSection,
-  volumeSection,
-} from "../panel/panel.ts";
+import type { PanelActions, PanelState } from "../panel/panel_state.ts";
+import { surfacesSection } from "../panel/surfaces_section.ts";
 import { viewSection } from "../panel/view_section.ts";
+import { volumeSection } from "../panel/volume_section.ts";
 import { brand, iconButton, problemCard, themeButton } from "../shell/chrome.ts";
 import { formatDims, formatType } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";

@@ -1,0 +1,77 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { pageTexts } from "../../texts/page.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import type { Look } from "../../viewer/types.ts";
+import { languageChoice } from "../shell/chrome.ts";
+import { select } from "./form_elements.ts";
+import type { PictureActions, PictureState } from "./panel_state.ts";
+
+/** The names that are the same in all languages. */
+const maps = { viridis: "Viridis", magma: "Magma", cividis: "Cividis", turbo: "Turbo" };
+const backgrounds = [
+  { colour: "#ffffff", name: "white" },
+  { colour: "#7d838c", name: "grey" },
+  { colour: "#000000", name: "black" },
+] as const;
+
+/** Splats, colouring and background of the picture; the language of the page. */
+export function appearanceSection(state: PictureState, actions: PictureActions): TemplateResult {
+  const { look } = state;
+  const isPreset = backgrounds.some((preset) => preset.colour === look.background);
+  const isCustom = !state.isThemeBackground && !isPreset;
+  return html`<wa-details class="section" appearance="plain" summary=${panelTexts.appearance}>
+    <div class="fields">
+      ${select(panelTexts.splats, look.kind, panelTexts.kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }))}
+      ${select(panelTexts.normals, look.shading, panelTexts.shadings, (shading) =>
+        actions.changeLook({ shading: shading as Look["shading"] }),
+      )}
+      ${select(panelTexts.colour, look.colourBy, panelTexts.quantities, (by) =>
+        actions.changeLook({ colourBy: by as Look["colourBy"] }),
+      )}
+      ${
+        look.colourBy === "isosurface"
+          ? nothing
+          : select(panelTexts.colourMap, look.colourMap, maps, (map) =>
+              actions.changeLook({ colourMap: map as Look["colourMap"] }),
+            )
+      }
+      <div class="field">
+        <span class="field-label" id="background-label">${panelTexts.background}</span>
+        <div class="swatches" role="group" aria-labelledby="background-label">
+          <button
+            type="button"
+            class="chip"
+            aria-pressed=${state.isThemeBackground}
+            @click=${actions.followTheme}
+          >
+            ${panelTexts.theme}
+          </button>
+          ${backgrounds.map(
+            (preset) => html`<button
+              type="button"
+              class="swatch"
+              style=${`background:${preset.colour}`}
+              title=${panelTexts[preset.name]}
+              aria-label=${panelTexts[preset.name]}
+              aria-pressed=${!state.isThemeBackground && preset.colour === look.background}
+              @click=${() => actions.changeLook({ background: preset.colour })}
+            ></button>`,
+          )}
+          <input
+            type="color"
+            class=${isCustom ? "swatch chosen" : "swatch"}
+            title=${panelTexts.otherColour}
+            aria-label=${panelTexts.backgroundColour}
+            .value=${look.background}
+            @input=${(event: Event) =>
+              actions.changeLook({ background: (event.target as HTMLInputElement).value })}
+          />
+        </div>
+      </div>
+      <label class="field">
+        <span class="field-label">${pageTexts.language}</span>
+        ${languageChoice()}
+      </label>
+    </div>
+  </wa-details>`;
+}

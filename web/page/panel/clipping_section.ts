@@ -1,0 +1,81 @@
+import { html, type TemplateResult } from "lit";
+import type { Triple } from "../../stream/types.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import { isWhole, wholeVolume } from "../../viewer/clipping.ts";
+import { percent } from "./form_elements.ts";
+import type { PanelActions, PanelState } from "./panel_state.ts";
+import { planeSlider } from "./plane_slider.ts";
+
+type RangeElement = HTMLElement & { minValue: number; maxValue: number };
+
+/** The clip box, the clip planes, and closed cuts. */
+export function clippingSection(state: PanelState, actions: PanelActions): TemplateResult {
+  const { clip, info } = state;
+  const change = (axis: number) => (event: Event) => {
+    const slider = event.currentTarget as RangeElement;
+    const low = [...clip.low] as Triple;
+    const high = [...clip.high] as Triple;
+    // An empty box would show nothing, which looks the same as an empty surface.
+    low[axis] = Math.min(slider.minValue, 0.99);
+    high[axis] = Math.max(slider.maxValue, (low[axis] ?? 0) + 0.01);
+    actions.changeClip({ ...clip, low, high });
+  };
+  // Elements in the section send the same events.
+  const shown = (isShown: boolean) => (event: Event) => {
+    if (event.target === event.currentTarget) actions.showClipHandles(isShown);
+  };
+  return html`<wa-details
+    class="section"
+    appearance="plain"
+    summary=${panelTexts.clipping}
+    @wa-show=${shown(true)}
+    @wa-hide=${shown(false)}
+  >
+    <div class="fields">
+      ${["x", "y", "z"].map(
+        (axis, i) => html`<wa-slider
+          range
+          size="s"
+          label=${axis}
+          min="0"
+          max="1"
+          step="0.01"
+          .minValue=${clip.low[i] ?? 0}
+          .maxValue=${clip.high[i] ?? 1}
+          .valueFormatter=${percent}
+          @input=${change(i)}
+        ></wa-slider>`,
+      )}
+      ${clip.planes.map((plane, i) =>
+        planeSlider(panelTexts.plane, plane, info, percent, (offset) => {
+          const planes = clip.planes.map((other, j) => (i === j ? { ...other, offset } : other));
+          actions.changeClip({ ...clip, planes });
+        }),
+      )}
+      <wa-button size="s" appearance="outlined" @click=${actions.cutAcrossView}
+        >${panelTexts.cut}</wa-button
+      >
+      <wa-button
+        size="s"
+        appearance="outlined"
+        ?disabled=${isWhole(clip)}
+        @click=${() => actions.changeClip({ ...wholeVolume, ...(clip.caps && { caps: true }) })}
+        >${panelTexts.wholeVolume}</wa-button
+      >
+      <div class="chips">
+        <button
+          type="button"
+          class="chip"
+          title=${panelTexts.closesCuts}
+          aria-pressed=${clip.caps ?? false}
+          @click=${() => {
+            const { caps, ...others } = clip;
+            actions.changeClip({ ...others, ...(!caps && { caps: true }) });
+          }}
+        >
+          ${panelTexts.closeCuts}
+        </button>
+      </div>
+    </div>
+  </wa-details>`;
+}

@@ -1,0 +1,24 @@
+import { html, type TemplateResult } from "lit";
+
+/** An element of Web Awesome that has a value. */
+export type ValueElement = HTMLElement & { value: string };
+
+/** A slider renders again if its formatter is a different function, so this is a constant. */
+export const percent = (share: number) => `${Math.round(share * 100)} %`;
+
+/** choices: the label of each value. */
+export function select(
+  label: string,
+  value: string,
+  choices: Readonly<Record<string, string>>,
+  changed: (value: string) => void,
+): TemplateResult {
+  return html`<wa-select
+    size="s"
+    label=${label}
+    .value=${value}
+    @change=${(event: Event) => changed((event.currentTarget as ValueElement).value)}
+  >
+    ${Object.entries(choices).map(([value, label]) => html`<wa-option value=${value}>${label}</wa-option>`)}
+  </wa-select>`;
+}
