@@ -2,7 +2,7 @@ import type { StoreInfo } from "../../stream/index.ts";
 import { pageTexts } from "../../texts/page.ts";
 import type { Viewer } from "../../viewer/index.ts";
 import type { CaptureDialog } from "../capture/capture_dialog.ts";
-import type { DisplaySettings } from "../panel/display_settings.ts";
+import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { plainValue } from "../shell/format.ts";
 import { keepThumbnailWhenIdle } from "../shell/thumbnails.ts";
 import type { Toast } from "../shell/toast.ts";
@@ -10,16 +10,16 @@ import type { Toast } from "../shell/toast.ts";
 /** The files that a volume page saves: pictures, films and surfaces; and the picture that lists show. */
 export class PageFiles {
   readonly #viewer: Viewer;
-  readonly #settings: DisplaySettings;
+  readonly #surfaces: SurfaceSettings;
   readonly #toast: Toast;
   readonly #title: () => string;
   #capture: Promise<CaptureDialog> | null = null;
   #keptThumbnail = "";
 
   /** title: of the volume, for the names of files. */
-  constructor(viewer: Viewer, settings: DisplaySettings, toast: Toast, title: () => string) {
+  constructor(viewer: Viewer, surfaces: SurfaceSettings, toast: Toast, title: () => string) {
     this.#viewer = viewer;
-    this.#settings = settings;
+    this.#surfaces = surfaces;
     this.#toast = toast;
     this.#title = title;
   }
@@ -44,13 +44,13 @@ export class PageFiles {
   }
 
   async saveSurface(): Promise<void> {
-    const { surfaces, active, clip } = this.#settings.state;
+    const { surfaces, active } = this.#surfaces.state;
     const { isovalue } = surfaces[active] ?? {};
     const access = this.#viewer.storeAccess;
     if (isovalue === undefined || !access) return;
     try {
       const { openSurfaceDialog } = await import("../capture/surface_dialog.ts");
-      openSurfaceDialog(access, isovalue, clip, (ending, file) =>
+      openSurfaceDialog(access, isovalue, this.#viewer.clip, (ending, file) =>
         this.save(`${isovalue}.${ending}`, file),
       );
     } catch {
@@ -64,7 +64,7 @@ export class PageFiles {
         ({ CaptureDialog }) =>
           new CaptureDialog({
             viewer: this.#viewer,
-            activeSurface: () => this.#settings.state.active,
+            activeSurface: () => this.#surfaces.state.active,
             save: (ending, content) => this.save(`${this.#isovalues}-${ending}`, content),
           }),
       );
@@ -83,6 +83,6 @@ export class PageFiles {
   }
 
   get #isovalues(): string {
-    return this.#settings.surfaces.map((surface) => plainValue(surface.isovalue)).join("-");
+    return this.#surfaces.surfaces.map((surface) => plainValue(surface.isovalue)).join("-");
   }
 }

@@ -6,6 +6,7 @@ import type { Viewer } from "../../viewer/index.ts";
 import type { Target } from "../address/target.ts";
 import type { DisplaySettings } from "../panel/display_settings.ts";
 import { Histogram } from "../panel/histogram.ts";
+import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { formatValue } from "../shell/format.ts";
 import type { Toast } from "../shell/toast.ts";
 import type { LoadedParts } from "./loaded_parts.ts";
@@ -16,6 +17,7 @@ import { type LayoutActions, type LayoutState, volumeLayout } from "./volume_lay
 /** What the layout shows. */
 export interface LaidOutPage {
   readonly viewer: Viewer;
+  readonly surfaces: SurfaceSettings;
   readonly settings: DisplaySettings;
   readonly faults: VolumeFaults;
   readonly parts: LoadedParts;
@@ -47,9 +49,9 @@ export class PageLayout {
     this.#root = root;
     this.#page = page;
     this.#histogram = new Histogram({
-      pick: (value) => page.settings.actions.slide(value),
-      activate: (index) => page.settings.actions.activate(index),
-      step: (by) => page.settings.step(by, "step"),
+      pick: (value) => page.surfaces.actions.slide(value),
+      activate: (index) => page.surfaces.actions.activate(index),
+      step: (by) => page.surfaces.step(by, "step"),
     });
   }
 
@@ -77,7 +79,7 @@ export class PageLayout {
 
   /** The view rests. The isovalue's bytes are found now: it takes time in large volumes. */
   rests(): void {
-    const { surfaces, active } = this.#page.settings.state;
+    const { surfaces, active } = this.#page.surfaces.state;
     const isovalue = surfaces[active]?.isovalue;
     if (isovalue === undefined || this.#cost?.isovalue === isovalue) return;
     const bytes = this.#page.viewer.bytesOf(isovalue);
@@ -114,15 +116,15 @@ export class PageLayout {
     cancelAnimationFrame(this.#handle);
     this.#handle = 0;
     const { viewer, parts, info, title } = this.#page;
-    const settings = this.#page.settings.state;
-    const isovalues = listed(settings.surfaces.map(({ isovalue }) => formatValue(isovalue)));
+    const { surfaces } = this.#page;
+    const isovalues = listed(surfaces.surfaces.map(({ isovalue }) => formatValue(isovalue)));
     viewer.canvas.setAttribute("aria-label", pageTexts.picture(title, isovalues));
-    parts.overlay?.show(settings.show);
+    parts.overlay?.show(this.#page.settings.state.show);
     parts.clipHandles?.request();
     render(volumeLayout(this.#state(), this.#page.actions), this.#root);
     if (info) {
-      const { scale, isLogarithmic } = settings;
-      const { suggestions, marks } = this.#page.settings;
+      const { scale, isLogarithmic } = surfaces.state;
+      const { suggestions, marks } = surfaces;
       const { histogram, active_cells: activeCells } = info.metadata;
       this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
     }
@@ -130,6 +132,7 @@ export class PageLayout {
 
   #state(): LayoutState {
     const { viewer, faults, parts, status, toast, target, info, hasPicture } = this.#page;
+    const surfaces = this.#page.surfaces.state;
     const settings = this.#page.settings.state;
     const fault = faults.current(target.name);
     const isClipBoxShown = parts.isClipBoxShown && !this.#isPanelHidden;
@@ -143,7 +146,8 @@ export class PageLayout {
         canUndo: this.#page.history.canUndo,
         canRedo: this.#page.history.canRedo,
         histogram: this.#histogram.element,
-        bytes: this.#bytesOf(settings.surfaces[settings.active]?.isovalue),
+        bytes: this.#bytesOf(surfaces.surfaces[surfaces.active]?.isovalue),
+        ...surfaces,
         ...settings,
       },
       background: settings.look.background,

@@ -6,6 +6,7 @@ import type { Target } from "../address/target.ts";
 import { readUrl, writeUrl } from "../address/url_state.ts";
 import { ViewHistory } from "../address/view_history.ts";
 import { DisplaySettings } from "../panel/display_settings.ts";
+import { SurfaceSettings } from "../panel/surface_settings.ts";
 import { onTheme, toggleTheme } from "../shell/theme.ts";
 import { Toast } from "../shell/toast.ts";
 import { LoadedParts } from "./loaded_parts.ts";
@@ -38,18 +39,13 @@ export class VolumePage {
     () => this.#layout.request(),
   );
   readonly #camera = new PageCamera(this.#viewer, this.#url, () => this.#address.changed());
-  readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => {
-    this.#address.changed();
-    this.#layout.request();
-  });
-  readonly #files = new PageFiles(this.#viewer, this.#settings, this.#toast, () => this.#title());
+  readonly #surfaces = new SurfaceSettings(this.#viewer, this.#url, () => this.#changed());
+  readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => this.#changed());
+  readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.#toast, () => this.#title());
   readonly #parts = new LoadedParts(this.#viewer, this.#url, this.#search, {
     lookAlong: (view) => this.#camera.lookAlong(view),
     changeClip: (clip) => this.#settings.actions.changeClip(clip),
-    changed: () => {
-      this.#address.changed();
-      this.#layout.request();
-    },
+    changed: () => this.#changed(),
     render: () => this.#layout.request(),
     renderNow: () => this.#layout.renderNow(),
     note: (text) => this.#toast.note(text),
@@ -106,7 +102,7 @@ export class VolumePage {
     });
     viewer.on("opened", (info) => this.#onOpened(info));
     viewer.on("replaced", (info) => {
-      this.#settings.opened(info);
+      this.#surfaces.opened(info);
       this.#toast.note(pageTexts.replaced);
     });
     viewer.on("busy", (isBusy) => {
@@ -160,13 +156,13 @@ export class VolumePage {
     this.#faults.opening({ again, keepsView });
     this.#resetProgress();
     if (!keepsView) {
-      this.#settings.closed();
+      this.#surfaces.closed();
       this.#hasPicture = false;
     }
     document.title = `${this.#target.name} · Isosplat`;
     this.#layout.request();
     try {
-      const surfaces = this.#settings.hasSuggested ? [] : this.#settings.surfaces;
+      const surfaces = this.#surfaces.hasSuggested ? [] : this.#surfaces.surfaces;
       const before = this.#camera.moved;
       const camera = this.#camera.toOpen(keepsView);
       const { projection } = this.#url;
@@ -178,7 +174,7 @@ export class VolumePage {
         ...(camera ? { camera } : {}),
         ...(projection && { projection }),
       });
-      const notes = this.#settings.opened(info);
+      const notes = this.#surfaces.opened(info);
       const isElsewhere = this.#camera.opened(camera, before, keepsView);
       if (keepsView) return;
       notes.unshift(...(this.#url.notes ?? []));
@@ -190,6 +186,12 @@ export class VolumePage {
     }
   }
 
+  /** The address and the layout follow every setting. */
+  #changed(): void {
+    this.#address.changed();
+    this.#layout.request();
+  }
+
   /** What the address states; null while no volume is open. */
   #addressState(): AddressState | null {
     if (!this.#info) return null;
@@ -197,6 +199,7 @@ export class VolumePage {
       volume: this.#url.volume,
       src: this.#url.src,
       ...this.#settings.state,
+      surfaces: this.#surfaces.surfaces,
       camera: this.#camera.resting,
       isDefaultCamera: this.#camera.isDefault,
       measures: this.#parts.measures,
@@ -252,7 +255,7 @@ export class VolumePage {
   /** The volume cannot be opened. `isRetryScheduled`: another try is already scheduled. */
   #showError(error: unknown, isRetryScheduled = false): void {
     this.#resolveFirstContent();
-    this.#settings.closed();
+    this.#surfaces.closed();
     this.#resetProgress();
     const isListed = Boolean(this.#url.volume);
     this.#faults.notOpened(error, this.#target.name, isRetryScheduled, isListed);
@@ -267,6 +270,7 @@ export class VolumePage {
   // ---- Actions of the controls ----
 
   readonly #actions: LayoutActions = {
+    ...this.#surfaces.actions,
     ...this.#settings.actions,
     retry: () => this.#retry(),
     reset: () => this.#camera.reset(),
@@ -286,16 +290,16 @@ export class VolumePage {
     toggleSheet: () => this.#layout.toggleSheet(),
     help: showHelp,
     removeSurface: (index) => {
-      this.#settings.actions.removeSurface(index);
+      this.#surfaces.actions.removeSurface(index);
       this.#layout.focusSurface(index);
     },
   };
 
   readonly #keys: Readonly<Record<string, () => void>> = {
-    "[": () => this.#settings.step(-1, "hundredth"),
-    "]": () => this.#settings.step(1, "hundredth"),
-    "{": () => this.#settings.step(-1, "step"),
-    "}": () => this.#settings.step(1, "step"),
+    "[": () => this.#surfaces.step(-1, "hundredth"),
+    "]": () => this.#surfaces.step(1, "hundredth"),
+    "{": () => this.#surfaces.step(-1, "step"),
+    "}": () => this.#surfaces.step(1, "step"),
     "?": showHelp,
     c: () => void this.#copyLink(),
     s: () => void this.#files.saveScreenshot(),
@@ -320,6 +324,7 @@ export class VolumePage {
     const view = this.#history[step]();
     if (!view) return;
     this.#settings.restore(view);
+    this.#surfaces.restore(view.surfaces);
     if (view.camera) this.#camera.to(view.camera);
   }
 
@@ -366,6 +371,7 @@ export class VolumePage {
     const page = this;
     return new PageLayout(root, {
       viewer: this.#viewer,
+      surfaces: this.#surfaces,
       settings: this.#settings,
       faults: this.#faults,
       parts: this.#parts,

@@ -1,6 +1,6 @@
 // The isovalue that moves by itself, and what ends it; the first isovalue of another store.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { DisplaySettings } from "../../web/page/panel/display_settings.ts";
+import { SurfaceSettings } from "../../web/page/panel/surface_settings.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 import type { Viewer } from "../../web/viewer/index.ts";
 
@@ -15,12 +15,12 @@ const viewer = {
   on() {},
 } as unknown as Viewer;
 const info = { range: [0, 100], mapping: { scale: 1 }, metadata: {} } as unknown as StoreInfo;
-let settings: DisplaySettings;
+let settings: SurfaceSettings;
 
 beforeEach(() => {
   vi.stubGlobal("requestAnimationFrame", () => 1);
   vi.stubGlobal("cancelAnimationFrame", () => {});
-  settings = new DisplaySettings(viewer, { isovalues: [50], background: "#ffffff" }, () => {});
+  settings = new SurfaceSettings(viewer, { isovalues: [50], background: "#ffffff" }, () => {});
   settings.opened(info);
   settings.actions.toggleSweep();
   expect(settings.state.isSweeping).toBe(true);
@@ -52,7 +52,7 @@ const suggesting = (isovalue: number) =>
   ({ ...info, metadata: { suggested_isovalues: [isovalue] } }) as unknown as StoreInfo;
 
 it("shows the suggestion of another store in place of that of the first one", () => {
-  settings = new DisplaySettings(viewer, { background: "#ffffff" }, () => {});
+  settings = new SurfaceSettings(viewer, { background: "#ffffff" }, () => {});
   settings.opened(suggesting(20));
   settings.actions.changeSurface(0, { colour: "#c65b4e" });
   expect(settings.hasSuggested).toBe(true);
@@ -61,7 +61,7 @@ it("shows the suggestion of another store in place of that of the first one", ()
 });
 
 it("keeps an isovalue that was chosen", () => {
-  settings = new DisplaySettings(viewer, { background: "#ffffff" }, () => {});
+  settings = new SurfaceSettings(viewer, { background: "#ffffff" }, () => {});
   settings.opened(suggesting(20));
   settings.actions.slide(25);
   settings.opened(suggesting(30));

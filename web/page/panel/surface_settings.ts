@@ -1,0 +1,217 @@
+import type { StoreInfo } from "../../stream/types.ts";
+import { listed } from "../../texts/numbers.ts";
+import { pageTexts } from "../../texts/page.ts";
+import { surfacesAt } from "../../viewer/surfaces.ts";
+import type { Surface } from "../../viewer/types.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
+import type { UrlState } from "../address/url_state.ts";
+import { formatValue } from "../shell/format.ts";
+import type { HistogramMark } from "./histogram.ts";
+import {
+  firstIsovalue,
+  type IsovalueScale,
+  isovalueScale,
+  roundToScale,
+} from "./isovalue_scale.ts";
+import { IsovalueSweep } from "./isovalue_sweep.ts";
+import type { VolumeActions, VolumeState } from "./panel_state.ts";
+import { withAddedSurface } from "./surfaces.ts";
+
+/**
+ * The surfaces of the volume that the page shows, and what changes their isovalues. Starts with those of
+ * the address; passes every change to the viewer, then notifies the page. The surfaces that the visitor
+ * has chosen are here: the viewer shows others while a film is made, and none before a volume is open.
+ */
+export class SurfaceSettings {
+  readonly #viewer: Viewer;
+  readonly #url: UrlState;
+  readonly #changed: () => void;
+  #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
+  #suggestions: readonly number[] = [];
+  #surfaces: readonly Surface[];
+  /** The isovalue that a volume's first suggestion has set. */
+  #suggested: number | undefined;
+  /** The surface that the slider and the keys change. */
+  #active = 0;
+  #isLogarithmic = true;
+  #sweepSeconds = 10;
+  #typed: string | undefined;
+  readonly #sweep = new IsovalueSweep((value) =>
+    this.#setIsovalue(roundToScale(value, this.#scale)),
+  );
+
+  constructor(viewer: Viewer, url: UrlState, changed: () => void) {
+    this.#viewer = viewer;
+    this.#url = url;
+    this.#changed = changed;
+    this.#surfaces = surfacesAt(url.isovalues ?? [], url.colours, url.opacities);
+  }
+
+  /** Empty until the address or a volume provides an isovalue. */
+  get surfaces(): readonly Surface[] {
+    return this.#surfaces;
+  }
+
+  /** There is one isovalue, which a store has suggested: the visitor has not chosen it. */
+  get hasSuggested(): boolean {
+    return this.#surfaces.length === 1 && this.#surfaces[0]?.isovalue === this.#suggested;
+  }
+
+  /**
+   * Called when a volume is open. Sets its range; if no isovalue lies inside it, uses the first
+   * suggested isovalue, as it does in place of one that was suggested before. Returns a sentence for each setting that differs from the address.
+   */
+  opened(info: StoreInfo): string[] {
+    this.#sweep.stop();
+    this.#scale = isovalueScale(info.range, info.mapping.scale);
+    this.#suggestions = info.metadata.suggested_isovalues ?? [];
+    const notes: string[] = [];
+    const { low, high } = this.#scale;
+    const isInside = ({ isovalue }: Surface) => isovalue >= low && isovalue <= high;
+    const before = this.hasSuggested ? [] : this.#surfaces;
+    const outside = before.filter((surface) => !isInside(surface));
+    if (outside.length > 0) {
+      const values = listed(outside.map(({ isovalue }) => formatValue(isovalue)));
+      notes.push(pageTexts.isovaluesOutside(values, formatValue(low), formatValue(high)));
+    }
+    let surfaces: readonly Surface[] = before.filter(isInside);
+    if (surfaces.length === 0) {
+      const { colours, opacities } = this.#url;
+      const isovalue = firstIsovalue(info);
+      this.#suggested = isovalue;
+      // A colour may have been chosen.
+      surfaces = surfacesAt([isovalue], colours, opacities).map((surface) => ({
+        ...surface,
+        ...this.#surfaces[0],
+        isovalue,
+      }));
+    }
+    if (outside.length > 0 || before.length === 0) {
+      this.#surfaces = surfaces;
+      this.#active = Math.min(this.#active, surfaces.length - 1);
+      this.#viewer.setSurfaces(surfaces);
+    }
+    this.#changed();
+    return notes;
+  }
+
+  /** Called when the volume is no longer open. */
+  closed(): void {
+    this.#sweep.stop();
+  }
+
+  /** Moves the active surface by `by` hundredths of the range, or by `by` single steps. */
+  step(by: number, unit: "hundredth" | "step"): void {
+    const { low, high, step } = this.#scale;
+    const isovalue = this.#surfaces[this.#active]?.isovalue;
+    if (isovalue === undefined) return;
+    const width = unit === "step" ? step : Math.max(step, (high - low) / 100);
+    this.actions.slide(isovalue + by * width);
+  }
+
+  get state(): Omit<VolumeState, "info" | "histogram" | "bytes"> {
+    return {
+      scale: this.#scale,
+      surfaces: this.#surfaces,
+      active: this.#active,
+      isLogarithmic: this.#isLogarithmic,
+      typed: this.#typed,
+      isSweeping: this.#sweep.isRunning,
+      sweepSeconds: this.#sweepSeconds,
+    };
+  }
+
+  /** Shows the surfaces that were shown before: undo and redo. */
+  restore(surfaces: readonly Surface[]): void {
+    this.#sweep.stop();
+    this.#active = Math.max(0, Math.min(this.#active, surfaces.length - 1));
+    this.#setSurfaces(surfaces);
+  }
+
+  get suggestions(): readonly number[] {
+    return this.#suggestions;
+  }
+
+  /** The surfaces as marks on the histogram. */
+  get marks(): HistogramMark[] {
+    return this.#surfaces.map((surface, i) => ({
+      value: surface.isovalue,
+      colour: surface.colour,
+      isActive: i === this.#active,
+    }));
+  }
+
+  readonly actions: Omit<VolumeActions, "saveSurface"> = {
+    slide: (value) => {
+      this.#sweep.stop();
+      this.#setIsovalue(roundToScale(value, this.#scale));
+    },
+    enter: (value) => {
+      this.#sweep.stop();
+      this.#setIsovalue(value);
+    },
+    toggleLogarithmic: () => {
+      this.#isLogarithmic = !this.#isLogarithmic;
+      this.#changed();
+    },
+    toggleSweep: () => this.#toggleSweep(),
+    type: (text) => {
+      if (text === this.#typed) return;
+      this.#sweep.stop();
+      this.#typed = text;
+      this.#changed();
+    },
+    setSweepSeconds: (seconds) => {
+      this.#sweepSeconds = seconds;
+      if (this.#sweep.isRunning) this.#startSweep();
+      this.#changed();
+    },
+    activate: (index) => {
+      this.#sweep.stop();
+      this.#active = index;
+      this.#changed();
+    },
+    changeSurface: (index, change) => this.#changeSurface(index, change),
+    addSurface: () => {
+      this.#sweep.stop();
+      this.#active = this.#surfaces.length;
+      this.#setSurfaces(withAddedSurface(this.#surfaces, this.#suggestions, this.#scale));
+    },
+    removeSurface: (index) => {
+      this.#sweep.stop();
+      const left = this.#surfaces.filter((_, i) => i !== index);
+      const wasBefore = index < this.#active ? 1 : 0;
+      this.#active = Math.min(this.#active - wasBefore, left.length - 1);
+      this.#setSurfaces(left);
+    },
+  };
+
+  #toggleSweep(): void {
+    if (this.#sweep.isRunning) this.#sweep.stop();
+    else this.#startSweep();
+    this.#changed();
+  }
+
+  #startSweep(): void {
+    const { low, high } = this.#scale;
+    const isovalue = this.#surfaces[this.#active]?.isovalue;
+    if (isovalue !== undefined) this.#sweep.start(isovalue, low, high, this.#sweepSeconds);
+  }
+
+  #setSurfaces(surfaces: readonly Surface[]): void {
+    this.#surfaces = surfaces;
+    this.#viewer.setSurfaces(surfaces);
+    this.#changed();
+  }
+
+  #changeSurface(index: number, change: Partial<Surface>): void {
+    this.#setSurfaces(this.#surfaces.map((s, i) => (i === index ? { ...s, ...change } : s)));
+  }
+
+  #setIsovalue(isovalue: number): void {
+    const { low, high } = this.#scale;
+    const inside = Math.max(low, Math.min(high, isovalue));
+    if (this.#surfaces[this.#active]?.isovalue === inside) this.#changed();
+    else this.#changeSurface(this.#active, { isovalue: inside });
+  }
+}
