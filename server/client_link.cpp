@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/write.hpp>
-#include <tuple>
 #include <utility>
 
 #include "server/http/streams.h"
@@ -50,28 +49,29 @@ void ClientLink::watch(Clock::time_point now) {
 /// The handshake of TLS, within request_time.
 Awaitable<bool> ClientLink::shake_hands() {
   expires_after(limits_.request_time);
+  error_code error;
   if (buffer_.size() == 0) {
     // A client that sends nothing costs no state of TLS.
-    const auto [none] = co_await socket_.async_wait(Socket::wait_read, kAwait);
-    if (none) co_return false;
+    co_await socket_.async_wait(Socket::wait_read, await(error));
+    if (error) co_return false;
   }
   tls_.emplace(socket_, *tls_context_);
   // What was read behind a header of the PROXY protocol is the begin of the handshake.
-  const auto [error, used] =
-      co_await tls_->async_handshake(asio::ssl::stream_base::server, buffer_.data(), kAwait);
+  const size_t used =
+      co_await tls_->async_handshake(asio::ssl::stream_base::server, buffer_.data(), await(error));
   buffer_.consume(used);
   co_return !error;
 }
 
 Awaitable<error_code> ClientLink::read_some() {
   const auto space = buffer_.prepare(buffer_.size() == 0 ? kFirstBytes : kReadBytes);
-  std::tuple<error_code, size_t> result;
+  error_code error;
+  size_t bytes = 0;
   if (tls_) {
-    result = co_await tls_->async_read_some(space, kAwait);
+    bytes = co_await tls_->async_read_some(space, await(error));
   } else {
-    result = co_await socket_.async_read_some(space, kAwait);
+    bytes = co_await socket_.async_read_some(space, await(error));
   }
-  const auto [error, bytes] = result;
   if (!error) buffer_.commit(bytes);
   co_return error;
 }
@@ -101,15 +101,15 @@ Awaitable<bool> ClientLink::write(Bytes first, Bytes second) {
     if (place_.state() == State::serving) set_state(State::sending);
     expires_after(limits_.write_time);
     is_writing_ = true;
-    std::tuple<error_code, size_t> result;
+    error_code error;
     if (tls_) {
-      result = co_await asio::async_write(*tls_, buffers, kAwait);
+      co_await asio::async_write(*tls_, buffers, await(error));
     } else {
-      result = co_await asio::async_write(socket_, buffers, kAwait);
+      co_await asio::async_write(socket_, buffers, await(error));
     }
     is_writing_ = false;
     deadline_ = kNever;
-    if (std::get<error_code>(result)) co_return false;
+    if (error) co_return false;
     first = {};
     second = second.subspan(slice.size());
     body_bytes_ += slice.size();
@@ -124,17 +124,17 @@ Awaitable<void> ClientLink::linger() {
   constexpr size_t kMaxBytes = 256 * 1024;
   set_state(State::sending);
   expires_after(std::min<Clock::duration>(kMaxTime, limits_.write_time));
+  error_code error;
   if (tls_) {
     // Sends close_notify, and waits for the client's.
-    co_await tls_->async_shutdown(kAwait);
+    co_await tls_->async_shutdown(await(error));
     co_return;
   }
-  error_code failed;
-  socket_.shutdown(tcp::socket::shutdown_send, failed);
-  if (failed) co_return;
+  socket_.shutdown(tcp::socket::shutdown_send, error);
+  if (error) co_return;
   std::array<std::byte, 4096> unread;
   for (size_t total = 0; total < kMaxBytes;) {
-    const auto [error, bytes] = co_await socket_.async_read_some(asio::buffer(unread), kAwait);
+    const size_t bytes = co_await socket_.async_read_some(asio::buffer(unread), await(error));
     if (error) co_return;
     total += bytes;
   }
@@ -151,9 +151,10 @@ Awaitable<void> ClientLink::drain() {
   expires_after(limits_.write_time);
   late_bytes_ = acknowledged_bytes(socket_.native_handle());
   Timer pause(socket_.get_executor());
+  error_code ignored;
   do {
     pause.expires_after(std::chrono::milliseconds(50));
-    co_await pause.async_wait(kAwait);
+    co_await pause.async_wait(await(ignored));
   } while (!has_taken_all());
 }
 

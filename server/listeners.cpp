@@ -87,7 +87,8 @@ Awaitable<void> Listeners::accept_on(Acceptor& acceptor, bool has_tls) {
     Worker& worker = *workers_[next_worker_++ % workers_.size()];
     Socket socket(worker.context().get_executor());
     tcp::endpoint peer;
-    const auto [error] = co_await acceptor.async_accept(socket, peer, kAwait);
+    error_code error;
+    co_await acceptor.async_accept(socket, peer, await(error));
     if (shared_.stopping || error == asio::error::operation_aborted) co_return;
     bool is_served = false;
     try {
@@ -103,7 +104,7 @@ Awaitable<void> Listeners::accept_on(Acceptor& acceptor, bool has_tls) {
     error_code ignored;
     socket.close(ignored);
     pause.expires_after(std::chrono::milliseconds(10));
-    co_await pause.async_wait(kAwait);
+    co_await pause.async_wait(await(ignored));
   }
 }
 

@@ -95,7 +95,8 @@ void Signals::hand_over() {
 Awaitable<void> Signals::await_successor(Successor successor) {
   asio::posix::basic_stream_descriptor<Executor> ready(control_.get_executor(), successor.ready);
   char byte = 0;
-  const auto [error, bytes] = co_await ready.async_read_some(asio::buffer(&byte, 1), kAwait);
+  error_code error;
+  co_await ready.async_read_some(asio::buffer(&byte, 1), await(error));
   has_successor_ = false;
   if (error || stopping_) {
     if (error) {

@@ -1,10 +1,13 @@
 #pragma once
 
-#include <boost/asio/as_tuple.hpp>
+// Boost 1.74 uses std::exchange in awaitable.hpp without its header.
+#include <utility>
+
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/basic_waitable_timer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 
@@ -22,7 +25,11 @@ using Timer = boost::asio::basic_waitable_timer<
 template <class T>
 using Awaitable = boost::asio::awaitable<T, Executor>;
 
-/// co_await then returns a tuple that begins with the error code, and does not throw.
-constexpr auto kAwait = boost::asio::as_tuple(boost::asio::use_awaitable_t<Executor>{});
+constexpr boost::asio::use_awaitable_t<Executor> kAwait;
+
+/// co_await then sets the error code, and does not throw. (Boost 1.74 has no as_tuple.)
+inline auto await(boost::system::error_code& error) {
+  return boost::asio::redirect_error(kAwait, error);
+}
 
 }  // namespace isosplat::server

@@ -63,32 +63,32 @@ Awaitable<error_code> exchange(Stream& stream, const Address& address, size_t ma
   http::request<http::empty_body> request(http::verb::get, address.path, 11);
   request.set(http::field::host, address.authority);
   request.set(http::field::connection, "close");
-  const auto [write_error, sent] = co_await http::async_write(stream, request, kAwait);
-  if (write_error) co_return write_error;
+  error_code error;
+  co_await http::async_write(stream, request, await(error));
+  if (error) co_return error;
   boost::beast::flat_buffer buffer;
   http::response_parser<http::string_body> parser;
   parser.body_limit(max_bytes);
-  const auto [read_error, got] = co_await http::async_read(stream, buffer, parser, kAwait);
+  co_await http::async_read(stream, buffer, parser, await(error));
   answer.status = static_cast<int>(parser.get().result_int());
   answer.body = std::move(parser.get().body());
-  co_return read_error;
+  co_return error;
 }
 
 Awaitable<error_code> get(const Address& address, const HttpGetOptions& options,
                           asio::io_context& context, HttpAnswer& answer) {
   Resolver resolver(context.get_executor());
-  const auto [resolve_error, found] =
-      co_await resolver.async_resolve(address.host, address.port, kAwait);
-  if (resolve_error) co_return resolve_error;
+  error_code error;
+  const auto found = co_await resolver.async_resolve(address.host, address.port, await(error));
+  if (error) co_return error;
   Socket socket(context.get_executor());
-  const auto [connect_error, endpoint] = co_await asio::async_connect(socket, found, kAwait);
-  if (connect_error) co_return connect_error;
+  co_await asio::async_connect(socket, found, await(error));
+  if (error) co_return error;
   if (!address.has_tls) co_return co_await exchange(socket, address, options.max_bytes, answer);
   asio::ssl::context tls(asio::ssl::context::tls_client);
   asio::ssl::stream<Socket&> stream(socket, tls);
   SSL_set_tlsext_host_name(stream.native_handle(), address.host.c_str());
   if (options.verifies_certificate) {
-    error_code error;
     tls.set_default_verify_paths(error);
     if (!error) stream.set_verify_mode(asio::ssl::verify_peer, error);
     if (!error) {
@@ -96,9 +96,8 @@ Awaitable<error_code> get(const Address& address, const HttpGetOptions& options,
     }
     if (error) co_return error;
   }
-  const auto [handshake_error] =
-      co_await stream.async_handshake(asio::ssl::stream_base::client, kAwait);
-  if (handshake_error) co_return handshake_error;
+  co_await stream.async_handshake(asio::ssl::stream_base::client, await(error));
+  if (error) co_return error;
   co_return co_await exchange(stream, address, options.max_bytes, answer);
 }
 
