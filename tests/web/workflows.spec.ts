@@ -96,7 +96,7 @@ describe("workflows", () => {
       expect(commands).toContain(command);
     }
     const slow = jobs.find(([name]) => name.endsWith("weekly.yml: slow"))?.[1];
-    expect(slow?.strategy?.matrix.part).toEqual(["sanitizers", "threads"]);
+    expect(slow?.strategy?.matrix.part).toEqual(["sanitizers", "threads", "definitions"]);
   });
 
   it("pin the actions of others to commits", () => {
