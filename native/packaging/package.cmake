@@ -50,6 +50,8 @@ install(FILES native/packaging/nginx.conf native/packaging/nginx-cluster.conf na
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME isosplat)
 set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
+# Debian sorts what follows ~ before the version without it.
+string(REPLACE - ~ CPACK_DEBIAN_PACKAGE_VERSION ${ISOSPLAT_VERSION})
 set(CPACK_PACKAGE_VENDOR Isosplat)
 # .ci/make-packages names who makes them.
 set(CPACK_PACKAGE_CONTACT "Isosplat <isosplat@localhost>")

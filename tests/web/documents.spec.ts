@@ -79,10 +79,10 @@ describe("the list of dependencies", () => {
 
 describe("the version of package.json", () => {
   const { version } = JSON.parse(read("package.json")) as { version: string };
-  const packages = /\b(?:lib)?isosplat(?:-dev)?[-_](\d+\.\d+\.\d+)/g;
+  const packages = /\b(?:lib)?isosplat(?:-dev)?[-_](\d+\.\d+\.\d+(?:[-~]rc\.\d+)?)/g;
 
   it("is in the names of packages that the README has", () => {
-    const versions = [...read("README.md").matchAll(packages)].map((match) => match[1]);
+    const versions = [...read("README.md").matchAll(packages)].map((match) => match[1]?.replace("~", "-"));
     expect(versions.length).toBeGreaterThanOrEqual(5);
     expect([...new Set(versions)]).toEqual([version]);
   });
