@@ -89,7 +89,8 @@ struct RequestParser::State {
 
 RequestParser::RequestParser() : state_(std::make_unique<State>()) {
   state_->parser.header_limit(std::numeric_limits<uint32_t>::max());
-  state_->parser.body_limit(boost::none);
+  // Any: bodies are refused below. (Boost 1.74 refuses Content-Length: 0 where there is no limit.)
+  state_->parser.body_limit(std::numeric_limits<uint64_t>::max());
 }
 
 RequestParser::~RequestParser() = default;
