@@ -96,10 +96,6 @@ uint64_t StoreWriter::bytes_written() const {
   return state_->offset;
 }
 
-uint64_t StoreWriter::level_bytes(uint32_t level) const {
-  return state_->header.levels[level].chunks_bytes;
-}
-
 Result<void> StoreWriter::add_block(CellInterval interval, std::span<const BandChunk> bands,
                                     std::span<const std::byte> bytes) {
   State& state = *state_;

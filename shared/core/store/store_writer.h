@@ -60,9 +60,6 @@ class StoreWriter {
   /// Bytes written to the sink so far, including the header.
   uint64_t bytes_written() const;
 
-  /// Bytes of the chunks of a level that were written so far.
-  uint64_t level_bytes(uint32_t level) const;
-
  private:
   struct State;
   explicit StoreWriter(std::unique_ptr<State> state);
