@@ -3,17 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/vtk/scanner.h"
 
 namespace isosplat::import {
 namespace {
-
-constexpr size_t kMaxLine = 4096;
 
 struct TypeName {
   std::optional<VoxelType> type;
@@ -44,100 +42,10 @@ std::optional<TypeName> type_named(const std::string& name) {
   return found->second;
 }
 
-/// Reads the lines of a file, and skips values.
-class Scanner {
- public:
-  Scanner(std::filesystem::path path, std::unique_ptr<ByteReader> file)
-      : path_(std::move(path)), file_(std::move(file)) {}
-
-  uint64_t position() const { return position_; }
-
-  /// The next line, without its end. Nothing at the end of the file. Errors: malformed_volume for a
-  /// line that is too long, which is probably binary values.
-  Result<std::optional<std::string>> line() {
-    std::string text;
-    for (;;) {
-      const auto c = take();
-      if (!c) return tl::unexpected(c.error());
-      if (*c < 0 && text.empty()) return std::optional<std::string>();
-      if (*c < 0 || *c == '\n') break;
-      text.push_back(static_cast<char>(*c));
-      if (text.size() > kMaxLine) return malformed("expected a line of text, found other bytes");
-    }
-    if (text.ends_with('\r')) text.pop_back();
-    return std::optional<std::string>(std::move(text));
-  }
-
-  /// The words of the next line that is not empty. Empty at the end of the file.
-  Result<std::vector<std::string>> next_words() {
-    for (;;) {
-      auto text = line();
-      if (!text) return tl::unexpected(text.error());
-      if (!*text) return std::vector<std::string>();
-      const auto found = words(**text);
-      if (!found.empty()) return std::vector<std::string>(found.begin(), found.end());
-    }
-  }
-
-  /// Skips binary values. False if the file ends first.
-  bool skip_bytes(uint64_t bytes) {
-    next_ = end_ = 0;
-    const uint64_t size = file_->size_limit();
-    const bool fits = position_ <= size && bytes <= size - position_;
-    position_ = fits ? position_ + bytes : size;
-    return fits;
-  }
-
-  /// Skips numbers in text form. False if the file ends before or directly after the last number.
-  Result<bool> skip_numbers(uint64_t count) {
-    bool in_word = false;
-    for (uint64_t done = 0; done < count || in_word;) {
-      const auto c = take();
-      if (!c) return tl::unexpected(c.error());
-      const bool separates = *c < 0 || *c == ' ' || (*c >= '\t' && *c <= '\r');
-      if (*c < 0) return done == count && !in_word;
-      if (in_word && separates && done == count) break;
-      if (!separates && !in_word) ++done;
-      in_word = !separates;
-    }
-    return true;
-  }
-
-  tl::unexpected<Error> malformed(const std::string& what) const {
-    return fail(Status::malformed_volume,
-                fmt::format("{}: {} before byte {}: the VTK file is damaged; export the volume "
-                            "again",
-                            path_.string(), what, position_));
-  }
-
- private:
-  /// The next character, or −1.
-  Result<int> take() {
-    if (next_ == end_) {
-      const uint64_t size = file_->size_limit();
-      const auto some =
-          static_cast<size_t>(std::min<uint64_t>(buffer_.size(), size - std::min(size, position_)));
-      if (some == 0) return -1;
-      auto read = file_->read(position_, std::as_writable_bytes(std::span(buffer_).first(some)));
-      if (!read) return tl::unexpected(read.error());
-      next_ = 0;
-      end_ = some;
-    }
-    ++position_;
-    return static_cast<unsigned char>(buffer_[next_++]);
-  }
-
-  std::filesystem::path path_;
-  std::unique_ptr<ByteReader> file_;
-  uint64_t position_ = 0;
-  size_t next_ = 0, end_ = 0;
-  std::array<char, 16 * 1024> buffer_;
-};
-
 /// Reads the sections of one file.
 class Parser {
  public:
-  Parser(const std::filesystem::path& path, Scanner scanner)
+  Parser(const std::filesystem::path& path, VtkScanner scanner)
       : path_(path), scanner_(std::move(scanner)) {}
 
   Result<VtkFile> parse() {
@@ -384,7 +292,7 @@ class Parser {
   }
 
   const std::filesystem::path& path_;
-  Scanner scanner_;
+  VtkScanner scanner_;
   VtkFile file_;
   std::map<std::string, Vec3d> numbers_of_;  ///< of the fields with three numbers
   bool is_structured_points_ = false, has_dimensions_ = false;
@@ -397,7 +305,7 @@ class Parser {
 Result<VtkFile> read_vtk_sections(const std::filesystem::path& path) {
   auto file = open_plain(path);
   if (!file) return tl::unexpected(file.error());
-  return Parser(path, Scanner(path, std::move(*file))).parse();
+  return Parser(path, VtkScanner(path, std::move(*file))).parse();
 }
 
 }  // namespace isosplat::import
