@@ -10,15 +10,12 @@
 #include <system_error>
 #include <utility>
 
-#include "server/catalog/thumbnail.h"
-
 namespace isosplat::server {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Limits of stores and of folders in folders, which bound the work of a scan.
-constexpr size_t kMaxStores = 100'000;
+/// The limit of folders in folders. It bounds the work of a scan.
 constexpr int kMaxDepth = 32;
 
 /// The first scan logs one line for more stores than this.
@@ -53,12 +50,6 @@ bool is_passing(const std::error_code& error) {
   return code == EMFILE || code == ENFILE || code == EIO || code == ENOMEM || code == EINTR;
 }
 
-/// The content of an entry, or the last one that is known of its path.
-std::string content_of(const CatalogEntry& entry) {
-  const auto summary = entry.summary.get();
-  return summary && !summary->content.empty() ? summary->content : entry.content_before;
-}
-
 bool exists(const std::string& path) {
   struct stat status {};
   return ::lstat(path.c_str(), &status) == 0;
@@ -74,17 +65,8 @@ bool is_real_folder(const std::string& path) {
 Catalog::Catalog(const std::vector<fs::path>& sources, Log log, OutsideLinks links)
     : sources_(named_sources(sources)),
       log_(std::move(log)),
-      links_(links),
+      entries_(log_, links),
       snapshot_(std::make_shared<CatalogSnapshot>()) {}
-
-Catalog::Folder Catalog::Folder::below(const std::string& name) const {
-  Folder folder = *this;
-  folder.segments.push_back(name_segment(name));
-  folder.unaltered.push_back(name);
-  folder.canonical += '/' + name;
-  ++folder.depth;
-  return folder;
-}
 
 std::shared_ptr<const CatalogSnapshot> Catalog::snapshot() const {
   const std::lock_guard lock(snapshot_mutex_);
@@ -121,9 +103,9 @@ void Catalog::scan_now() {
   unwatched_files_.clear();
   begun_.clear();
   source_folders_.clear();
-  const std::map<std::string, Folder> before = std::move(folders_);
+  const std::map<std::string, StoreFolder> before = std::move(folders_);
   folders_.clear();
-  Found found;
+  FoundStores found;
   for (const NamedSource& source : sources_) list_source(source, found);
   for (const auto& [path, folder] : before) {
     if (!folders_.contains(path)) watch_.remove(path);
@@ -132,19 +114,15 @@ void Catalog::scan_now() {
   if (are_many) log_(fmt::format("found {} stores", found.size()));
   // Sorted, so that names do not depend on the order in which a folder lists its files.
   for (const auto& [path, folder] : found) look_at(path, *folder);
-  for (auto store = stores_.begin(); store != stores_.end();) {
-    const auto next = std::next(store);
-    if (!found.contains(store->first)) forget(store);
-    store = next;
-  }
+  entries_.forget_all_but(found);
   is_first_scan_ = false;
   last_scan_ = Clock::now();
   scan_time_ = last_scan_ - begin;
 }
 
-void Catalog::list_source(const NamedSource& source, Found& found) {
+void Catalog::list_source(const NamedSource& source, FoundStores& found) {
   const std::string path = source.path.string();
-  Folder folder;
+  StoreFolder folder;
   if (!source.label.empty()) {
     folder.segments = {source.label};
     folder.unaltered = {source.unaltered};
@@ -176,7 +154,7 @@ void Catalog::report_folder(const std::string& path, const std::string& message)
   if (last.empty()) folder_errors_.erase(path);
 }
 
-void Catalog::list_folder(const std::string& path, Folder its, Found& found) {
+void Catalog::list_folder(const std::string& path, StoreFolder its, FoundStores& found) {
   const auto [folder, is_new] = folders_.try_emplace(path, std::move(its));
   if (!is_new) return;  // of two sources
   // Before its files are listed: what appears in between is reported.
@@ -199,98 +177,18 @@ void Catalog::list_folder(const std::string& path, Folder its, Found& found) {
       list_folder(file->path().string(), folder->second.below(name), found);
     }
   }
-  if (error && is_passing(error)) keep_stores(path, folder->second, found);
+  if (error && is_passing(error)) {
+    // Its stores stay, and the next scan lists it.
+    is_all_watched_ = false;
+    entries_.find_below(path, folder->second, found);
+  }
   std::string message = error ? std::strerror(error.value()) : std::string();
   if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
   report_folder(path, message);
 }
 
-/// Keeps the stores below a folder that cannot be listed at the moment; the next scan lists it.
-void Catalog::keep_stores(const std::string& path, const Folder& folder, Found& found) {
-  is_all_watched_ = false;
-  const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
-  const auto last = stores_.lower_bound(end);
-  for (auto store = stores_.lower_bound(below); store != last; ++store) {
-    found.emplace(store->first, &folder);
-  }
-}
-
-/// The file that a link leads to, if it is below the folder of the source; else logs it once.
-std::optional<FileIdentity> Catalog::look_at_link(const std::string& path, const Folder& folder) {
-  std::error_code error;
-  const fs::path target = fs::canonical(path, error);
-  // What the target leads to now is compared with what is opened later.
-  struct stat status {};
-  const bool is_file = !error && ::lstat(target.c_str(), &status) == 0 && S_ISREG(status.st_mode);
-  if (is_file && target.native().starts_with(folder.root + '/')) {
-    refused_.erase(path);
-    if (const Result<FileIdentity> known = file_identity(target)) return *known;
-    return std::nullopt;
-  }
-  if (refused_.insert(path).second) {
-    log_(fmt::format("{}: not served: it is a link out of the folder", path));
-  }
-  return std::nullopt;
-}
-
-/// Makes an entry for a file that is new or was replaced.
-void Catalog::look_at(const std::string& path, const Folder& folder) {
-  const auto old = stores_.find(path);
-  std::optional<FileIdentity> identity;
-  if (const Result<FileIdentity> known = file_identity(path)) identity = *known;
-  struct stat status {};
-  const bool is_link = ::lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode);
-  const bool must_be_inside = is_link && links_ == OutsideLinks::refused;
-  if (must_be_inside) {
-    identity = look_at_link(path, folder);
-    if (!identity) {
-      if (old != stores_.end()) forget(old);
-      return;
-    }
-  }
-  std::optional<FileIdentity> thumbnail;
-  if (const Result<FileIdentity> known = file_identity(thumbnail_path(path))) thumbnail = *known;
-  if (old != stores_.end() && old->second->identity == identity &&
-      old->second->thumbnail == thumbnail) {
-    return;
-  }
-  if (old == stores_.end() && stores_.size() >= kMaxStores) return;
-  auto entry = std::make_shared<CatalogEntry>();
-  entry->id = ++last_id_;
-  const std::string stem = stem_of_store(path);
-  for (const std::string& segment : folder.segments) entry->name += segment + kFolderSeparator;
-  entry->name += name_segment(stem);
-  entry->unaltered = folder.unaltered;
-  entry->unaltered.push_back(stem);
-  std::vector<std::string> segments = folder.segments;
-  segments.push_back(name_segment(stem));
-  if (segments == entry->unaltered) entry->unaltered = {};
-  entry->folder = folder.canonical;
-  entry->file = fs::path(path).filename().string();
-  entry->path = path;
-  entry->identity = identity;
-  entry->thumbnail = thumbnail;
-  entry->must_be_identity = must_be_inside;
-  entry->is_one_of_many = is_first_scan_ && stores_.size() >= kManyStores;
-  if (old != stores_.end()) {
-    entry->content_before = content_of(*old->second);
-  } else if (const auto gone = gone_.find(path); gone != gone_.end()) {
-    entry->content_before = gone->second;
-    gone_.erase(gone);
-  }
-  stores_.insert_or_assign(path, std::move(entry));
-  has_changed_ = true;
-}
-
-void Catalog::forget(std::map<std::string, std::shared_ptr<const CatalogEntry>>::iterator store) {
-  log_(fmt::format("volume {} was removed: {}", store->second->name, store->first));
-  // Another store that comes under this name is worth a line.
-  if (gone_.size() >= kMaxStores) gone_.clear();
-  if (std::string content = content_of(*store->second); !content.empty()) {
-    gone_.insert_or_assign(store->first, std::move(content));
-  }
-  stores_.erase(store);
-  has_changed_ = true;
+void Catalog::look_at(const std::string& path, const StoreFolder& folder) {
+  entries_.look_at(path, folder, is_first_scan_ && entries_.size() >= kManyStores);
 }
 
 // ---- Following changes ----
@@ -301,7 +199,7 @@ void Catalog::apply(const FolderChange& change) {
   if (change.name.ends_with(kThumbnailExtension)) {
     fs::path store = fs::path(change.folder) / change.name;
     store.replace_extension();
-    if (stores_.contains(store.string())) look_at(store.string(), folder->second);
+    if (entries_.contains(store.string())) look_at(store.string(), folder->second);
     return;
   }
   const std::string path = (fs::path(change.folder) / change.name).string();
@@ -331,26 +229,23 @@ void Catalog::apply(const FolderChange& change) {
   begun_.erase(path);
   if (is_there) {
     look_at(path, folder->second);
-  } else if (const auto store = stores_.find(path); store != stores_.end()) {
-    forget(store);
+  } else {
+    entries_.forget(path);
   }
 }
 
 /// Lists a folder anew that came, went, or was renamed.
-void Catalog::renew_folder(const std::string& path, const Folder& parent, const std::string& name) {
+void Catalog::renew_folder(const std::string& path, const StoreFolder& parent,
+                           const std::string& name) {
   const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
   watch_.remove(path);
   folders_.erase(path);
   folders_.erase(folders_.lower_bound(below), folders_.lower_bound(end));
-  Found found;
+  FoundStores found;
   if (is_real_folder(path) && parent.depth < kMaxDepth) {
     list_folder(path, parent.below(name), found);
   }
-  for (auto store = stores_.lower_bound(below); store != stores_.lower_bound(end);) {
-    const auto next = std::next(store);
-    if (!found.contains(store->first)) forget(store);
-    store = next;
-  }
+  entries_.forget_below_but(path, found);
   for (const auto& [file, folder] : found) look_at(file, *folder);
 }
 
@@ -362,10 +257,9 @@ void Catalog::look_at_unwatched() {
   };
   for (auto path = unwatched_files_.begin(); path != unwatched_files_.end();) {
     const auto folder = folder_of(*path);
-    const auto store = stores_.find(*path);
     const bool is_source = folder != folders_.end() && folder->first.starts_with("file ");
     if (folder == folders_.end() || (!is_source && !exists(*path))) {
-      if (store != stores_.end()) forget(store);
+      entries_.forget(*path);
       path = unwatched_files_.erase(path);
       continue;
     }
@@ -399,14 +293,8 @@ bool Catalog::are_sources_replaced() const {
 }
 
 bool Catalog::publish_snapshot() {
-  if (!std::exchange(has_changed_, false)) return false;
-  auto after = std::make_shared<CatalogSnapshot>();
-  for (const auto& [path, entry] : stores_) {
-    const auto [item, is_new] = after->emplace(entry->name, entry);
-    if (is_new || !refused_.insert(path).second) continue;
-    log_(fmt::format("{}: not served: {} has the same name, {}: rename it", path,
-                     item->second->path.string(), entry->name));
-  }
+  auto after = entries_.changed_snapshot();
+  if (!after) return false;
   const std::lock_guard lock(snapshot_mutex_);
   snapshot_ = std::move(after);
   return true;
