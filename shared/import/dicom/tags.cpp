@@ -1,5 +1,7 @@
 #include "shared/import/dicom/tags.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -152,6 +154,10 @@ static_assert(std::is_sorted(std::begin(kKnownTags), std::end(kKnownTags),
                              [](const KnownTag& a, const KnownTag& b) { return a.tag < b.tag; }));
 
 }  // namespace
+
+std::string name_of(Tag tag) {
+  return fmt::format("({:04x},{:04x})", tag >> 16, tag & 0xffff);
+}
 
 const KnownTag* find_known_tag(Tag tag) {
   const auto* found = std::lower_bound(std::begin(kKnownTags), std::end(kKnownTags), tag, before);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 // The DICOM elements that the importer reads (PS3.6, Registry of DICOM Data Elements): group in the
@@ -144,6 +145,9 @@ inline constexpr Tag kPixels = 0x7fe00010;
 /// is free: these are the tags in block 10.
 inline constexpr Tag kMosaicImages = 0x0019100a;  ///< SIEMENS MR HEADER: number of slices
 inline constexpr Tag kSiemensImage = 0x00291010;  ///< SIEMENS CSA HEADER: CSA Image Header Info
+
+/// "(gggg,eeee)", in hexadecimal digits.
+std::string name_of(Tag tag);
 
 struct KnownTag {
   Tag tag;
