@@ -4,11 +4,12 @@
 
 /// The records that cross between the core and JavaScript, and the limits that both sides use.
 ///
-/// This is the only description of these records. write_layouts.cpp lists their fields once more;
-/// the build fails if a field is missing there. It generates the module `layouts.js`, with which
-/// JavaScript reads and writes them. So no offset and no size stands in TypeScript.
+/// This is the only description of these records. layouts.cpp lists their fields once more; the
+/// build fails if a field is missing there. From the list, the program write_layouts generates the
+/// module `layouts.js`, with which JavaScript reads and writes them. So no offset and no size
+/// stands in TypeScript.
 ///
-/// Numbers are little-endian. No record has padding: write_layouts.cpp asserts it. Numbers that may
+/// Numbers are little-endian. No record has padding: write_layouts asserts it. Numbers that may
 /// exceed 32 bits are doubles. Booleans are 0 or 1. Colours are sRGB, 0 … 1.
 #ifdef __cplusplus
 extern "C" {
