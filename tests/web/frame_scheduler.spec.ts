@@ -25,9 +25,8 @@ function streaming() {
   let isDrawn = false;
   const drawn = { kind: "quad", shading: "exact", programsLinked: 0 };
   const renderer = {
-    setCamera: () => {},
-    setSplats: () => {},
-    viewProjection: () => new Float32Array(16),
+    picture: { setCamera: () => {}, setSplats: () => {} },
+    camera: { viewProjection: () => new Float32Array(16) },
     needsRedraw: () => !isDrawn,
     canRefine: () => false,
     draw: () => {

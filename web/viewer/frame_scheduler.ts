@@ -5,7 +5,8 @@ import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
 import { OcclusionTester } from "./occlusion_tester.ts";
-import { type DrawStatistics, RendererError, type RendererModule } from "./renderer_module.ts";
+import { RendererError } from "./renderer_error.ts";
+import type { DrawStatistics, RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
 import { SplatChoice } from "./splat_choice.ts";
 import type { Camera, FrameReport, Look, PictureSize, Splats } from "./types.ts";
@@ -212,7 +213,8 @@ export class FrameScheduler {
     const { width, height } = this.#canvas;
     const scene = this.#owner.scene();
     const renderer = this.#renderer;
-    if (scene) renderer.setSplats(this.#splatsToKeep(scene, true) ?? this.#splats(scene, true));
+    if (scene)
+      renderer.picture.setSplats(this.#splatsToKeep(scene, true) ?? this.#splats(scene, true));
     this.cancelFade();
     const isFinal = !renderer.needsRedraw(width, height) && !renderer.canRefine(width, height);
     if (smooth || isFinal) renderer.drawStill(width, height);
@@ -263,11 +265,13 @@ export class FrameScheduler {
     this.#isResting = isResting;
 
     const viewport = pictureSize ?? { width, height };
-    renderer.setCamera(pictureSize ? cameraOfPicture(camera, pictureSize, width / height) : camera);
+    renderer.picture.setCamera(
+      pictureSize ? cameraOfPicture(camera, pictureSize, width / height) : camera,
+    );
     const splats = this.#splatsToKeep(scene, isResting) ?? this.#splats(scene, isResting);
-    renderer.setSplats(splats);
+    renderer.picture.setSplats(splats);
     session.update({
-      viewProjection: renderer.viewProjection(camera, viewport.width, viewport.height),
+      viewProjection: renderer.camera.viewProjection(camera, viewport.width, viewport.height),
       viewport,
       isovalues,
       moving: isMoving,

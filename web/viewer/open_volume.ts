@@ -9,8 +9,9 @@ import {
 } from "../stream/index.ts";
 import type { FrameScheduler } from "./frame_scheduler.ts";
 import type { PictureSettings } from "./picture_settings.ts";
+import { RendererError } from "./renderer_error.ts";
 import { abortOf, type RendererLife } from "./renderer_life.ts";
-import { compiledRenderer, RendererError } from "./renderer_module.ts";
+import { compiledRenderer } from "./renderer_program.ts";
 import { firstSurface } from "./surfaces.ts";
 import type { ViewCamera } from "./view_camera.ts";
 import type { OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
@@ -147,7 +148,7 @@ export class OpenVolume {
     const { info } = session;
     if (!options.surfaces) this.#settings.surfaces = [firstSurface(info)];
     this.#life.warmUp();
-    renderer.setVolume(info);
+    renderer.volume.setVolume(info);
     this.#camera.opened(renderer, options.camera, options.projection, cameraBefore);
     this.#settings.apply(renderer, info);
     this.#host.emit("opened", info);
@@ -161,7 +162,7 @@ export class OpenVolume {
         // The volume is opened again when the context is restored.
         if (this.#life.isContextLost) return true;
         const isTaken = this.#life.guard((renderer) =>
-          renderer.addChunk(id, place, samples, clusters),
+          renderer.volume.addChunk(id, place, samples, clusters),
         );
         if (isTaken) {
           this.#host.scheduler()?.onUpload(id);
@@ -170,11 +171,11 @@ export class OpenVolume {
         return isTaken || this.#life.isContextLost;
       },
       drop: (id) => {
-        this.#life.guard((renderer) => renderer.removeChunk(id));
+        this.#life.guard((renderer) => renderer.volume.removeChunk(id));
         this.#host.chunksChanged();
       },
       visible: (ids, regions) => {
-        this.#life.guard((renderer) => renderer.setVisible(ids, regions));
+        this.#life.guard((renderer) => renderer.volume.setVisible(ids, regions));
         this.#host.scheduler()?.onVisibleChange();
       },
       testOcclusion: () => this.#host.scheduler()?.request(),

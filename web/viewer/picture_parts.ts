@@ -1,4 +1,5 @@
-import { RendererError, type RendererModule } from "./renderer_module.ts";
+import { RendererError } from "./renderer_error.ts";
+import type { RendererModule } from "./renderer_module.ts";
 import type { Camera, Look, PictureInParts, PictureSize } from "./types.ts";
 
 /** What a picture in parts needs from its viewer. */
@@ -37,8 +38,8 @@ export function beginPictureInParts(
   };
   try {
     must((renderer) => {
-      renderer.setCamera(camera);
-      renderer.setSplats({ kind: kind === "automatic" ? "exact" : kind, shading });
+      renderer.picture.setCamera(camera);
+      renderer.picture.setSplats({ kind: kind === "automatic" ? "exact" : kind, shading });
       host.setOpacity(renderer, transparent ? 0 : 1);
       renderer.beginTiles(width, height);
     });

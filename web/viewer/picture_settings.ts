@@ -34,20 +34,21 @@ export class PictureSettings {
   }
 
   apply(renderer: RendererModule, info: StoreInfo | null): void {
-    renderer.setSurfaces(this.surfaces);
-    renderer.setClip(this.clip);
+    renderer.volume.setSurfaces(this.surfaces);
+    renderer.picture.setClip(this.clip);
     this.applyLook(renderer, info);
     this.applySlices(renderer, info);
   }
 
   /** `opacity`: of the background. */
   applyLook(renderer: RendererModule, info: StoreInfo | null, opacity = 1): void {
-    renderer.setLook(this.look, this.#colourRange(info), opacity);
+    renderer.picture.setLook(this.look, this.#colourRange(info), opacity);
   }
 
   /** Without a volume, nothing happens: the planes depend on its grid. */
   applySlices(renderer: RendererModule, info: StoreInfo | null): void {
-    if (info) renderer.setSlices(slicePlanes(this.#slices, info), this.#slices.range ?? info.range);
+    if (info)
+      renderer.picture.setSlices(slicePlanes(this.#slices, info), this.#slices.range ?? info.range);
   }
 
   /**
@@ -61,7 +62,7 @@ export class PictureSettings {
       if (!slices) return null;
       return { colourBy: "isovalue", colours: ["#000", "#fff"], range: sliceRange, slices };
     }
-    const colours = renderer.colours(colourMap, 16);
+    const colours = renderer.picture.colours(colourMap, 16);
     const legend: Legend = { colourBy, colours, range: this.#mappedRange(info) };
     if (slices) legend.slices = slices;
     if (slices && colourBy !== "isovalue") legend.greys = sliceRange;

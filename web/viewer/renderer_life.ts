@@ -1,5 +1,6 @@
 import { type Core, loadCore } from "../core/index.ts";
-import { RendererError, RendererModule } from "./renderer_module.ts";
+import { RendererError } from "./renderer_error.ts";
+import { RendererModule } from "./renderer_module.ts";
 
 /** If a renderer fails within this time (ms) after it was replaced, it is not replaced again. */
 const shortestLife = 30_000;

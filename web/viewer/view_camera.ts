@@ -43,13 +43,13 @@ export class ViewCamera {
       // It was moved while the volume was opened again: listeners know that camera.
       this.set(this.#camera);
     } else {
-      this.#camera = renderer.bounded(asked);
+      this.#camera = renderer.camera.bounded(asked);
     }
   }
 
   /** The camera within the limits of the open volume. */
   set(camera: Camera): void {
-    this.#camera = this.#openRenderer?.bounded(camera) ?? camera;
+    this.#camera = this.#openRenderer?.camera.bounded(camera) ?? camera;
     this.#host.moved(this.#camera);
   }
 
@@ -62,20 +62,20 @@ export class ViewCamera {
   viewProjection(width: number, height: number): Float64Array | null {
     if (!this.#camera) return null;
     const size = [Math.max(1, width), Math.max(1, height)] as const;
-    return this.#openRenderer?.viewProjection(this.#camera, ...size) ?? null;
+    return this.#openRenderer?.camera.viewProjection(this.#camera, ...size) ?? null;
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {
     const renderer = this.#host.renderer();
     if (renderer && this.#camera) {
-      this.set(renderer.orbited(this.#camera, rightDegrees, upDegrees));
+      this.set(renderer.camera.orbited(this.#camera, rightDegrees, upDegrees));
     }
   }
 
   pan(rightPx: number, downPx: number): void {
     const renderer = this.#host.renderer();
     if (renderer && this.#camera) {
-      this.set(renderer.panned(this.#camera, rightPx, downPx, this.#size.cssHeight));
+      this.set(renderer.camera.panned(this.#camera, rightPx, downPx, this.#size.cssHeight));
     }
   }
 
@@ -84,9 +84,9 @@ export class ViewCamera {
     const renderer = this.#host.renderer();
     if (!renderer || !this.#camera) return;
     const before = this.#camera;
-    const zoomed = renderer.zoomed(before, factor);
+    const zoomed = renderer.camera.zoomed(before, factor);
     const keep = 1 - before.distance / zoomed.distance;
-    this.set(renderer.panned(zoomed, at.x * keep, at.y * keep, this.#size.cssHeight));
+    this.set(renderer.camera.panned(zoomed, at.x * keep, at.y * keep, this.#size.cssHeight));
   }
 
   get #openRenderer(): RendererModule | null {
@@ -94,6 +94,6 @@ export class ViewCamera {
   }
 
   #first(renderer: RendererModule, projection = this.#camera?.projection): Camera {
-    return renderer.defaultCamera(this.#size.aspect, projection);
+    return renderer.camera.defaultCamera(this.#size.aspect, projection);
   }
 }

@@ -7,8 +7,9 @@ import { turnedLight } from "./light.ts";
 import { OpenVolume } from "./open_volume.ts";
 import { beginPictureInParts, pngOf } from "./picture_parts.ts";
 import { PictureSettings } from "./picture_settings.ts";
+import { RendererError } from "./renderer_error.ts";
 import { RendererLife } from "./renderer_life.ts";
-import { RendererError, type RendererModule } from "./renderer_module.ts";
+import type { RendererModule } from "./renderer_module.ts";
 import { SliceArrivals } from "./slice_arrivals.ts";
 import { surfacePointOf } from "./surface_point.ts";
 import { withIsovalues } from "./surfaces.ts";
@@ -149,7 +150,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** Shows these isosurfaces. What is resident is drawn in the next frame. */
   setSurfaces(surfaces: readonly Surface[]): void {
     this.#settings.surfaces = [...surfaces];
-    this.#life.renderer?.setSurfaces(this.surfaces);
+    this.#life.renderer?.volume.setSurfaces(this.surfaces);
     this.#sceneChanged();
   }
 
@@ -199,7 +200,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setClip(clip: Clip): void {
     this.#settings.clip = clip;
-    this.#life.renderer?.setClip(clip);
+    this.#life.renderer?.picture.setClip(clip);
     this.#sceneChanged();
   }
 
@@ -279,7 +280,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (!camera || !this.info || this.#life.isContextLost || width === 0) return undefined;
     let point: SurfacePoint | undefined;
     this.#life.guard((renderer) => {
-      renderer.setCamera(camera);
+      renderer.picture.setCamera(camera);
       const pick = renderer.pick(x, y, width, height);
       if (pick) point = surfacePointOf(pick);
     });

@@ -1,6 +1,6 @@
 import type { Decoder, Progress, StoreInfo, StreamError } from "../stream/index.ts";
 import type { Light } from "./light.ts";
-import type { RendererError } from "./renderer_module.ts";
+import type { RendererError } from "./renderer_error.ts";
 import type { Camera, FrameReport, Projection, Surface } from "./types.ts";
 
 export interface ViewerEvents {

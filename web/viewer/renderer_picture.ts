@@ -1,0 +1,98 @@
+import * as layouts from "../../build/wasm/web/layouts.js";
+import { colourChannels } from "./colour_channels.ts";
+import { writeCamera } from "./renderer_camera.ts";
+import type { RendererInstance } from "./renderer_instance.ts";
+import {
+  type Camera,
+  type Clip,
+  type ColourMap,
+  colourings,
+  colourMaps,
+  type Look,
+  type SlicePlane,
+  type Splats,
+  shadings,
+  splatKinds,
+} from "./types.ts";
+
+/** The picture that a renderer draws: camera, look and light, clipping and slices. */
+export class RendererPicture {
+  readonly #instance: RendererInstance;
+  #splats: Splats = { kind: "ellipse", shading: "smooth" };
+
+  constructor(instance: RendererInstance) {
+    this.#instance = instance;
+  }
+
+  /** As setSplats() has set them; at first those of RenderSettings. */
+  get splats(): Splats {
+    return this.#splats;
+  }
+
+  setSplats(splats: Splats): void {
+    this.#splats = splats;
+    const { kind, shading } = splats;
+    const exports = this.#instance.exports;
+    exports._isosplat_renderer_set_splats(splatKinds.indexOf(kind), shadings.indexOf(shading));
+  }
+
+  /** range: of the quantity that the colour map shows. opacity: of the background. */
+  setLook(look: Look, [colourLow, colourHigh]: readonly [number, number], opacity = 1): void {
+    layouts.writeAppearance(this.#instance.view(), this.#instance.scratch, {
+      colourLow,
+      colourHigh,
+      colourBy: colourings.indexOf(look.colourBy),
+      colourMap: colourMaps.indexOf(look.colourMap),
+      background: [...colourChannels(look.background), opacity],
+      eyeDome: look.eyeDome,
+    });
+    this.#instance.exports._isosplat_renderer_set_appearance(this.#instance.scratch);
+    layouts.writeLight(this.#instance.view(), this.#instance.scratch, look.light);
+    this.#instance.exports._isosplat_renderer_set_light(this.#instance.scratch);
+  }
+
+  /** `count` evenly spaced colours of a colour map, from low to high, as CSS colours. */
+  colours(map: ColourMap, count: number): string[] {
+    const at = this.#instance.exports._isosplat_renderer_colour_map(colourMaps.indexOf(map));
+    return Array.from({ length: count }, (_, i) => {
+      const last = layouts.colourMapColours - 1;
+      const colour = at + 3 * Math.round((last * i) / (count - 1));
+      return `rgb(${this.#instance.exports.HEAPU8.subarray(colour, colour + 3).join(" ")})`;
+    });
+  }
+
+  setClip({ low, high, planes, caps }: Clip): void {
+    const used = planes.slice(0, layouts.maxClipPlanes);
+    const data = this.#instance.view();
+    const planesAt = this.#instance.scratch + layouts.clipBoxBytes;
+    layouts.writeClipBox(data, this.#instance.scratch, { low, high, caps: caps ? 1 : 0 });
+    used.forEach((plane, i) => {
+      layouts.writePlane(data, planesAt + i * layouts.planeBytes, plane);
+    });
+    this.#instance.exports._isosplat_renderer_set_clipping(
+      this.#instance.scratch,
+      planesAt,
+      used.length,
+    );
+  }
+
+  /** `range`: the values that are black and white, unless slices have the colours of isovalues. */
+  setSlices(planes: readonly SlicePlane[], [low, high]: readonly [number, number]): void {
+    const used = planes.slice(0, layouts.maxSlices);
+    const data = this.#instance.view();
+    used.forEach((plane, i) => {
+      layouts.writePlane(data, this.#instance.scratch + i * layouts.planeBytes, plane);
+    });
+    this.#instance.exports._isosplat_renderer_set_slices(
+      this.#instance.scratch,
+      used.length,
+      low,
+      high,
+    );
+  }
+
+  setCamera(camera: Camera): void {
+    writeCamera(this.#instance, camera);
+    this.#instance.exports._isosplat_renderer_set_camera(this.#instance.scratch);
+  }
+}

@@ -1,0 +1,78 @@
+import * as layouts from "../../build/wasm/web/layouts.js";
+import { regionWords } from "../core/core.ts";
+import { volumeRecord } from "../core/records.ts";
+import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
+import { colourChannels } from "./colour_channels.ts";
+import type { RendererInstance } from "./renderer_instance.ts";
+import type { Surface } from "./types.ts";
+
+const drawnChunkWords = layouts.drawnChunkBytes / 4;
+
+/** The volume that a renderer draws: its grid, its chunks, and its surfaces. */
+export class RendererVolume {
+  readonly #instance: RendererInstance;
+  /** The renderer's context. Samples are uploaded from JavaScript, without a copy in the heap. */
+  readonly #gl: WebGL2RenderingContext;
+
+  constructor(instance: RendererInstance, gl: WebGL2RenderingContext) {
+    this.#instance = instance;
+    this.#gl = gl;
+  }
+
+  setVolume(info: StoreInfo): void {
+    layouts.writeVolume(this.#instance.view(), this.#instance.scratch, volumeRecord(info));
+    this.#instance.check(
+      this.#instance.exports._isosplat_renderer_set_volume(this.#instance.scratch),
+    );
+  }
+
+  /** samples, clusters: those of a DecodedChunk. */
+  addChunk(handle: number, place: ChunkPlace, samples: Uint32Array, clusters: Uint8Array): void {
+    const pointer = this.#instance.reserve(clusters.byteLength);
+    this.#instance.exports.HEAPU8.set(clusters, pointer);
+    layouts.writeBlock(this.#instance.view(), this.#instance.scratch, place);
+    const offsetAt = this.#instance.scratch + layouts.blockBytes;
+    this.#instance.check(
+      this.#instance.exports._isosplat_renderer_reserve_chunk(
+        handle,
+        this.#instance.scratch,
+        pointer,
+        clusters.byteLength,
+        offsetAt,
+      ),
+    );
+    if (samples.length === 0) return;
+    const offset = this.#instance.view().getFloat64(offsetAt, true);
+    this.#gl.bufferSubData(WebGL2RenderingContext.ARRAY_BUFFER, offset, samples);
+  }
+
+  removeChunk(handle: number): void {
+    this.#instance.exports._isosplat_renderer_remove_chunk(handle);
+  }
+
+  /** Draws exactly these chunks from now on. regions: `regionWords` per chunk (RegionMask). */
+  setVisible(handles: ArrayLike<number>, regions: ArrayLike<number>): void {
+    const count = handles.length;
+    const pointer = this.#instance.reserve(count * layouts.drawnChunkBytes);
+    const heap = this.#instance.exports.HEAPU32;
+    for (let i = 0; i < count; ++i) {
+      const at = (pointer >> 2) + i * drawnChunkWords;
+      heap[at + layouts.drawnChunkOffsets.handle / 4] = handles[i] ?? 0;
+      const regionsAt = at + layouts.drawnChunkOffsets.regions / 4;
+      for (let word = 0; word < regionWords; ++word) {
+        heap[regionsAt + word] = regions[i * regionWords + word] ?? 0;
+      }
+    }
+    this.#instance.exports._isosplat_renderer_set_visible(pointer, count);
+  }
+
+  setSurfaces(surfaces: readonly Surface[]): void {
+    const used = surfaces.slice(0, layouts.maxIsosurfaces);
+    const data = this.#instance.view();
+    used.forEach(({ isovalue, colour, opacity }, i) => {
+      const record = { isovalue, colour: colourChannels(colour), opacity };
+      layouts.writeIsosurface(data, this.#instance.scratch + i * layouts.isosurfaceBytes, record);
+    });
+    this.#instance.exports._isosplat_renderer_set_isosurfaces(this.#instance.scratch, used.length);
+  }
+}
