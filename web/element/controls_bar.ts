@@ -53,7 +53,7 @@ export class ControlsBar {
     this.#fit.title = texts.fitTitle;
     this.#fullScreen.textContent = texts.fullScreen;
     this.#fullScreen.title = texts.fullScreenTitle;
-    if (this.#isovalue !== undefined) this.show(this.#isovalue);
+    this.show(this.#isovalue);
   }
 
   /** The range and the units of a volume. */
@@ -62,7 +62,9 @@ export class ControlsBar {
     this.#units.textContent = metadata.units ?? "";
   }
 
-  show(isovalue: number): void {
+  /** Undefined: there is none yet, and what is shown stays. */
+  show(isovalue: number | undefined): void {
+    if (isovalue === undefined) return;
     this.#isovalue = isovalue;
     // At most six significant digits, without trailing zeros.
     const text = String(Number(isovalue.toPrecision(6))).replace(".", this.#decimalSign);

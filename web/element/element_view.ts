@@ -1,0 +1,277 @@
+import type { StoreInfo } from "../stream/types.ts";
+import { wholeVolume } from "../viewer/clipping.ts";
+import { writeCamera } from "../viewer/setting_text.ts";
+import { noSlices } from "../viewer/slices.ts";
+import { firstSurface } from "../viewer/surfaces.ts";
+import type { Camera, Clip, Look, Slices, Surface } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
+import type { OpenOptions } from "../viewer/viewer_events.ts";
+import { cameraOf, isovaluesOf, projectionOf, surfacesOf } from "./element_attributes.ts";
+import type { IsosplatViewerEvents } from "./element_events.ts";
+import type { LinkedElement, LinkedView } from "./link_groups.ts";
+import { groups } from "./page_resources.ts";
+import { sameValue } from "./same_value.ts";
+
+/** What a view needs from its element. */
+export interface ElementViewHost {
+  /** Null while the element has no WebGL context. */
+  viewer(): Viewer | null;
+  /** The open volume; null before the first. */
+  info(): StoreInfo | null;
+  /** The volume is being opened: what changes now is the volume's default. */
+  isOpening(): boolean;
+  /** Something is to be drawn. */
+  wake(): void;
+  surfacesChanged(): void;
+  clipChanged(): void;
+}
+
+/**
+ * What an element shows: the surfaces of its volume; and of the picture the camera, clipping, slices and
+ * look. Keeps them whether a viewer exists or not, passes them on to it, reports their changes as events,
+ * and shares them with the group of the element.
+ */
+export class ElementView {
+  readonly #element: HTMLElement;
+  readonly #host: ElementViewHost;
+  readonly #linked: LinkedElement = { receive: (view) => this.#receive(view) };
+  #isAttached = false;
+  /** Not 0 while the viewer is being set to a view of the group, which is not sent back. */
+  #receiving = 0;
+  /** What attributes, calls, gestures or the group have set; the volume's defaults are not in it. */
+  #chosen: LinkedView = {};
+  /** Empty until the attribute, a call or the volume has isovalues. */
+  #surfaces: readonly Surface[] = [];
+  #camera: Camera | null = null;
+  #clip: Clip = wholeVolume;
+  #slices: Slices = noSlices;
+  #look: Partial<Look> = {};
+
+  constructor(element: HTMLElement, host: ElementViewHost) {
+    this.#element = element;
+    this.#host = host;
+  }
+
+  // ---- The surfaces of the volume ----
+
+  get isovalues(): readonly number[] {
+    return this.#surfaces.map(({ isovalue }) => isovalue);
+  }
+  set isovalues(asked: readonly number[] | null | undefined) {
+    const defaults = surfacesOf(this.#element, asked ?? this.#firstIsovalues());
+    this.surfaces = defaults.map((surface, i) => ({
+      ...(this.#surfaces[i] ?? surface),
+      isovalue: surface.isovalue,
+    }));
+  }
+
+  get surfaces(): readonly Surface[] {
+    return this.#surfaces;
+  }
+  set surfaces(asked: readonly Surface[] | null | undefined) {
+    const before = this.isovalues;
+    this.#surfaces = asked ? [...asked] : surfacesOf(this.#element, this.#firstIsovalues());
+    this.#host.viewer()?.setSurfaces(this.#surfaces);
+    this.#host.surfacesChanged();
+    const { isovalues } = this;
+    if (isovalues.length === before.length && isovalues.every((v, i) => v === before[i])) return;
+    this.#host.wake();
+    this.#changed("isovaluechange", isovalues, { isovalues });
+  }
+
+  /** Moves the first surface, within the range of the volume. */
+  moveFirst(isovalue: number): void {
+    const [low, high] = this.#host.info()?.range ?? [isovalue, isovalue];
+    const inside = Math.max(low, Math.min(high, isovalue));
+    this.isovalues = [inside, ...this.isovalues.slice(1)];
+    this.#host.surfacesChanged();
+  }
+
+  /** Returns the isovalues of the attribute. Without it, the surfaces stay as they are. */
+  readIsovalues(): readonly number[] | undefined {
+    const isovalues = isovaluesOf(this.#element);
+    if (isovalues) this.surfaces = surfacesOf(this.#element, isovalues);
+    return isovalues;
+  }
+
+  /** Those that an element has by its attribute, or by the volume once it is open. */
+  #firstIsovalues(): readonly number[] {
+    const info = this.#host.info();
+    return isovaluesOf(this.#element) ?? (info ? [firstSurface(info).isovalue] : []);
+  }
+
+  // ---- The picture ----
+
+  get camera(): Camera | null {
+    return this.#camera;
+  }
+  set camera(asked: Camera | null | undefined) {
+    if (!asked) return;
+    const before = projectionOf(this.#element);
+    const camera = { ...asked, projection: asked.projection ?? before };
+    this.#camera = camera;
+    // The attribute is what the picture has; its callback finds the camera as it is.
+    if (camera.projection !== before) this.#element.setAttribute("projection", camera.projection);
+    this.#host.wake();
+    const viewer = this.#host.viewer();
+    if (viewer) viewer.setCamera(camera);
+    else this.#changed("camerachange", camera, { camera });
+  }
+
+  /** The attribute of the projection has changed. */
+  readProjection(): void {
+    const projection = projectionOf(this.#element);
+    const camera = this.#camera;
+    if (camera && (camera.projection ?? "perspective") !== projection) {
+      this.camera = { ...camera, projection };
+    }
+  }
+
+  /** The viewer has moved its camera. */
+  moved(camera: Camera): void {
+    this.#camera = camera;
+    this.#changed("camerachange", camera, { camera });
+  }
+
+  get clip(): Clip {
+    return this.#clip;
+  }
+  set clip(asked: Clip | null | undefined) {
+    const clip = asked ?? wholeVolume;
+    this.#clip = clip;
+    this.#host.viewer()?.setClip(clip);
+    this.#host.clipChanged();
+    this.#host.wake();
+    this.#changed("clipchange", clip, { clip });
+  }
+
+  get slices(): Slices {
+    return this.#slices;
+  }
+  set slices(asked: Slices | null | undefined) {
+    const slices = asked ?? noSlices;
+    if (sameValue(slices, this.#slices)) return;
+    this.#slices = slices;
+    this.#host.viewer()?.setSlices(slices);
+    this.#host.wake();
+    this.#changed("sliceschange", slices, { slices });
+  }
+
+  get look(): Partial<Look> {
+    return this.#look;
+  }
+  set look(change: Partial<Look> | null | undefined) {
+    this.#look = { ...this.#look, ...change };
+    this.#host.viewer()?.setLook(this.#look);
+    this.#host.wake();
+  }
+
+  // ---- Volumes ----
+
+  /** A new viewer, in which no volume is open. */
+  applyTo(viewer: Viewer): void {
+    viewer.setLook(this.#look);
+    viewer.setClip(this.#clip);
+    viewer.setSlices(this.#slices);
+  }
+
+  /** The view in which a volume is opened. */
+  get openOptions(): OpenOptions {
+    return {
+      ...(this.#surfaces.length > 0 && { surfaces: this.#surfaces }),
+      ...(this.#camera && { camera: this.#camera }),
+      projection: projectionOf(this.#element),
+    };
+  }
+
+  /** A volume is open: what has not been set is the volume's; what was set meanwhile is the viewer's. */
+  opened(viewer: Viewer): void {
+    if (this.#surfaces.length > 0) viewer.setSurfaces(this.#surfaces);
+    else this.isovalues = viewer.surfaces.map(({ isovalue }) => isovalue);
+    const { camera } = viewer;
+    if (!this.#camera) this.#camera = camera;
+    else if (writeCamera(this.#camera) !== (camera && writeCamera(camera))) {
+      viewer.setCamera(this.#camera);
+    }
+  }
+
+  /** Another volume has the view of the attributes, of the group, or its own. */
+  reset(): void {
+    this.#leave();
+    const camera = cameraOf(this.#element);
+    this.#camera = camera ?? null;
+    const isovalues = this.readIsovalues();
+    if (!isovalues) this.#surfaces = [];
+    // Isovalues and the range of slices are values of the volume before.
+    const { range, ...planes } = this.#slices;
+    if (range) {
+      this.#slices = planes;
+      this.#host.viewer()?.setSlices(planes);
+    }
+    const { clip } = this.#chosen;
+    const slices = this.#chosen.slices && this.#slices;
+    this.#chosen = {
+      ...(camera && { camera }),
+      ...(isovalues && { isovalues }),
+      ...(clip && { clip }),
+      ...(slices && { slices }),
+    };
+    this.#join();
+  }
+
+  // ---- The group ----
+
+  /** The element is in a document, or no longer. */
+  setAttached(isAttached: boolean): void {
+    this.#isAttached = isAttached;
+    if (isAttached) this.#join();
+    else this.#leave();
+  }
+
+  /** The attribute names another group. */
+  relink(before: string | null): void {
+    this.#leave(before);
+    this.#join();
+  }
+
+  get #group(): string | null {
+    return this.#element.getAttribute("link");
+  }
+
+  #leave(group = this.#group): void {
+    if (group) groups.leave(group, this.#linked);
+  }
+
+  #join(): void {
+    const group = this.#group;
+    if (group && this.#isAttached) {
+      this.#receive(groups.join(group, this.#linked, this.#chosen));
+    }
+  }
+
+  #receive({ camera, isovalues, clip, slices }: LinkedView): void {
+    this.#receiving++;
+    try {
+      if (camera) this.camera = camera;
+      if (isovalues) this.isovalues = isovalues;
+      if (clip) this.clip = clip;
+      if (slices) this.slices = slices;
+    } finally {
+      this.#receiving--;
+    }
+  }
+
+  /** Reports a change to listeners; and to the group, unless it came from there or from opening. */
+  #changed<K extends keyof IsosplatViewerEvents>(
+    name: K,
+    detail: IsosplatViewerEvents[K]["detail"],
+    view: LinkedView,
+  ): void {
+    if (!this.#host.isOpening()) {
+      Object.assign(this.#chosen, view);
+      const group = this.#group;
+      if (group && this.#receiving === 0) groups.send(group, this.#linked, view);
+    }
+    this.#element.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+}

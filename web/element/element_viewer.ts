@@ -1,0 +1,284 @@
+import { faults, slowWait } from "../stream/faults.ts";
+import type { Source } from "../stream/source.ts";
+import { type Progress, type StoreInfo, StreamError } from "../stream/types.ts";
+import { RendererError } from "../viewer/renderer_error.ts";
+import { compiledRenderer } from "../viewer/renderer_program.ts";
+import { Viewer } from "../viewer/viewer.ts";
+import type { ContextUser } from "./context_pool.ts";
+import type { ElementParts } from "./element_parts.ts";
+import type { ElementView } from "./element_view.ts";
+import { contexts, sharedWorkers } from "./page_resources.ts";
+import { stillOf } from "./picture_area.ts";
+
+/** How long the renderer may take to arrive before the element says so. */
+const startLimitMs = 4000;
+
+/**
+ * The viewer of an element: exists while the pool grants the element a WebGL context. Opens the source
+ * with the element's view, tries again after faults, reports, and leaves a still picture behind.
+ */
+export class ElementViewer {
+  readonly #element: HTMLElement;
+  readonly #root: ShadowRoot;
+  readonly #parts: ElementParts;
+  readonly #view: ElementView;
+  readonly #user = this.#asContextUser();
+  readonly #sight = new IntersectionObserver((entries) => this.#seen(entries), {
+    rootMargin: "100px",
+  });
+  #viewer: Viewer | null = null;
+  #sampleBudget = 0;
+  #source: Source | null = null;
+  #opening: AbortController | null = null;
+  #reopenTimer = 0;
+  #failures = 0;
+  #isVisible = false;
+  #hasPicture = false;
+  #wasComplete = false;
+  /** The volume of the last `#open()` is open, and set to the element's view. */
+  #isOpen = false;
+  #info: StoreInfo | null = null;
+  #progress: Progress | null = null;
+
+  constructor(element: HTMLElement, root: ShadowRoot, parts: ElementParts, view: ElementView) {
+    this.#element = element;
+    this.#root = root;
+    this.#parts = parts;
+    this.#view = view;
+  }
+
+  /** Null while the element has no WebGL context. */
+  get viewer(): Viewer | null {
+    return this.#viewer;
+  }
+
+  get source(): Source | null {
+    return this.#source;
+  }
+
+  /** The open volume; null before the first. */
+  get info(): StoreInfo | null {
+    return this.#info;
+  }
+
+  /** The last progress; null before the first. */
+  get progress(): Progress | null {
+    return this.#progress;
+  }
+
+  /** The viewer has opened a volume, and is not yet set to the element's view. */
+  get isOpening(): boolean {
+    return this.#viewer?.info != null && !this.#isOpen;
+  }
+
+  /** Another volume, or none. */
+  setSource(source: Source | null): void {
+    const isFirst = this.#source === null;
+    this.#source = source;
+    this.#info = null;
+    if (!isFirst) {
+      this.#hasPicture = false;
+      this.#parts.showPoster();
+      this.#view.reset();
+    }
+    if (!source) this.#viewer?.close();
+    else {
+      if (this.#viewer) void this.#open();
+      this.wake();
+    }
+  }
+
+  /** The element is in a document: it has a viewer when it is seen. */
+  attach(): void {
+    this.#sight.observe(this.#element);
+  }
+
+  /** The element was removed from its document. */
+  detach(): void {
+    this.#sight.disconnect();
+    this.#isVisible = false;
+    this.#close();
+    this.#parts.clear();
+    this.#hasPicture = false;
+    contexts.release(this.#user);
+  }
+
+  /** Something is to be drawn, or a visitor is about to use the element (isUrgent). */
+  wake(isUrgent = false): void {
+    if (this.#isVisible && this.#source) contexts.request(this.#user, isUrgent);
+  }
+
+  /** Retries at once what waits for its next attempt. */
+  retry(): void {
+    if (this.#info || !this.#viewer) this.#viewer?.retry();
+    else void this.#open();
+  }
+
+  /** Shows a fault, and reports it. */
+  fault(error: StreamError | RendererError): void {
+    this.#parts.showMessage(error.message);
+    this.#report("fault", error);
+  }
+
+  #report(name: string, detail: unknown): void {
+    this.#element.dispatchEvent(new CustomEvent(name, { detail }));
+  }
+
+  // ---- The context ----
+
+  #asContextUser(): ContextUser {
+    const isVisible = () => this.#isVisible;
+    const isBusy = () => this.#viewer?.isBusy ?? false;
+    const isFocused = () => this.#element.matches(":focus-within");
+    return {
+      get isVisible() {
+        return isVisible();
+      },
+      get isBusy() {
+        return isBusy();
+      },
+      get isFocused() {
+        return isFocused();
+      },
+      grant: (sampleBudget) => {
+        this.#sampleBudget = sampleBudget;
+        try {
+          this.#viewer = this.#newViewer();
+          this.#parts.overlays.attach(this.#viewer);
+        } catch (error) {
+          this.fault(faultOf(error));
+        }
+        void this.#open();
+      },
+      setSampleBudget: (samples) => {
+        this.#sampleBudget = samples;
+        this.#viewer?.setSampleBudget(samples);
+      },
+      suspend: () => this.#suspend(),
+    };
+  }
+
+  #seen(entries: readonly IntersectionObserverEntry[]): void {
+    this.#isVisible = entries.at(-1)?.isIntersecting ?? false;
+    if (this.#viewer) contexts.changed();
+    else if (this.#isVisible) this.wake();
+    else contexts.release(this.#user);
+  }
+
+  #newViewer(): Viewer {
+    const { picture } = this.#parts;
+    const canvas = picture.addCanvas(this.#root.activeElement === picture.element);
+    this.#hasPicture = false;
+    const viewer = new Viewer(canvas, {
+      decoder: sharedWorkers(),
+      sampleBudget: this.#sampleBudget,
+    });
+    this.#view.applyTo(viewer);
+    viewer.on("progress", (progress) => this.#onProgress(progress));
+    viewer.on("frame", ({ samplesDrawn }) => {
+      if (samplesDrawn === 0) return;
+      this.#hasPicture = true;
+      this.#parts.showCanvas();
+    });
+    viewer.on("camera", (camera) => {
+      contexts.request(this.#user);
+      this.#view.moved(camera);
+    });
+    viewer.on("opened", (info) => this.#onOpened(info));
+    viewer.on("busy", () => contexts.changed());
+    viewer.on("error", (error) => this.fault(error));
+    return viewer;
+  }
+
+  async #suspend(): Promise<void> {
+    const { picture } = this.#parts;
+    // Null if nothing has been drawn in this context: an older picture stays.
+    const still = this.#viewer && this.#hasPicture ? await stillOf(this.#viewer) : null;
+    // The focus may have come while the picture was being made.
+    const { activeElement } = this.#root;
+    const hadFocus = activeElement !== null && activeElement === this.#viewer?.canvas;
+    this.#close();
+    if (hadFocus) picture.element.focus({ preventScroll: true });
+    if (!still) return;
+    if (this.#element.isConnected && this.#hasPicture) picture.setStill(still);
+    else URL.revokeObjectURL(still.src);
+  }
+
+  /** Ends everything that runs, and frees the context. */
+  #close(): void {
+    clearTimeout(this.#reopenTimer);
+    this.#opening?.abort();
+    this.#opening = null;
+    const viewer = this.#viewer;
+    this.#viewer = null;
+    if (!viewer) return;
+    this.#parts.overlays.attach(null);
+    viewer.dispose();
+    const { canvas } = viewer;
+    // The browser would free the context only when it collects the canvas as garbage.
+    canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
+    canvas.remove();
+    this.#parts.picture.setFocusable(true);
+  }
+
+  // ---- The volume ----
+
+  async #open(): Promise<void> {
+    const viewer = this.#viewer;
+    const source = this.#source;
+    if (!viewer || !source) return;
+    clearTimeout(this.#reopenTimer);
+    this.#opening?.abort();
+    const opening = new AbortController();
+    this.#opening = opening;
+    this.#wasComplete = false;
+    this.#isOpen = false;
+    source.forget();
+    this.#reportLateRenderer(opening.signal);
+    try {
+      await viewer.open(source, { ...this.#view.openOptions, signal: opening.signal });
+    } catch (error) {
+      if (opening.signal.aborted) return;
+      const fault = faultOf(error);
+      this.fault(fault);
+      if (faults[fault.kind].retry === "never") return;
+      this.#reopenTimer = window.setTimeout(() => void this.#open(), slowWait(this.#failures++));
+    }
+  }
+
+  /** A request that is never answered causes no error. */
+  #reportLateRenderer(signal: AbortSignal): void {
+    const timer = setTimeout(() => {
+      if (signal.aborted) return;
+      const text = `the renderer has not arrived for ${startLimitMs / 1000} s; still waiting for it`;
+      this.fault(new RendererError(text, "unreachable"));
+    }, startLimitMs);
+    const end = () => clearTimeout(timer);
+    compiledRenderer().then(end, end);
+  }
+
+  #onOpened(info: StoreInfo): void {
+    this.#info = info;
+    this.#failures = 0;
+    this.#parts.hideMessage();
+    this.#parts.controls.opened(info);
+    if (this.#viewer) this.#view.opened(this.#viewer);
+    this.#isOpen = true;
+    this.#parts.controls.show(this.#view.isovalues[0]);
+    this.#report("opened", info);
+  }
+
+  #onProgress(progress: Progress): void {
+    this.#progress = progress;
+    this.#report("progress", progress);
+    if (progress.complete && !this.#wasComplete) this.#report("complete", progress);
+    this.#wasComplete = progress.complete;
+    if (!progress.fault) this.#parts.hideMessage();
+  }
+}
+
+function faultOf(error: unknown): StreamError | RendererError {
+  if (error instanceof StreamError || error instanceof RendererError) return error;
+  const message = error instanceof Error ? error.message : String(error);
+  return new RendererError(message, "internal", error);
+}
