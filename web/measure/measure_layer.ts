@@ -1,5 +1,6 @@
 import { html, nothing, render, svg, type TemplateResult } from "lit";
-import { Screen, type ScreenPoint } from "../overlay/screen.ts";
+import { LayerDrawing } from "../overlay/layer_drawing.ts";
+import { type Screen, type ScreenPoint, screenOf } from "../overlay/screen.ts";
 import type { Triple } from "../stream/types.ts";
 import type { Viewer } from "../viewer/index.ts";
 import type { MeasureTool } from "./measure_tool.ts";
@@ -12,8 +13,7 @@ export class MeasureLayer {
   readonly #tool: MeasureTool;
   readonly #label: (measurement: Measurement) => string;
   readonly #bar: () => TemplateResult;
-  readonly #cleanup: (() => void)[];
-  #handle = 0;
+  readonly #drawing: LayerDrawing;
 
   /** label: what is written beside a measurement; bar: what lies above the picture besides. */
   constructor(
@@ -27,44 +27,31 @@ export class MeasureLayer {
     this.#tool = tool;
     this.#label = label;
     this.element.className = "overlay measure-layer";
-    const size = new ResizeObserver(() => this.request());
-    size.observe(this.element);
-    this.#cleanup = [
-      viewer.on("camera", () => this.request()),
-      viewer.on("opened", () => this.request()),
-      () => size.disconnect(),
-    ];
+    this.#drawing = new LayerDrawing(viewer, this.element, () => this.#draw());
   }
 
   stop(): void {
-    cancelAnimationFrame(this.#handle);
-    for (const clean of this.#cleanup) clean();
+    this.#drawing.stop();
     this.element.remove();
   }
 
   /** Draws in the next frame. */
   request(): void {
-    if (this.#handle !== 0) return;
-    this.#handle = requestAnimationFrame(() => {
-      this.#handle = 0;
-      this.#draw();
-    });
+    this.#drawing.request();
   }
 
   #draw(): void {
-    const { clientWidth: width, clientHeight: height } = this.element;
-    const matrix = this.#viewer.viewProjection(width, height);
-    if (!matrix || width === 0 || height === 0) {
+    const screen = screenOf(this.#viewer, this.element);
+    if (!screen) {
       render(nothing, this.element);
       return;
     }
-    const screen = new Screen(matrix, width, height);
     const { measurements, draft, kind } = this.#tool;
     render(
       html`<svg class="measure-marks" aria-hidden="true">
         ${measurements.map((each) => this.#mark(screen, each, ""))}
         ${draft.length > 0 && kind ? this.#mark(screen, { kind, points: draft }, "draft") : nothing}
-        ${kind ? centreMark(width / 2, height / 2) : nothing}
+        ${kind ? centreMark(screen.width / 2, screen.height / 2) : nothing}
       </svg>
       ${this.#bar()}`,
       this.element,

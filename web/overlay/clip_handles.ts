@@ -12,6 +12,7 @@ import {
   shareAfterKey,
   shareOf,
 } from "./clip_faces.ts";
+import { LayerDrawing } from "./layer_drawing.ts";
 import { type Screen, screenOf } from "./screen.ts";
 import { layerElement, setAttributes, svgElement } from "./shapes.ts";
 import { clipStyles } from "./styles.ts";
@@ -48,9 +49,8 @@ export class ClipHandles {
   readonly #change: (clip: Clip) => void;
   readonly #edges = svgElement("svg", { class: "clip-edges", "aria-hidden": "true" });
   readonly #handles: readonly Handle[];
-  readonly #cleanup: (() => void)[];
+  readonly #drawing: LayerDrawing;
   #drag: Drag | null = null;
-  #handle = 0;
 
   /** change: called with the new clip, which the caller must set. */
   constructor(viewer: Viewer, change: (clip: Clip) => void, texts: OverlayTexts = overlayTexts) {
@@ -63,28 +63,17 @@ export class ClipHandles {
     this.#handles = clipFaces.map((face) => this.#newHandle(face, texts));
     group.append(...this.#handles.map((handle) => handle.element));
     root.append(this.#edges, group);
-    const size = new ResizeObserver(() => this.request());
-    size.observe(this.element);
-    this.#cleanup = [
-      viewer.on("camera", () => this.request()),
-      viewer.on("opened", () => this.request()),
-      () => size.disconnect(),
-    ];
+    this.#drawing = new LayerDrawing(viewer, this.element, () => this.#draw());
   }
 
   stop(): void {
-    cancelAnimationFrame(this.#handle);
-    for (const clean of this.#cleanup) clean();
+    this.#drawing.stop();
     this.element.remove();
   }
 
   /** Draws in the next frame: call it when the clip has changed. */
   request(): void {
-    if (this.#handle !== 0) return;
-    this.#handle = requestAnimationFrame(() => {
-      this.#handle = 0;
-      this.#draw();
-    });
+    this.#drawing.request();
   }
 
   #draw(): void {

@@ -2,6 +2,7 @@ import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 import type { AxisView, Viewer } from "../viewer/index.ts";
 import { AxesPart } from "./axes_part.ts";
 import { BoxPart } from "./box_part.ts";
+import { LayerDrawing } from "./layer_drawing.ts";
 import type { OverlayPart } from "./parts.ts";
 import { ScalePart } from "./scale_part.ts";
 import { screenOf } from "./screen.ts";
@@ -20,8 +21,7 @@ export class Overlay {
   readonly #axes: AxesPart;
   readonly #scale: ScalePart;
   #parts: ReadonlySet<OverlayPart> = new Set();
-  #handle = 0;
-  readonly #cleanup: (() => void)[];
+  readonly #drawing: LayerDrawing;
 
   /** look: called when the visitor chooses a view along an axis. */
   constructor(viewer: Viewer, look: (view: AxisView) => void, texts: OverlayTexts = overlayTexts) {
@@ -29,34 +29,18 @@ export class Overlay {
     this.#axes = new AxesPart(look, texts);
     this.#scale = new ScalePart(texts);
     ({ element: this.element, root: this.#root } = layerElement(overlayStyles));
-    const size = new ResizeObserver(() => this.#request());
-    size.observe(this.element);
-    this.#cleanup = [
-      viewer.on("camera", () => this.#request()),
-      viewer.on("opened", () => this.#request()),
-      () => size.disconnect(),
-    ];
+    this.#drawing = new LayerDrawing(viewer, this.element, () => this.#draw());
   }
 
   show(parts: ReadonlySet<OverlayPart>): void {
     if (parts === this.#parts) return;
     this.#parts = parts;
-    this.#request();
+    this.#drawing.request();
   }
 
   /** Stops following the viewer; the element stays as it is. */
   stop(): void {
-    cancelAnimationFrame(this.#handle);
-    for (const clean of this.#cleanup) clean();
-  }
-
-  #request(): void {
-    if (this.#handle === 0) {
-      this.#handle = requestAnimationFrame(() => {
-        this.#handle = 0;
-        this.#draw();
-      });
-    }
+    this.#drawing.stop();
   }
 
   #draw(): void {
