@@ -1,7 +1,7 @@
 import { type Chunk, type Core, loadCore, type StoreInfo } from "../core/index.ts";
 import { Backoff } from "../stream/backoff.ts";
 import { openStore } from "../stream/open_store.ts";
-import type { StoreAccess } from "../stream/session.ts";
+import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import { StreamError } from "../stream/types.ts";
 import type { GridBox } from "./types.ts";

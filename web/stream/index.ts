@@ -12,7 +12,8 @@ export {
 } from "./faults.ts";
 export { FileSource, type SourceOptions } from "./file_source.ts";
 export { ServerSource, type ServerSourceOptions } from "./server_source.ts";
-export { type StoreAccess, StreamSession } from "./session.ts";
+export { StreamSession } from "./session.ts";
+export type { StoreAccess } from "./session_parts.ts";
 export { SiteSource, type SiteSourceOptions } from "./site_source.ts";
 export type { Source } from "./source.ts";
 export { measured } from "./timeline.ts";

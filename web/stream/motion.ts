@@ -36,6 +36,11 @@ export class Motion {
     this.#rested = rested;
   }
 
+  /** The last camera view that differed from the one before; undefined before the first. */
+  get view(): CameraView | undefined {
+    return this.#view;
+  }
+
   /** Whether the isovalue changes repeatedly, as with a slider. A single change is no movement. */
   get isovalueMoves(): boolean {
     return this.#isovalueMoves;
@@ -51,12 +56,10 @@ export class Motion {
    */
   changed(view: CameraView): boolean {
     const before = this.#view;
-    this.#view = {
-      ...view,
-      viewProjection: Array.from(view.viewProjection),
-      isovalues: [...view.isovalues],
-    };
-    if (!before) return true;
+    if (!before) {
+      this.#view = copyOf(view);
+      return true;
+    }
     const now = performance.now();
     const cameraMoved = !sameNumbers(before.viewProjection, view.viewProjection);
     const isovaluesMoved = !sameNumbers(before.isovalues, view.isovalues);
@@ -75,7 +78,9 @@ export class Motion {
     const resized =
       before.viewport.width !== view.viewport.width ||
       before.viewport.height !== view.viewport.height;
-    return cameraMoved || isovaluesMoved || resized || wasMoving !== this.#cameraMoves;
+    const isOther = cameraMoved || isovaluesMoved || resized;
+    if (isOther) this.#view = copyOf(view);
+    return isOther || wasMoving !== this.#cameraMoves;
   }
 
   /**
@@ -125,6 +130,14 @@ export class Motion {
       this.#rested();
     }, movementGap);
   }
+}
+
+function copyOf(view: CameraView): CameraView {
+  return {
+    ...view,
+    viewProjection: Array.from(view.viewProjection),
+    isovalues: [...view.isovalues],
+  };
 }
 
 function sameNumbers(a: ArrayLike<number>, b: ArrayLike<number>): boolean {

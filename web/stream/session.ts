@@ -1,21 +1,18 @@
 import type { Core, Points, Store } from "../core/index.ts";
-import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
 import { Backoff } from "./backoff.ts";
-import { ChunkQueue } from "./chunk_queue.ts";
-import { ChunkUploads } from "./chunk_uploads.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
-import { CoarseLoader } from "./coarse_loader.ts";
 import type { Decoder } from "./decoder.ts";
-import { defaultSampleBudget } from "./device.ts";
-import { Motion } from "./motion.ts";
-import { OcclusionQueries, type OcclusionQuery } from "./occlusion_queries.ts";
+import type { OcclusionQuery } from "./occlusion_queries.ts";
 import { openStore } from "./open_store.ts";
-import { PageLoader } from "./page_loader.ts";
 import { progressOf } from "./progress.ts";
 import { markTimeline, ProgressReporter } from "./progress_reporter.ts";
-import { SelectionLoop } from "./selection_loop.ts";
+import {
+  makeSessionParts,
+  type SessionOptions,
+  type SessionParts,
+  type StoreAccess,
+} from "./session_parts.ts";
 import type { Source } from "./source.ts";
-import { SourceCheck } from "./source_check.ts";
 import { measured } from "./timeline.ts";
 import {
   type CameraView,
@@ -23,19 +20,8 @@ import {
   type StoreInfo,
   StreamError,
   type StreamEvents,
-  type StreamOptions,
 } from "./types.ts";
 import { WorkerPool } from "./worker_pool.ts";
-
-type SessionOptions = StreamOptions & { decoder?: Decoder };
-
-/** An open store and its source. `closed`: aborts all reads that are still running. */
-export interface StoreAccess {
-  source: Source;
-  store: Store;
-  backoff: Backoff;
-  closed: AbortSignal;
-}
 
 /** One open volume: fetches, decodes and keeps what the camera view needs. See README.md. */
 export class StreamSession {
@@ -46,20 +32,11 @@ export class StreamSession {
   readonly #decoder: Decoder;
   readonly #ownsDecoder: boolean;
   readonly #backoff: Backoff;
-  readonly #queue: ChunkQueue;
-  readonly #pages: PageLoader;
-  readonly #uploads: ChunkUploads;
-  readonly #coarse: CoarseLoader;
-  readonly #background: BackgroundLoader;
-  readonly #sourceCheck: SourceCheck;
-  readonly #selectionLoop: SelectionLoop;
+  readonly #parts: SessionParts;
   readonly #progress: ProgressReporter;
-  readonly #motion = new Motion(() => this.#select());
-  readonly #occlusion = new OcclusionQueries();
   readonly #closing = new AbortController();
   /** For changes of the resident chunks. A change of the camera view selects at once. */
   readonly #selecting = new CoalescedTask(() => this.#select());
-  #cameraView: CameraView | undefined;
 
   private constructor(source: Source, store: Store, backoff: Backoff, options: SessionOptions) {
     this.source = source;
@@ -69,24 +46,15 @@ export class StreamSession {
     this.#ownsDecoder = !options.decoder;
     this.#decoder = options.decoder ?? new WorkerPool();
     this.#backoff = backoff;
-    const { signal } = this.#closing;
-    this.#sourceCheck = new SourceCheck(source, this.info, backoff, signal, (error) =>
-      this.#events.replaced(error),
-    );
-    const budget = options.sampleBudget ?? defaultSampleBudget();
-    this.#uploads = new ChunkUploads(store, budget, this.#events, {
+    this.#parts = makeSessionParts(this.access, this.#decoder, options, {
       changed: () => this.#selecting.request(),
-      uploadedInAdvance: () => this.#onAdvance(),
-      overflowed: (error) => this.#report(error),
+      advanced: () => this.#onAdvance(),
+      rested: () => this.#select(),
+      progressChanged: () => this.#updateProgress(),
+      partFailed: (error, isFirst) => this.#onPartFailed(error, isFirst),
+      failed: (error) => this.#report(error),
+      mark: (name) => this.#mark(name),
     });
-    this.#queue = this.#makeQueue();
-    this.#pages = new PageLoader(source, store, backoff, signal, {
-      added: () => this.#selecting.request(),
-      failed: (error, isFirst) => this.#onPartFailed(error, isFirst),
-    });
-    this.#coarse = this.#makeCoarseLoader();
-    this.#background = this.#makeBackgroundLoader(options.backgroundBytes);
-    this.#selectionLoop = this.#makeSelectionLoop(options);
     this.#progress = new ProgressReporter(
       () => this.#currentProgress(),
       (progress) => this.#events.progress(progress),
@@ -108,7 +76,7 @@ export class StreamSession {
         else if (error) options.events.error(error);
       },
       slow: (error) => {
-        if (session) void session.#sourceCheck.run(error);
+        if (session) void session.#parts.sourceCheck.run(error);
       },
     });
     try {
@@ -128,14 +96,9 @@ export class StreamSession {
   /** Sets the camera view. Cheap if nothing has changed. Call it at most once per frame. */
   update(cameraView: CameraView): void {
     if (this.isClosed) return;
-    if (!this.#motion.changed(cameraView)) return;
-    this.#occlusion.viewChanged();
-    this.#background.stop();
-    this.#cameraView = {
-      ...cameraView,
-      viewProjection: Array.from(cameraView.viewProjection),
-      isovalues: [...cameraView.isovalues],
-    };
+    if (!this.#parts.motion.changed(cameraView)) return;
+    this.#parts.occlusion.viewChanged();
+    this.#parts.background.stop();
     this.#select();
   }
 
@@ -174,7 +137,7 @@ export class StreamSession {
 
   /** Opacity or clipping has changed, and with it the occlusion. */
   sceneChanged(): void {
-    this.#occlusion.viewChanged();
+    this.#parts.occlusion.viewChanged();
     this.#updateProgress();
   }
 
@@ -183,7 +146,7 @@ export class StreamSession {
    * `StreamEvents.testOcclusion`. `settled`: the picture would be the same at rest.
    */
   occlusionQuery(settled: boolean): OcclusionQuery | undefined {
-    return this.isClosed ? undefined : this.#occlusion.query(settled);
+    return this.isClosed ? undefined : this.#parts.occlusion.query(settled);
   }
 
   /**
@@ -191,21 +154,21 @@ export class StreamSession {
    * resting picture is missing for the view to be complete.
    */
   get needsRestingPicture(): boolean {
-    return !this.isClosed && this.#occlusion.needsRest;
+    return !this.isClosed && this.#parts.occlusion.needsRest;
   }
 
   /** `answers`: the result of the query, `visibilityWords` (core) for each drawn chunk. */
   answerOcclusion(query: OcclusionQuery, answers: Uint32Array, settled: boolean): void {
     if (this.isClosed) return;
     measured("isosplat:streaming", () => {
-      if (this.#occlusion.record(query, settled)) this.#store.setVisibility(answers);
+      if (this.#parts.occlusion.record(query, settled)) this.#store.setVisibility(answers);
     });
     this.#selecting.request();
   }
 
   /** Occlusion queries do not work. From now on, occluded chunks are fetched as well. */
   occlusionFailed(): void {
-    this.#selectionLoop.disableOcclusion();
+    this.#parts.selectionLoop.disableOcclusion();
     this.#select();
   }
 
@@ -215,7 +178,7 @@ export class StreamSession {
    */
   retry(): void {
     if (this.isClosed) return;
-    this.#uploads.retry();
+    this.#parts.uploads.retry();
     this.#backoff.wake();
     this.#selecting.request();
     this.#retryParts();
@@ -224,14 +187,14 @@ export class StreamSession {
   /** Changes `StreamOptions.sampleBudget`. Memory above it is freed when coarser chunks are drawn. */
   setSampleBudget(samples: number): void {
     if (this.isClosed) return;
-    this.#uploads.residency.setBudget(samples);
+    this.#parts.uploads.residency.setBudget(samples);
     this.#select();
   }
 
   /** The viewer accepted these chunks (`samples`), but they did not fit into GPU memory. */
   rejectUploads(ids: readonly number[], message: string): void {
     if (this.isClosed) return;
-    const lost = this.#uploads.reject(ids, message);
+    const lost = this.#parts.uploads.reject(ids, message);
     // A chunk is dropped only after it has left the picture.
     this.#select();
     for (const id of lost) this.#events.drop(id);
@@ -241,57 +204,22 @@ export class StreamSession {
   close(): void {
     if (this.isClosed) return;
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
-    this.#motion.close();
+    this.#parts.motion.close();
     this.#selecting.cancel();
     this.#progress.close();
-    this.#queue.close();
-    this.#pages.close();
-    this.#background.close();
-    this.#uploads.close();
+    this.#parts.queue.close();
+    this.#parts.pages.close();
+    this.#parts.background.close();
+    this.#parts.uploads.close();
     this.#backoff.close();
     if (this.#ownsDecoder) this.#decoder.close();
     try {
-      this.#uploads.residency.dropAll();
+      this.#parts.uploads.residency.dropAll();
       this.#store.close();
     } catch (error) {
       // The memory of an aborted instance is freed with the instance.
       if (!(error instanceof WebAssembly.RuntimeError)) throw error;
     }
-  }
-
-  #makeQueue(): ChunkQueue {
-    const { residency } = this.#uploads;
-    return new ChunkQueue(this.source, this.#decoder, this.#backoff, {
-      admit: (chunk) => residency.reserve(chunk),
-      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, "view"),
-      released: (chunk) => residency.release(chunk.handle),
-      failed: (error, isFirst) => this.#onPartFailed(error, isFirst),
-      changed: () => this.#updateProgress(),
-    });
-  }
-
-  #makeCoarseLoader(): CoarseLoader {
-    return new CoarseLoader(this.source, this.#store, this.#backoff, this.#decoder, {
-      isResident: (handle) => this.#uploads.residency.has(handle),
-      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, "coarse"),
-      uploaded: () => this.#uploads.drained("coarse"),
-      changed: () => this.#selecting.request(),
-      failed: (error) => this.#report(error),
-    });
-  }
-
-  #makeBackgroundLoader(budget = defaultBackgroundBytes(this.info.fileBytes)): BackgroundLoader {
-    const { residency } = this.#uploads;
-    const bytes = savesData() ? 0 : budget;
-    return new BackgroundLoader(this.source, this.#store, this.#decoder, bytes, {
-      isResident: (handle) => residency.has(handle) || this.#uploads.isQueued(handle),
-      admit: (chunk) => residency.reserveFree(chunk),
-      released: (chunk) => residency.release(chunk.handle),
-      decoded: (chunk, decoded) => this.#uploads.add(chunk, decoded, "advance"),
-      uploaded: () => this.#uploads.drained("advance"),
-      changed: () => this.#onAdvance(),
-      ended: () => this.#mark("isosplat:prepared"),
-    });
   }
 
   /** Chunks that no view needed when they were fetched do not change a complete picture. */
@@ -301,39 +229,19 @@ export class StreamSession {
     else this.#selecting.request();
   }
 
-  #makeSelectionLoop({ targetCellPixels = 1, movingCellPixels = 5 }: SessionOptions) {
-    return new SelectionLoop(
-      {
-        store: this.#store,
-        queue: this.#queue,
-        pages: this.#pages,
-        uploads: this.#uploads,
-        coarse: this.#coarse,
-        background: this.#background,
-        motion: this.#motion,
-        occlusion: this.#occlusion,
-        sourceCheck: this.#sourceCheck,
-        backoff: this.#backoff,
-        viewer: this.#events,
-        mark: (name) => this.#mark(name),
-      },
-      { target: targetCellPixels, moving: movingCellPixels },
-    );
-  }
-
   #loadCoarse(firstIsovalues: readonly number[] | undefined): void {
     const suggested = (this.info.metadata.suggested_isovalues ?? []).slice(0, 1);
-    const { budget } = this.#uploads.residency;
-    void this.#coarse.load(budget, firstIsovalues ?? suggested, this.#closing.signal);
+    const { budget } = this.#parts.uploads.residency;
+    void this.#parts.coarse.load(budget, firstIsovalues ?? suggested, this.#closing.signal);
   }
 
   #select(): void {
-    const cameraView = this.#cameraView;
+    const cameraView = this.#parts.motion.view;
     this.#selecting.cancel();
     if (!cameraView || this.isClosed) return;
     measured("isosplat:streaming", () => {
       try {
-        this.#selectionLoop.run(cameraView);
+        this.#parts.selectionLoop.run(cameraView);
       } catch (error) {
         this.#report(new StreamError("internal", `selection: ${String(error)}`, error));
       }
@@ -351,8 +259,8 @@ export class StreamSession {
   }
 
   #retryParts(): void {
-    this.#queue.retry();
-    this.#pages.retry();
+    this.#parts.queue.retry();
+    this.#parts.pages.retry();
     this.#updateProgress();
   }
 
@@ -360,7 +268,7 @@ export class StreamSession {
     // Occlusion queries that waited for this part continue without it.
     this.#selecting.request();
     if (isFirst) this.#report(error);
-    void this.#sourceCheck.run(error);
+    void this.#parts.sourceCheck.run(error);
   }
 
   #report(error: StreamError): void {
@@ -380,30 +288,26 @@ export class StreamSession {
 
   /** Chunks that the view needs come before chunks that a later view may need. */
   #prepareOtherIsovalues(): void {
-    const isovalues = this.#cameraView?.isovalues;
+    const isovalues = this.#parts.motion.view?.isovalues;
     const isFailing =
-      this.#sourceCheck.isReplaced || this.#backoff.trouble || this.#uploads.overflow;
-    if (!isovalues || isFailing || !this.#isComplete) this.#background.stop();
-    else this.#background.start(isovalues, this.#coarse.finestLevel);
+      this.#parts.sourceCheck.isReplaced || this.#backoff.trouble || this.#parts.uploads.overflow;
+    if (!isovalues || isFailing || !this.#isComplete) this.#parts.background.stop();
+    else this.#parts.background.start(isovalues, this.#parts.coarse.finestLevel);
   }
 
   #currentProgress() {
     return progressOf({
+      ...this.#parts,
       source: this.source,
-      queue: this.#queue,
-      pages: this.#pages,
-      uploads: this.#uploads,
-      motion: this.#motion,
-      occlusion: this.#occlusion,
-      selection: this.#selectionLoop.selection,
+      selection: this.#parts.selectionLoop.selection,
       isSelectionPending: this.#selecting.isRequested,
-      isLoadingCoarse: this.#coarse.isLoading,
-      preparation: this.#background.preparation,
+      isLoadingCoarse: this.#parts.coarse.isLoading,
+      preparation: this.#parts.background.preparation,
       sourceFault: this.#backoff.trouble,
     });
   }
 
   #mark(name: string): void {
-    markTimeline(name, this.source, this.#uploads.residency);
+    markTimeline(name, this.source, this.#parts.uploads.residency);
   }
 }

@@ -1,0 +1,108 @@
+import type { Store } from "../core/core.ts";
+import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
+import type { Backoff } from "./backoff.ts";
+import { ChunkQueue } from "./chunk_queue.ts";
+import { ChunkUploads } from "./chunk_uploads.ts";
+import { CoarseLoader } from "./coarse_loader.ts";
+import type { Decoder } from "./decoder.ts";
+import { defaultSampleBudget } from "./device.ts";
+import { Motion } from "./motion.ts";
+import { OcclusionQueries } from "./occlusion_queries.ts";
+import { PageLoader } from "./page_loader.ts";
+import { SelectionLoop, type SelectionParts } from "./selection_loop.ts";
+import type { Source } from "./source.ts";
+import { SourceCheck } from "./source_check.ts";
+import type { StreamError, StreamOptions } from "./types.ts";
+
+/** `decoder`: is not closed with the session. Default: workers of the session alone. */
+export type SessionOptions = StreamOptions & { decoder?: Decoder };
+
+/** An open store and its source. `closed`: aborts all reads that are still running. */
+export interface StoreAccess {
+  source: Source;
+  store: Store;
+  backoff: Backoff;
+  closed: AbortSignal;
+}
+
+/** What the parts report to their session. */
+export interface SessionPartsHost {
+  /** Other chunks are resident, or can be fetched. */
+  changed(): void;
+  /** Chunks that no view needed when they were fetched are resident. */
+  advanced(): void;
+  /** A movement has ended. */
+  rested(): void;
+  progressChanged(): void;
+  /** A chunk or a page cannot be had. `isFirst`: the first one with this fault. */
+  partFailed(error: StreamError, isFirst: boolean): void;
+  failed(error: StreamError): void;
+  /** Sets a mark on the browser's timeline. */
+  mark(name: string): void;
+}
+
+export interface SessionParts extends SelectionParts {
+  selectionLoop: SelectionLoop;
+}
+
+/** Makes the parts of a session, and connects them. */
+export function makeSessionParts(
+  { source, store, backoff, closed }: StoreAccess,
+  decoder: Decoder,
+  options: SessionOptions,
+  host: SessionPartsHost,
+): SessionParts {
+  const viewer = options.events;
+  const uploads = new ChunkUploads(store, options.sampleBudget ?? defaultSampleBudget(), viewer, {
+    changed: () => host.changed(),
+    uploadedInAdvance: () => host.advanced(),
+    overflowed: (error) => host.failed(error),
+  });
+  const { residency } = uploads;
+  const queue = new ChunkQueue(source, decoder, backoff, {
+    admit: (chunk) => residency.reserve(chunk),
+    decoded: (chunk, decoded) => uploads.add(chunk, decoded, "view"),
+    released: (chunk) => residency.release(chunk.handle),
+    failed: (error, isFirst) => host.partFailed(error, isFirst),
+    changed: () => host.progressChanged(),
+  });
+  const pages = new PageLoader(source, store, backoff, closed, {
+    added: () => host.changed(),
+    failed: (error, isFirst) => host.partFailed(error, isFirst),
+  });
+  const coarse = new CoarseLoader(source, store, backoff, decoder, {
+    isResident: (handle) => residency.has(handle),
+    decoded: (chunk, decoded) => uploads.add(chunk, decoded, "coarse"),
+    uploaded: () => uploads.drained("coarse"),
+    changed: () => host.changed(),
+    failed: (error) => host.failed(error),
+  });
+  const budget = options.backgroundBytes ?? defaultBackgroundBytes(store.info.fileBytes);
+  const background = new BackgroundLoader(source, store, decoder, savesData() ? 0 : budget, {
+    isResident: (handle) => residency.has(handle) || uploads.isQueued(handle),
+    admit: (chunk) => residency.reserveFree(chunk),
+    released: (chunk) => residency.release(chunk.handle),
+    decoded: (chunk, decoded) => uploads.add(chunk, decoded, "advance"),
+    uploaded: () => uploads.drained("advance"),
+    changed: () => host.advanced(),
+    ended: () => host.mark("isosplat:prepared"),
+  });
+  const parts: SelectionParts = {
+    store,
+    queue,
+    pages,
+    uploads,
+    coarse,
+    background,
+    motion: new Motion(() => host.rested()),
+    occlusion: new OcclusionQueries(),
+    sourceCheck: new SourceCheck(source, store.info, backoff, closed, (error) =>
+      viewer.replaced(error),
+    ),
+    backoff,
+    viewer,
+    mark: (name) => host.mark(name),
+  };
+  const { targetCellPixels: target = 1, movingCellPixels: moving = 5 } = options;
+  return { ...parts, selectionLoop: new SelectionLoop(parts, { target, moving }) };
+}
