@@ -2,7 +2,8 @@
 // origin, with a model as the front-end specification of anywidget (AFM) has it.
 import { createServer, type Server } from "node:http";
 import { expect, type Page, test } from "@playwright/test";
-import type { NotebookModel, Traits } from "../../web/element/anywidget.ts";
+import type { NotebookModel } from "../../web/element/notebook.ts";
+import type { Traits } from "../../web/element/notebook_traits.ts";
 import { traitDefaults } from "../../web/element/notebook_traits.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 

@@ -101,6 +101,16 @@ describe("folders", () => {
     expect([...compiled].filter((folder) => !built.has(folder))).toEqual([]);
   });
 
+  it("of web/ import from others the file that declares a thing", () => {
+    // index.ts is for programs outside of web/, and for import(), which loads a folder as a whole.
+    const indexes = typescript.flatMap((file) =>
+      [...readFileSync(join(root, file), "utf8").matchAll(/\bfrom "(\.\.\/[^"]*)";/g)]
+        .filter(([, target = ""]) => target.endsWith("/index.ts"))
+        .map(([statement]) => `${file}: ${statement}`),
+    );
+    expect(indexes).toEqual([]);
+  });
+
   it("use nothing of tests/", () => {
     expect(lines(uses.filter(({ to }) => to.split("/")[0] === "tests"))).toEqual([]);
   });
@@ -145,6 +155,9 @@ describe("folders", () => {
     ["shared", /^shared\//],
     ["server", /^(server|shared)(\/|$)/],
     ["web", /^(web\/|shared\/bindings\/wasm$)/],
+    ["web/core", /^shared\/bindings\/wasm$/],
+    ["web/stream", /^web\/(core|texts)$/],
+    ["web/viewer", /^(web\/(stream|core|texts)|shared\/bindings\/wasm)$/],
     ["shared/core", /^shared\/core\//],
     ["shared/render", /^shared\/(render|core)(\/|$)/],
     ["shared/import", /^shared\/(import|core|system)(\/|$)/],

@@ -1,6 +1,6 @@
 // The planes of slices in grids of any axes.
 import { expect, it } from "vitest";
-import type { StoreInfo } from "../../web/stream/types.ts";
+import type { StoreInfo } from "../../web/core/types.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "../../web/viewer/slices.ts";
 import type { Slices } from "../../web/viewer/types.ts";
 

@@ -1,4 +1,5 @@
-import { type CompiledModule, CoreError } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
 import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { BuildWorkerMessage, BuildWorkerStart } from "./build_worker.ts";
 import type { EncodeWorkerStart } from "./encode_worker.ts";

@@ -1,5 +1,6 @@
 /** The worker that directs a build: it reads the voxels and writes the store. */
-import { type CompiledModule, failureOf, type WorkerFailure } from "../core/index.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
+import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
 import { Builder } from "./builder.ts";
 import { directBuild } from "./direct.ts";
 import { type Port, PortEncoder } from "./encoder_port.ts";

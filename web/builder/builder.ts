@@ -1,4 +1,5 @@
-import { CoreError, textAt } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import { textAt } from "../core/text.ts";
 import type { BuilderModule } from "./module.ts";
 import type { BuildLimits, BuildReport, VolumeDescription } from "./types.ts";
 

@@ -1,5 +1,5 @@
 /** A worker that encodes blocks for the director at the other side of a port. */
-import type { CompiledModule } from "../core/index.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
 import { type Port, serveEncoder } from "./encoder_port.ts";
 
 /** The only message. */

@@ -1,4 +1,6 @@
-import { type CompiledModule, CoreError, failureOf, type WorkerFailure } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
+import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
 import { Builder } from "./builder.ts";
 import type { Encoder } from "./direct.ts";
 import { instantiateBuilder } from "./module.ts";

@@ -1,4 +1,5 @@
-import type { PictureSize, Viewer } from "../viewer/index.ts";
+import type { PictureSize } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 import type { FrameView } from "./frame_paths.ts";
 import { type CaptureProgress, capturePixels } from "./picture.ts";
 

@@ -1,4 +1,5 @@
-import { type Camera, cameraBetween, type Surface } from "../viewer/index.ts";
+import { cameraBetween } from "../viewer/camera_views.ts";
+import type { Camera, Surface } from "../viewer/types.ts";
 
 /** What a frame of a film shows. */
 export interface FrameView {

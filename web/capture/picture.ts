@@ -1,5 +1,6 @@
-import type { Progress } from "../stream/index.ts";
-import type { PictureInParts, PictureSize, PictureView, Viewer } from "../viewer/index.ts";
+import type { Progress } from "../stream/types.ts";
+import type { PictureInParts, PictureSize, PictureView } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 import { PngStream } from "./png_stream.ts";
 
 /** Longest width and height of a picture, in pixels: kMaxImageSize of shared/render/frame/image_tile.h. */

@@ -1,5 +1,5 @@
 import { downloadZip } from "client-zip";
-import type { PictureSize } from "../viewer/index.ts";
+import type { PictureSize } from "../viewer/types.ts";
 import type { FilmFile } from "./film.ts";
 import { PngStream } from "./png_stream.ts";
 

@@ -1,6 +1,6 @@
 import { ArrayBufferTarget, Muxer } from "webm-muxer";
 import { captureTexts } from "../texts/capture.ts";
-import type { PictureSize } from "../viewer/index.ts";
+import type { PictureSize } from "../viewer/types.ts";
 import type { FilmFile } from "./film.ts";
 
 /** Seconds between frames that are coded without others. */

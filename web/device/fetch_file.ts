@@ -1,4 +1,4 @@
-import { BlobParts } from "../builder/index.ts";
+import { BlobParts } from "../core/blob_parts.ts";
 import type { FaultKind } from "../stream/faults.ts";
 import { Traffic, type TransferOptions, transfer } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";

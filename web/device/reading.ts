@@ -1,11 +1,11 @@
-import type { BuildStoreOptions, BuiltStore, VolumeDescription } from "../builder/index.ts";
-import { CoreError } from "../core/index.ts";
-import type { ReducedVolume, VolumeCandidate, VolumeChoice } from "../import/index.ts";
+import type { BuildStoreOptions, BuiltStore } from "../builder/build_store.ts";
+import type { VolumeDescription } from "../builder/types.ts";
+import { CoreError } from "../core/calls.ts";
+import type { ReducedVolume } from "../import/reduced_volume.ts";
+import type { VolumeCandidate, VolumeChoice } from "../import/types.ts";
 import { deviceTexts } from "../texts/device.ts";
 import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
-
-export type { VolumeCandidate, VolumeChoice } from "../import/index.ts";
 
 /**
  * Asks which of several volumes to read, or whether to accept the fault of `problem` (a choice of one

@@ -1,5 +1,5 @@
 import { downloadZip, predictLength } from "client-zip";
-import type { StoreInfo } from "../core/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { fetchPageFile, type PageFile, pageFiles } from "./page_files.ts";
 

@@ -11,7 +11,7 @@ import {
   type Reader,
   ZipReader,
 } from "@zip.js/zip.js/lib/zip-core-reader.js";
-import { BlobParts } from "../builder/index.ts";
+import { BlobParts } from "../core/blob_parts.ts";
 import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { maxFetchedBytes } from "./fetch_file.ts";
 import { type InputFile, isZip, maxFiles } from "./files.ts";

@@ -1,10 +1,8 @@
 import { StreamError } from "../stream/types.ts";
-import type { ZarrImage, ZarrScale } from "../zarr/index.ts";
+import type { ZarrImage, ZarrScale } from "../zarr/types.ts";
 import { explained } from "./fetch_file.ts";
 import { keyOf } from "./files.ts";
 import type { PreviewShown, ReadableVolume } from "./reading.ts";
-
-export type { ZarrImage, ZarrScale } from "../zarr/index.ts";
 
 /** Of a build, the part that fetching takes: the network is slower than the builder. */
 const fetchShare = 0.8;

@@ -1,23 +1,20 @@
 /** What `import … from "isosplat"` gives: the element, and what most programs need beside it. */
-export {
-  AssetError,
-  type Chunk,
-  type Core,
-  CoreError,
-  loadCore,
-  maxHeaderBytes,
-  type Points,
-  type Store,
-} from "../core/index.ts";
-export { forecastSurface, SurfaceReader, saveSurface } from "../mesh/index.ts";
-export {
-  BlobSource,
-  FileSource,
-  faults,
-  ServerSource,
-  SiteSource,
-  StreamError,
-  StreamSession,
-} from "../stream/index.ts";
-export { RendererError, Viewer } from "../viewer/index.ts";
+
+export { CoreError } from "../core/calls.ts";
+export { AssetError } from "../core/compile_asset.ts";
+export { type Core, maxHeaderBytes, type Store } from "../core/core.ts";
+export { loadCore } from "../core/load_core.ts";
+export type { Chunk } from "../core/records.ts";
+export type { Points } from "../core/types.ts";
+export { forecastSurface, saveSurface } from "../mesh/save_surface.ts";
+export { SurfaceReader } from "../mesh/surface_reader.ts";
+export { BlobSource } from "../stream/blob_source.ts";
+export { faults } from "../stream/faults.ts";
+export { FileSource } from "../stream/file_source.ts";
+export { ServerSource } from "../stream/server_source.ts";
+export { StreamSession } from "../stream/session.ts";
+export { SiteSource } from "../stream/site_source.ts";
+export { StreamError } from "../stream/types.ts";
+export { RendererError } from "../viewer/renderer_error.ts";
+export { Viewer } from "../viewer/viewer.ts";
 export * from "./index.ts";

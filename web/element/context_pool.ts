@@ -1,4 +1,4 @@
-import { defaultSampleBudget } from "../stream/index.ts";
+import { defaultSampleBudget } from "../stream/device.ts";
 
 /** An element that needs a WebGL context while it can be seen. */
 export interface ContextUser {

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { type ElementTexts, elementTexts } from "../texts/element.ts";
 import { decimalSignOf } from "../texts/numbers.ts";
 

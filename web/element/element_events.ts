@@ -1,5 +1,7 @@
-import type { Progress, StoreInfo, StreamError } from "../stream/index.ts";
-import type { Camera, Clip, RendererError, Slices } from "../viewer/index.ts";
+import type { StoreInfo } from "../core/types.ts";
+import type { Progress, StreamError } from "../stream/types.ts";
+import type { RendererError } from "../viewer/renderer_error.ts";
+import type { Camera, Clip, Slices } from "../viewer/types.ts";
 
 /** The events of the element, by name. They are CustomEvents, and do not bubble. */
 export interface IsosplatViewerEvents {

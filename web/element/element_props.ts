@@ -1,5 +1,5 @@
-import type { Source } from "../stream/index.ts";
-import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/index.ts";
+import type { Source } from "../stream/source.ts";
+import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
 
 /** What frameworks set: attributes, and properties where the element has them under the same name. */

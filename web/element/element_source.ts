@@ -1,4 +1,6 @@
-import { FileSource, ServerSource, type Source } from "../stream/index.ts";
+import { FileSource } from "../stream/file_source.ts";
+import { ServerSource } from "../stream/server_source.ts";
+import type { Source } from "../stream/source.ts";
 
 const serverPath = /^(.*\/)v1\/volumes\/([^/]+)\/?$/;
 

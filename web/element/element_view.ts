@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/types.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { wholeVolume } from "../viewer/clipping.ts";
 import { writeCamera } from "../viewer/setting_text.ts";
 import { noSlices } from "../viewer/slices.ts";

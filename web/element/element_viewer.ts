@@ -1,6 +1,7 @@
+import type { StoreInfo } from "../core/types.ts";
 import { faults, slowWait } from "../stream/faults.ts";
 import type { Source } from "../stream/source.ts";
-import { type Progress, type StoreInfo, StreamError } from "../stream/types.ts";
+import { type Progress, StreamError } from "../stream/types.ts";
 import { RendererError } from "../viewer/renderer_error.ts";
 import { compiledRenderer } from "../viewer/renderer_program.ts";
 import { Viewer } from "../viewer/viewer.ts";

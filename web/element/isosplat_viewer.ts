@@ -1,6 +1,7 @@
+import type { StoreInfo } from "../core/types.ts";
 import type { SavedSurface, SaveSurfaceOptions } from "../mesh/save_surface.ts";
 import type { Source } from "../stream/source.ts";
-import { type Progress, type StoreInfo, StreamError } from "../stream/types.ts";
+import { type Progress, StreamError } from "../stream/types.ts";
 import { RendererError } from "../viewer/renderer_error.ts";
 import { readColour } from "../viewer/setting_text.ts";
 import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";

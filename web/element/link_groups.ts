@@ -1,4 +1,4 @@
-import type { Camera, Clip, Slices } from "../viewer/index.ts";
+import type { Camera, Clip, Slices } from "../viewer/types.ts";
 
 /** What linked elements have in common. */
 export interface LinkedView {

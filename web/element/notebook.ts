@@ -1,4 +1,6 @@
-import { type Camera, isDefaultClip, isDefaultSlices, wholeVolume } from "../viewer/index.ts";
+import { isDefaultClip, wholeVolume } from "../viewer/clipping.ts";
+import { isDefaultSlices } from "../viewer/slices.ts";
+import type { Camera } from "../viewer/types.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import {
   backgroundOf,

@@ -1,13 +1,7 @@
 /** The traits of the notebook widget: names, defaults, and what is accepted. */
-import type { Triple } from "../stream/index.ts";
-import {
-  type Camera,
-  type Clip,
-  readColour,
-  readProjection,
-  type Slices,
-  type Surface,
-} from "../viewer/index.ts";
+import type { Triple } from "../core/types.ts";
+import { readColour, readProjection } from "../viewer/setting_text.ts";
+import type { Camera, Clip, Slices, Surface } from "../viewer/types.ts";
 import { readParts, shownParts } from "./overlay_area.ts";
 
 /** A point of a surface that was clicked. */

@@ -2,13 +2,10 @@ import type { ClipHandles } from "../overlay/clip_handles.ts";
 import type { Overlay } from "../overlay/overlay.ts";
 import { type OverlayPart, overlayParts } from "../overlay/parts.ts";
 import type { OverlayTexts } from "../texts/overlay.ts";
-import {
-  type AxisView,
-  CameraMotion,
-  type Clip,
-  cameraAlong,
-  type Viewer,
-} from "../viewer/index.ts";
+import { CameraMotion } from "../viewer/camera_motion.ts";
+import { type AxisView, cameraAlong } from "../viewer/camera_views.ts";
+import type { Clip } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 
 /** What an element can show above its picture. */
 export const shownParts = [...overlayParts, "clip"] as const;

@@ -1,5 +1,5 @@
 import { type ElementTexts, elementTexts } from "../texts/element.ts";
-import type { Viewer } from "../viewer/index.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 
 /**
  * Where an element shows its picture: the canvas, or the last picture while the element has no WebGL

@@ -1,15 +1,13 @@
 /** The worker that reads a volume's files, and directs the build of its store. */
-import {
-  Builder,
-  type BuildLimits,
-  directBuild,
-  instantiateBuilder,
-  type Port,
-  PortEncoder,
-  StoreParts,
-  type VolumeDescription,
-} from "../builder/index.ts";
-import { type CompiledModule, CoreError, failureOf, type WorkerFailure } from "../core/index.ts";
+import { Builder } from "../builder/builder.ts";
+import { directBuild } from "../builder/direct.ts";
+import { type Port, PortEncoder } from "../builder/encoder_port.ts";
+import { instantiateBuilder } from "../builder/module.ts";
+import { StoreParts } from "../builder/store_parts.ts";
+import type { BuildLimits, VolumeDescription } from "../builder/types.ts";
+import { CoreError } from "../core/calls.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
+import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
 import { FileTable } from "./files.ts";
 import { volumesAmong } from "./find_volumes.ts";
 import { Importer } from "./importer.ts";

@@ -1,11 +1,8 @@
-import {
-  type BuildStoreOptions,
-  type BuiltStore,
-  buildWith,
-  compileBuilder,
-  type VolumeDescription,
-} from "../builder/index.ts";
-import { type CompiledModule, CoreError } from "../core/index.ts";
+import { type BuildStoreOptions, type BuiltStore, buildWith } from "../builder/build_store.ts";
+import { compileBuilder } from "../builder/module.ts";
+import type { VolumeDescription } from "../builder/types.ts";
+import { CoreError } from "../core/calls.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
 import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { ImportRequest, ImportResponse } from "./import_worker.ts";
 import { compileImport } from "./module.ts";

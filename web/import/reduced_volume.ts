@@ -1,4 +1,4 @@
-import type { VolumeDescription } from "../builder/index.ts";
+import type { VolumeDescription } from "../builder/types.ts";
 
 /** A copy of a volume with fewer voxels. */
 export interface ReducedVolume {

@@ -1,5 +1,5 @@
-import type { VolumeDescription, VoxelType } from "../builder/index.ts";
-import { CoreError } from "../core/index.ts";
+import type { VolumeDescription, VoxelType } from "../builder/types.ts";
+import { CoreError } from "../core/calls.ts";
 
 /** A file that was dropped or chosen. */
 export interface InputFile {

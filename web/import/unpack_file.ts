@@ -1,4 +1,4 @@
-import { CoreError } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
 import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { InputFile, Packing } from "./types.ts";
 import type { UnpackRequest, UnpackResponse } from "./unpack_worker.ts";

@@ -1,8 +1,8 @@
 import { html, nothing, render, svg, type TemplateResult } from "lit";
+import type { Triple } from "../core/types.ts";
 import { LayerDrawing } from "../overlay/layer_drawing.ts";
 import { type Screen, type ScreenPoint, screenOf } from "../overlay/screen.ts";
-import type { Triple } from "../stream/types.ts";
-import type { Viewer } from "../viewer/index.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 import type { MeasureTool } from "./measure_tool.ts";
 import type { MeasuredPoint, Measurement } from "./measurement.ts";
 

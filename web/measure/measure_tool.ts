@@ -1,5 +1,5 @@
 import { measureTexts } from "../texts/measure.ts";
-import type { Viewer } from "../viewer/index.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 import {
   isText,
   type MeasuredPoint,

@@ -1,4 +1,4 @@
-import type { Triple } from "../stream/types.ts";
+import type { Triple } from "../core/types.ts";
 
 export const measurementKinds = ["point", "distance", "path", "angle", "note"] as const;
 export type MeasurementKind = (typeof measurementKinds)[number];

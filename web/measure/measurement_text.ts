@@ -1,4 +1,4 @@
-import type { Triple } from "../stream/types.ts";
+import type { Triple } from "../core/types.ts";
 import {
   isText,
   type MeasuredPoint,

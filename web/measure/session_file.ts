@@ -1,4 +1,4 @@
-import type { Triple } from "../stream/types.ts";
+import type { Triple } from "../core/types.ts";
 import { sessionTexts } from "../texts/session.ts";
 import {
   isText,

@@ -1,5 +1,6 @@
 import { activeCellsAt } from "../core/active_cells.ts";
-import type { Chunk, StoreInfo } from "../core/index.ts";
+import type { Chunk } from "../core/records.ts";
+import type { StoreInfo } from "../core/types.ts";
 import type { MeshFormat } from "./types.ts";
 
 /** What a file of a surface costs, before it is made. */

@@ -1,6 +1,6 @@
-import type { Chunk } from "../core/index.ts";
-import { CoreError } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
 import { messageOfLoss, startWorker } from "../core/page_worker.ts";
+import type { Chunk } from "../core/records.ts";
 import { compileMesh } from "./compile_mesh.ts";
 import type { MeshAnswer, MeshRequest } from "./mesh_worker.ts";
 import { SurfaceMesher } from "./surface_mesher.ts";

@@ -1,4 +1,4 @@
-import type { Chunk } from "../core/index.ts";
+import type { Chunk } from "../core/records.ts";
 import { beginMesher } from "./mesher.ts";
 import type { SurfaceReader } from "./surface_reader.ts";
 import type { MeshJob, MeshResult } from "./types.ts";

@@ -1,4 +1,5 @@
-import { type Chunk, CoreError } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Chunk } from "../core/records.ts";
 import type { Source } from "../stream/source.ts";
 import { forecastOf, type SurfaceForecast } from "./forecast.ts";
 import { type JobOptions, runJob } from "./run_job.ts";

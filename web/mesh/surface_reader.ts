@@ -1,4 +1,7 @@
-import { type Chunk, type Core, loadCore, type StoreInfo } from "../core/index.ts";
+import type { Core } from "../core/core.ts";
+import { loadCore } from "../core/load_core.ts";
+import type { Chunk } from "../core/records.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { Backoff } from "../stream/backoff.ts";
 import { openStore } from "../stream/open_store.ts";
 import type { StoreAccess } from "../stream/session_parts.ts";

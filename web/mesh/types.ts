@@ -1,4 +1,4 @@
-import type { StoreInfo, Triple } from "../core/index.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 
 /** The formats of files; their numbers in the module are their places here (MeshFormatId). */
 export const meshFormats = ["stl", "ply", "glb"] as const;

@@ -1,6 +1,6 @@
-import type { StoreInfo, Triple } from "../stream/index.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 import type { OverlayTexts } from "../texts/overlay.ts";
-import { type AxisView, axisViews } from "../viewer/index.ts";
+import { type AxisView, axisViews } from "../viewer/camera_views.ts";
 import { axisNames, viewName } from "./axis_names.ts";
 import type { Screen } from "./screen.ts";
 import { setAttributes, svgElement } from "./shapes.ts";

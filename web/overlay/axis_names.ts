@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 
 /** The formats with patient coordinates: x to the left, y to the back, z to the head. */

@@ -1,4 +1,4 @@
-import type { StoreInfo, Triple } from "../stream/index.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 import { ticks } from "./lengths.ts";
 import type { Screen, ScreenPoint } from "./screen.ts";
 

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { localized } from "../texts/numbers.ts";
 import { boundingBox } from "./bounding_box.ts";
 import type { Screen } from "./screen.ts";

@@ -1,5 +1,5 @@
-import type { StoreInfo, Triple } from "../stream/index.ts";
-import type { Clip } from "../viewer/index.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
+import type { Clip } from "../viewer/types.ts";
 import { place } from "./bounding_box.ts";
 import type { Screen, ScreenPoint } from "./screen.ts";
 

@@ -1,7 +1,8 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { localized } from "../texts/numbers.ts";
 import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
-import type { Clip, Viewer } from "../viewer/index.ts";
+import type { Clip } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 import {
   type ClipFace,
   clipEdges,

@@ -1,5 +1,6 @@
 import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
-import type { AxisView, Viewer } from "../viewer/index.ts";
+import type { AxisView } from "../viewer/camera_views.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 import { AxesPart } from "./axes_part.ts";
 import { BoxPart } from "./box_part.ts";
 import { LayerDrawing } from "./layer_drawing.ts";

@@ -1,4 +1,4 @@
-import type { Triple } from "../stream/index.ts";
+import type { Triple } from "../core/types.ts";
 import type { OverlayTexts } from "../texts/overlay.ts";
 import { formatLength, scaleBar } from "./lengths.ts";
 import type { Screen } from "./screen.ts";

@@ -1,5 +1,5 @@
-import type { Triple } from "../stream/index.ts";
-import type { Viewer } from "../viewer/index.ts";
+import type { Triple } from "../core/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
 
 /** A point of the picture: CSS pixels from the top left; `depth` > 0 grows away from the eye. */
 export interface ScreenPoint {

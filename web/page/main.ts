@@ -1,7 +1,7 @@
 import "./style.css";
 import { startLanguage } from "../texts/language.ts";
 import { pageTexts } from "../texts/page.ts";
-import { compiledRenderer } from "../viewer/index.ts";
+import { compiledRenderer } from "../viewer/renderer_program.ts";
 import { openTarget } from "./address/open_target.ts";
 import { readUrl } from "./address/url_state.ts";
 import { startTheme } from "./shell/theme.ts";

@@ -2,7 +2,7 @@
 // The build makes single.html of it; web/device/save_single_page.ts adds the store.
 import "./style.css";
 import "./shell/components.ts";
-import { BlobSource } from "../stream/index.ts";
+import { BlobSource } from "../stream/blob_source.ts";
 import { startLanguage } from "../texts/language.ts";
 import { startTheme } from "./shell/theme.ts";
 import { VolumePage } from "./volume/volume_page.ts";

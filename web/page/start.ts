@@ -1,4 +1,4 @@
-import { StreamError } from "../stream/index.ts";
+import { StreamError } from "../stream/types.ts";
 import { startTexts } from "../texts/start.ts";
 import { addressIn } from "./address/open_target.ts";
 import { Catalog } from "./catalog/catalog.ts";

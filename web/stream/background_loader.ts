@@ -1,4 +1,7 @@
-import { type Chunk, CoreError, type DecodedChunk, type Store } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { Decoder } from "./decoder.ts";
 import { PartError, type Source } from "./source.ts";
 import { StreamError } from "./types.ts";

@@ -1,4 +1,4 @@
-import { maxHeaderBytes } from "../core/index.ts";
+import { maxHeaderBytes } from "../core/core.ts";
 import { contentIdOf, ranges } from "./file_source.ts";
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
 import { beginsAsStore } from "./transfer.ts";

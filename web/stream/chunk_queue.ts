@@ -1,4 +1,6 @@
-import { type Chunk, CoreError, type DecodedChunk } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";

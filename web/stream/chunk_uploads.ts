@@ -1,4 +1,6 @@
-import type { Chunk, DecodedChunk, Store } from "../core/index.ts";
+import type { Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import { Residency, type UploadPurpose } from "./residency.ts";
 import { StreamError, type StreamEvents } from "./types.ts";
 import { type Upload, UploadQueue } from "./upload_queue.ts";

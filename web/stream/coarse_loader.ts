@@ -1,4 +1,7 @@
-import { type Chunk, CoreError, type DecodedChunk, type Store } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { Backoff } from "./backoff.ts";
 import { badDirectory, type CoarseChunk, CoarseTail } from "./coarse_tail.ts";
 import type { Decoder } from "./decoder.ts";

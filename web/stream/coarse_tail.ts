@@ -1,4 +1,6 @@
-import { type Chunk, CoreError, type Store } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";

@@ -1,4 +1,6 @@
-import type { Chunk, Core, DecodedChunk } from "../core/index.ts";
+import type { Core } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 
 /** The shape and checksum of a chunk, which decoding needs besides its bytes. */
 export type DecodeJob = Pick<

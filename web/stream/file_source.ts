@@ -1,4 +1,4 @@
-import { maxHeaderBytes } from "../core/index.ts";
+import { maxHeaderBytes } from "../core/core.ts";
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
 import {
   type Admittance,

@@ -1,3 +1,4 @@
+export type { StoreInfo, StoreMetadata, Triple } from "../core/types.ts";
 export { BlobSource } from "./blob_source.ts";
 export { type Decoder, InlineDecoder } from "./decoder.ts";
 export { defaultSampleBudget } from "./device.ts";

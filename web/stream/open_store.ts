@@ -1,4 +1,5 @@
-import { type Core, CoreError, type Store } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Core, Store } from "../core/core.ts";
 import type { Backoff } from "./backoff.ts";
 import { faultOfStatus, isOfPart } from "./faults.ts";
 import type { Source } from "./source.ts";

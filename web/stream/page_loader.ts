@@ -1,4 +1,6 @@
-import { CoreError, type Page, type Store } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { Store } from "../core/core.ts";
+import type { Page } from "../core/records.ts";
 import type { Backoff } from "./backoff.ts";
 import { badDirectory } from "./coarse_tail.ts";
 import { FailedParts } from "./failed_parts.ts";

@@ -1,4 +1,4 @@
-import type { Chunk } from "../core/index.ts";
+import type { Chunk } from "../core/records.ts";
 
 /**
  * Decides which chunks to request while the isovalue moves. A prefetched chunk stays requested until

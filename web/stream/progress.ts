@@ -1,4 +1,5 @@
-import type { Chunk, CoreSelection } from "../core/index.ts";
+import type { CoreSelection } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
 import type { Preparation } from "./background_loader.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
 import type { ChunkUploads } from "./chunk_uploads.ts";

@@ -1,4 +1,5 @@
-import type { Chunk, Store } from "../core/index.ts";
+import type { Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
 
 /**
  * The purpose of an upload: a camera view; the coarse levels, which stay resident as long as the volume

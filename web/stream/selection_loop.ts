@@ -1,4 +1,5 @@
-import type { Chunk, CoreSelection, SelectionView, Store } from "../core/index.ts";
+import type { CoreSelection, SelectionView, Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
 import type { BackgroundLoader } from "./background_loader.ts";
 import type { Backoff } from "./backoff.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";

@@ -1,4 +1,5 @@
-import type { Core, Points, Store } from "../core/index.ts";
+import type { Core, Store } from "../core/core.ts";
+import type { Points, StoreInfo } from "../core/types.ts";
 import { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
@@ -14,13 +15,7 @@ import {
 } from "./session_parts.ts";
 import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
-import {
-  type CameraView,
-  type ChunkPlace,
-  type StoreInfo,
-  StreamError,
-  type StreamEvents,
-} from "./types.ts";
+import { type CameraView, type ChunkPlace, StreamError, type StreamEvents } from "./types.ts";
 import { WorkerPool } from "./worker_pool.ts";
 
 /** One open volume: fetches, decodes and keeps what the camera view needs. See README.md. */

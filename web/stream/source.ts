@@ -1,4 +1,5 @@
-import { StreamError, type Triple } from "./types.ts";
+import type { Triple } from "../core/types.ts";
+import { StreamError } from "./types.ts";
 
 /** The byte range of a directory page in the store file. */
 export interface PagePlace {

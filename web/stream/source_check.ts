@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../core/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import type { Backoff } from "./backoff.ts";
 import { type FaultKind, isOfPart } from "./faults.ts";
 import { cutShort } from "./open_store.ts";

@@ -1,9 +1,7 @@
 /** The types of streaming for the viewer and the page. Isovalues are in the volume's units. */
 
-import type { Triple } from "../core/index.ts";
+import type { Triple } from "../core/types.ts";
 import { type FaultKind, faults } from "./faults.ts";
-
-export type { StoreInfo, StoreMetadata, Triple } from "../core/index.ts";
 
 /**
  * The position of a chunk's cells: its level, and the index of its block in blocks of 64³ cells of this

@@ -1,4 +1,5 @@
-import type { Chunk, DecodedChunk } from "../core/index.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { UploadPurpose } from "./residency.ts";
 import { measured } from "./timeline.ts";
 

@@ -1,6 +1,9 @@
-import { type CompiledModule, CoreError, compiledCore, type DecodedChunk } from "../core/index.ts";
+import { CoreError } from "../core/calls.ts";
+import type { CompiledModule } from "../core/instantiate.ts";
 import type { CoreProgram } from "../core/instantiate_core.ts";
+import { compiledCore } from "../core/load_core.ts";
 import { messageOfLoss, startWorker } from "../core/page_worker.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
 import type { DecodeJob, Decoder } from "./decoder.ts";
 

@@ -1,5 +1,5 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
-import type { StoreInfo, Triple } from "../stream/types.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 import type { Camera, Clip, ClipPlane } from "./types.ts";
 
 /** The largest number of planes besides the box (kMaxClipPlanes in shared/render/settings/render_settings.h). */

@@ -1,4 +1,6 @@
-import { measured, type Progress, type StreamSession } from "../stream/index.ts";
+import type { StreamSession } from "../stream/session.ts";
+import { measured } from "../stream/timeline.ts";
+import type { Progress } from "../stream/types.ts";
 import { ArrivalForecast } from "./arrival_forecast.ts";
 import { cameraOfPicture } from "./camera_views.ts";
 import { Fade } from "./fade.ts";

@@ -1,4 +1,4 @@
-import type { StreamSession } from "../stream/index.ts";
+import type { StreamSession } from "../stream/session.ts";
 import type { RendererModule } from "./renderer_module.ts";
 
 /** Interval between checks whether the GPU has finished a test (ms). */

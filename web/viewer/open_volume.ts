@@ -1,12 +1,8 @@
-import {
-  type Progress,
-  type Source,
-  type StoreInfo,
-  StreamError,
-  type StreamEvents,
-  StreamSession,
-  WorkerPool,
-} from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
+import { StreamSession } from "../stream/session.ts";
+import type { Source } from "../stream/source.ts";
+import { type Progress, StreamError, type StreamEvents } from "../stream/types.ts";
+import { WorkerPool } from "../stream/worker_pool.ts";
 import type { FrameScheduler } from "./frame_scheduler.ts";
 import type { PictureSettings } from "./picture_settings.ts";
 import { RendererError } from "./renderer_error.ts";

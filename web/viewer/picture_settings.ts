@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import { wholeVolume } from "./clipping.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";

@@ -1,4 +1,5 @@
-import { type Core, loadCore } from "../core/index.ts";
+import type { Core } from "../core/core.ts";
+import { loadCore } from "../core/load_core.ts";
 import { RendererError } from "./renderer_error.ts";
 import { RendererModule } from "./renderer_module.ts";
 

@@ -1,7 +1,8 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
 import { regionWords } from "../core/core.ts";
 import { volumeRecord } from "../core/records.ts";
-import type { ChunkPlace, StoreInfo } from "../stream/types.ts";
+import type { StoreInfo } from "../core/types.ts";
+import type { ChunkPlace } from "../stream/types.ts";
 import { colourChannels } from "./colour_channels.ts";
 import type { RendererInstance } from "./renderer_instance.ts";
 import type { Surface } from "./types.ts";

@@ -1,4 +1,4 @@
-import type { StoreInfo, Triple } from "../stream/types.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 import type { SlicePlane, Slices } from "./types.ts";
 
 export const noSlices: Slices = { along: [null, null, null] };

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import type { Surface } from "./types.ts";
 
 /** Bone, flesh, and further colours that are easy to distinguish from them. */

@@ -1,5 +1,5 @@
 import { maxIsosurfaces } from "../../build/wasm/web/layouts.js";
-import type { Triple } from "../stream/types.ts";
+import type { Triple } from "../core/types.ts";
 import { defaultLight, type Light } from "./light.ts";
 
 export const projections = ["perspective", "orthographic"] as const;

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
 import type { CanvasSize } from "./canvas_size.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import type { Camera, Projection } from "./types.ts";

@@ -1,4 +1,7 @@
-import type { Progress, Source, StoreAccess, StoreInfo } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
+import type { StoreAccess } from "../stream/session_parts.ts";
+import type { Source } from "../stream/source.ts";
+import type { Progress } from "../stream/types.ts";
 import { CanvasSize } from "./canvas_size.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";

@@ -1,4 +1,6 @@
-import type { Decoder, Progress, StoreInfo, StreamError } from "../stream/index.ts";
+import type { StoreInfo } from "../core/types.ts";
+import type { Decoder } from "../stream/decoder.ts";
+import type { Progress, StreamError } from "../stream/types.ts";
 import type { Light } from "./light.ts";
 import type { RendererError } from "./renderer_error.ts";
 import type { Camera, FrameReport, Projection, Surface } from "./types.ts";

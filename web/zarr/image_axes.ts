@@ -1,5 +1,5 @@
-import type { VolumeDescription, VoxelType } from "../builder/index.ts";
-import type { Triple } from "../core/index.ts";
+import type { VolumeDescription, VoxelType } from "../builder/types.ts";
+import type { Triple } from "../core/types.ts";
 
 /** Metadata that do not describe a volume. The message states what was expected and found. */
 export class ZarrError extends Error {

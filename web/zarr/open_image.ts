@@ -1,5 +1,5 @@
 import { open, root } from "zarrita";
-import type { Triple } from "../core/index.ts";
+import type { Triple } from "../core/types.ts";
 import { StreamError } from "../stream/types.ts";
 import {
   type Axis,

@@ -1,5 +1,5 @@
-import type { VolumeDescription } from "../builder/index.ts";
-import type { Triple } from "../core/index.ts";
+import type { VolumeDescription } from "../builder/types.ts";
+import type { Triple } from "../core/types.ts";
 
 /** One array of a Zarr hierarchy as a volume. Of an OME-Zarr image, each scale is one. */
 export interface ZarrScale {

@@ -1,6 +1,6 @@
 /** A worker for one request: it opens an image, or reads one scale of it. */
 import { open, root } from "zarrita";
-import { BlobParts } from "../builder/index.ts";
+import { BlobParts } from "../core/blob_parts.ts";
 import type { FaultKind } from "../stream/faults.ts";
 import { StreamError } from "../stream/types.ts";
 import { replaceCodecs } from "./codecs.ts";

@@ -1,4 +1,4 @@
-import { FileSource } from "../../stream/index.ts";
+import { FileSource } from "../../stream/file_source.ts";
 import { volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
 

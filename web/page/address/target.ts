@@ -1,4 +1,4 @@
-import type { Source } from "../../stream/index.ts";
+import type { Source } from "../../stream/source.ts";
 
 /** What a volume page shows: a store of a server, of another host, or of this device. */
 export interface Target {

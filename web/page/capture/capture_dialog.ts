@@ -5,7 +5,7 @@ import { type CaptureProgress, capturePng } from "../../capture/picture.ts";
 import { pngSequence } from "../../capture/png_sequence.ts";
 import { canEncode, webmFile } from "../../capture/webm_file.ts";
 import { captureTexts } from "../../texts/capture.ts";
-import type { Viewer } from "../../viewer/index.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import { formatBytes } from "../shell/format.ts";
 import { captureFields, forecast } from "./capture_form.ts";
 import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";

@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { mostPixels } from "../../capture/picture.ts";
 import { bitRate, canEncode } from "../../capture/webm_file.ts";
 import { captureTexts } from "../../texts/capture.ts";
-import type { PictureSize } from "../../viewer/index.ts";
+import type { PictureSize } from "../../viewer/types.ts";
 import { formatBytes } from "../shell/format.ts";
 import { type CaptureSettings, chosenSize, frameCount, sizeChoices } from "./capture_settings.ts";
 

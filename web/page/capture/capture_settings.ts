@@ -3,7 +3,7 @@ import { cameraPath, sweep, turntable } from "../../capture/frame_paths.ts";
 import { mostPixels } from "../../capture/picture.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import { localized } from "../../texts/numbers.ts";
-import type { Camera, PictureSize } from "../../viewer/index.ts";
+import type { Camera, PictureSize } from "../../viewer/types.ts";
 
 export type What = "picture" | "turntable" | "sweep" | "path";
 

@@ -1,15 +1,11 @@
 import "../shell/dialog_form.css";
 import "../shell/components.ts";
 import { html, nothing, render } from "lit";
-import {
-  forecastSurface,
-  type MeshFormat,
-  meshFormats,
-  type SurfaceForecast,
-  SurfaceReader,
-  saveSurface,
-} from "../../mesh/index.ts";
-import type { StoreAccess } from "../../stream/index.ts";
+import type { SurfaceForecast } from "../../mesh/forecast.ts";
+import { forecastSurface, saveSurface } from "../../mesh/save_surface.ts";
+import { SurfaceReader } from "../../mesh/surface_reader.ts";
+import { type MeshFormat, meshFormats } from "../../mesh/types.ts";
+import type { StoreAccess } from "../../stream/session_parts.ts";
 import { surfaceTexts } from "../../texts/surface.ts";
 import type { Clip } from "../../viewer/types.ts";
 import { formatBytes, formatCount, formatValue } from "../shell/format.ts";

@@ -1,5 +1,6 @@
-import { RendererError, Viewer } from "../../viewer/index.ts";
+import { RendererError } from "../../viewer/renderer_error.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
+import { Viewer } from "../../viewer/viewer.ts";
 import { firstIsovalue } from "../panel/isovalue_scale.ts";
 import { volumeSource } from "../shell/site.ts";
 import { theme, themeBackground } from "../shell/theme.ts";

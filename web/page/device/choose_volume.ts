@@ -1,13 +1,9 @@
 import "../shell/dialog_form.css";
 import { html, render, type TemplateResult } from "lit";
-import {
-  isBuildable,
-  type VolumeCandidate,
-  type VolumeChoice,
-  type ZarrImage,
-  type ZarrScale,
-} from "../../device/index.ts";
+import { isBuildable } from "../../device/zarr_volume.ts";
+import type { VolumeCandidate, VolumeChoice } from "../../import/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import type { ZarrImage, ZarrScale } from "../../zarr/types.ts";
 import { formatBytes, formatDims } from "../shell/format.ts";
 
 /** Of so many volumes, the largest are offered. */

@@ -1,33 +1,28 @@
 import "./device.css";
+import { nameAt } from "../../device/fetch_file.ts";
+import { type InputFile, isZip, listedFiles, transferredFiles } from "../../device/files.ts";
+import { onHandedOver } from "../../device/handed_over.ts";
 import {
-  addressOfScale,
-  findVolumes,
-  forbidOtherOrigins,
   hold,
-  type InputFile,
-  isForbiddenAddress,
-  isZarr,
-  isZip,
   type KeptStore,
   keep,
   keptBlob,
   keptStores,
-  listedFiles,
   NotKeptError,
-  nameAt,
+} from "../../device/kept_stores.ts";
+import { forbidOtherOrigins, isForbiddenAddress } from "../../device/no_upload.ts";
+import {
+  findVolumes,
   nameOf,
-  onHandedOver,
   openVolume,
-  openZarr,
   type ReadableVolume,
-  RemoteFiles,
-  transferredFiles,
   warmUp,
-  zarrVolume,
-} from "../../device/index.ts";
+} from "../../device/reading.ts";
+import { RemoteFiles } from "../../device/remote_files.ts";
+import { addressOfScale, isZarr, openZarr, zarrVolume } from "../../device/zarr_volume.ts";
 import { contentIdOf } from "../../stream/file_source.ts";
-import { StreamError } from "../../stream/index.ts";
 import { beginsAsStore } from "../../stream/transfer.ts";
+import { StreamError } from "../../stream/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { addressIn } from "../address/open_target.ts";
 import { readUrl } from "../address/url_state.ts";

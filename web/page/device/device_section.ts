@@ -1,6 +1,6 @@
 import { html, nothing, render } from "lit";
 import { repeat } from "lit/directives/repeat.js";
-import { type KeptStore, keptStores, onKeptChange, remove } from "../../device/index.ts";
+import { type KeptStore, keptStores, onKeptChange, remove } from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { formatBytes, formatDims, formatType } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";

@@ -1,5 +1,5 @@
-import type { KeptStore } from "../../device/index.ts";
-import { BlobSource } from "../../stream/index.ts";
+import type { KeptStore } from "../../device/kept_stores.ts";
+import { BlobSource } from "../../stream/blob_source.ts";
 import type { Target } from "../address/target.ts";
 
 /** What the address of a store on this device begins with, in `src=`; its content id follows. */

@@ -1,13 +1,9 @@
 import "../shell/dialog_form.css";
 import { html, render } from "lit";
 import type { VoxelType } from "../../builder/types.ts";
-import {
-  guessRaw,
-  type InputFile,
-  layoutProblem,
-  type RawLayout,
-  voxelBytes,
-} from "../../device/index.ts";
+import type { InputFile } from "../../device/files.ts";
+import { guessRaw, type RawLayout, voxelBytes } from "../../device/raw_guess.ts";
+import { layoutProblem } from "../../device/reading.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { formatBytes, formatType } from "../shell/format.ts";
 

@@ -1,6 +1,6 @@
 import { html, nothing, render } from "lit";
-import { type KeptStore, keep, keptBlob } from "../../device/index.ts";
-import type { StoreInfo } from "../../stream/index.ts";
+import type { StoreInfo } from "../../core/types.ts";
+import { type KeptStore, keep, keptBlob } from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { iconButton } from "../shell/chrome.ts";
 import { formatBytes } from "../shell/format.ts";

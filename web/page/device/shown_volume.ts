@@ -1,4 +1,4 @@
-import { type KeptStore, keptBlob } from "../../device/index.ts";
+import { type KeptStore, keptBlob } from "../../device/kept_stores.ts";
 import type { Target } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { prepareView } from "../volume/view.ts";

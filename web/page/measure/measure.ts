@@ -1,5 +1,6 @@
 import "./measure.css";
 import type { TemplateResult } from "lit";
+import type { StoreInfo } from "../../core/types.ts";
 import { MeasureLayer } from "../../measure/measure_layer.ts";
 import { MeasureTool } from "../../measure/measure_tool.ts";
 import { angleOf, lengthOf, type Measurement, voxelOf } from "../../measure/measurement.ts";
@@ -10,9 +11,8 @@ import {
   writeMeasurement,
 } from "../../measure/measurement_text.ts";
 import { type Session, writeSession } from "../../measure/session_file.ts";
-import type { StoreInfo } from "../../stream/types.ts";
 import { measureTexts } from "../../texts/measure.ts";
-import type { Viewer } from "../../viewer/index.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
 import { measureBar } from "./measure_bar.ts";
 import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";

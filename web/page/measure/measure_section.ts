@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
+import type { StoreInfo } from "../../core/types.ts";
 import type { MeasureTool } from "../../measure/measure_tool.ts";
 import {
   angleOf,
@@ -9,9 +10,8 @@ import {
   measurementKinds,
   voxelOf,
 } from "../../measure/measurement.ts";
-import type { SurfaceExtent } from "../../mesh/index.ts";
+import type { SurfaceExtent } from "../../mesh/surface_extent.ts";
 import { formatLength, formatPower } from "../../overlay/lengths.ts";
-import type { StoreInfo } from "../../stream/types.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import { listed, localized } from "../../texts/numbers.ts";
 import { formatBytes, formatValue } from "../shell/format.ts";

@@ -1,5 +1,5 @@
 import { html, type TemplateResult } from "lit";
-import type { Triple } from "../../stream/types.ts";
+import type { Triple } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import { isWhole, wholeVolume } from "../../viewer/clipping.ts";
 import { percent } from "./form_elements.ts";

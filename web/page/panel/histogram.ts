@@ -1,5 +1,5 @@
 import { pageTexts } from "../../texts/page.ts";
-import { onPixelRatio } from "../../viewer/index.ts";
+import { onPixelRatio } from "../../viewer/pixel_ratio.ts";
 import { fraction, type IsovalueScale } from "./isovalue_scale.ts";
 
 /** An isosurface on the histogram. */

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../../stream/index.ts";
+import type { StoreInfo } from "../../core/types.ts";
 
 /** The isovalues that the slider of a volume can have. */
 export interface IsovalueScale {

@@ -1,5 +1,5 @@
+import type { StoreInfo } from "../../core/types.ts";
 import type { OverlayPart } from "../../overlay/parts.ts";
-import type { StoreInfo } from "../../stream/types.ts";
 import type { AxisView } from "../../viewer/camera_views.ts";
 import type { Clip, Look, Projection, Slices, Surface } from "../../viewer/types.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";

@@ -1,5 +1,5 @@
 import { html, type TemplateResult } from "lit";
-import type { StoreInfo } from "../../stream/types.ts";
+import type { StoreInfo } from "../../core/types.ts";
 import { extentAlong } from "../../viewer/clipping.ts";
 import type { ClipPlane } from "../../viewer/types.ts";
 import type { ValueElement } from "./form_elements.ts";

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../../stream/types.ts";
+import type { StoreInfo } from "../../core/types.ts";
 import { listed } from "../../texts/numbers.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";

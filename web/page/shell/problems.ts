@@ -1,6 +1,7 @@
-import { type FaultKind, faults, type Offer, StreamError } from "../../stream/index.ts";
+import { type FaultKind, faults, type Offer } from "../../stream/faults.ts";
+import { StreamError } from "../../stream/types.ts";
 import { faultTexts } from "../../texts/faults.ts";
-import { RendererError } from "../../viewer/index.ts";
+import { RendererError } from "../../viewer/renderer_error.ts";
 import type { IconName } from "./icons.ts";
 import { ApiError } from "./volumes_api.ts";
 

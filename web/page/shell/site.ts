@@ -1,4 +1,6 @@
-import { ServerSource, SiteSource, type Source } from "../../stream/index.ts";
+import { ServerSource } from "../../stream/server_source.ts";
+import { SiteSource } from "../../stream/site_source.ts";
+import type { Source } from "../../stream/source.ts";
 
 /**
  * The address of the catalog, if this page is a static site from `isosplat publish`; null if the page

@@ -1,8 +1,10 @@
+import type { StoreInfo } from "../../core/types.ts";
 import type { ClipHandles } from "../../overlay/clip_handles.ts";
 import type { Overlay } from "../../overlay/overlay.ts";
-import type { StoreInfo } from "../../stream/index.ts";
 import { pageTexts } from "../../texts/page.ts";
-import type { AxisView, Clip, Viewer } from "../../viewer/index.ts";
+import type { AxisView } from "../../viewer/camera_views.ts";
+import type { Clip } from "../../viewer/types.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import { keptSessionKey, type UrlState } from "../address/url_state.ts";
 import type { Measure, MeasureHost } from "../measure/measure.ts";
 import type { LayoutState } from "./volume_layout.ts";

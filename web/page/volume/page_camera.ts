@@ -1,11 +1,8 @@
-import {
-  type AxisView,
-  type Camera,
-  CameraMotion,
-  cameraAlong,
-  type Viewer,
-  writeCamera,
-} from "../../viewer/index.ts";
+import { CameraMotion } from "../../viewer/camera_motion.ts";
+import { type AxisView, cameraAlong } from "../../viewer/camera_views.ts";
+import { writeCamera } from "../../viewer/setting_text.ts";
+import type { Camera } from "../../viewer/types.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import type { UrlState } from "../address/url_state.ts";
 
 /** The camera of a volume page: where it comes from, and its smooth moves. */

@@ -1,6 +1,6 @@
-import type { StoreInfo } from "../../stream/index.ts";
+import type { StoreInfo } from "../../core/types.ts";
 import { pageTexts } from "../../texts/page.ts";
-import type { Viewer } from "../../viewer/index.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import type { CaptureDialog } from "../capture/capture_dialog.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { plainValue } from "../shell/format.ts";

@@ -1,4 +1,4 @@
-import { type CameraActions, handleCameraKey } from "../../viewer/index.ts";
+import { type CameraActions, handleCameraKey } from "../../viewer/controls.ts";
 
 /**
  * Handles a key pressed anywhere on the page: moves the camera, or calls the entry of `actions` for

@@ -1,8 +1,8 @@
 import { render } from "lit";
-import type { StoreInfo } from "../../stream/index.ts";
+import type { StoreInfo } from "../../core/types.ts";
 import { listed } from "../../texts/numbers.ts";
 import { pageTexts } from "../../texts/page.ts";
-import type { Viewer } from "../../viewer/index.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import type { Target } from "../address/target.ts";
 import type { DisplaySettings } from "../panel/display_settings.ts";
 import { Histogram } from "../panel/histogram.ts";

@@ -1,5 +1,5 @@
 import { pageTexts } from "../../texts/page.ts";
-import { Viewer } from "../../viewer/index.ts";
+import { Viewer } from "../../viewer/viewer.ts";
 
 /** The canvas of a volume page, and its viewer. */
 export interface View {

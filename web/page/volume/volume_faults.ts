@@ -1,5 +1,6 @@
-import { faults, type Progress, StreamError, slowWait } from "../../stream/index.ts";
-import type { RendererError } from "../../viewer/index.ts";
+import { faults, slowWait } from "../../stream/faults.ts";
+import { type Progress, StreamError } from "../../stream/types.ts";
+import type { RendererError } from "../../viewer/renderer_error.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "../shell/problems.ts";
 import { fetchVolumes } from "../shell/volumes_api.ts";
 import type { Banner } from "./volume_layout.ts";

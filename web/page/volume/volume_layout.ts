@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { guard } from "lit/directives/guard.js";
-import type { Offer, StoreInfo } from "../../stream/index.ts";
+import type { StoreInfo } from "../../core/types.ts";
+import type { Offer } from "../../stream/faults.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import type { Legend } from "../../viewer/types.ts";

@@ -1,6 +1,8 @@
-import { type Progress, type StoreInfo, StreamError } from "../../stream/index.ts";
+import type { StoreInfo } from "../../core/types.ts";
+import { type Progress, StreamError } from "../../stream/types.ts";
 import { pageTexts } from "../../texts/page.ts";
-import { axisViews, RendererError } from "../../viewer/index.ts";
+import { axisViews } from "../../viewer/camera_views.ts";
+import { RendererError } from "../../viewer/renderer_error.ts";
 import { AddressBar, type AddressState, addressOf } from "../address/page_address.ts";
 import type { Target } from "../address/target.ts";
 import { readUrl, writeUrl } from "../address/url_state.ts";
