@@ -2,6 +2,7 @@ import { html, type TemplateResult } from "lit";
 import type { Triple } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import { isWhole, wholeVolume } from "../../viewer/clipping.ts";
+import type { ClipPlane } from "../../viewer/types.ts";
 import { percent } from "./form_elements.ts";
 import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
@@ -13,12 +14,16 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
   const { clip, info } = state;
   const change = (axis: number) => (event: Event) => {
     const slider = event.currentTarget as RangeElement;
-    const low = [...clip.low] as Triple;
-    const high = [...clip.high] as Triple;
     // An empty box would show nothing, which looks the same as an empty surface.
-    low[axis] = Math.min(slider.minValue, 0.99);
-    high[axis] = Math.max(slider.maxValue, (low[axis] ?? 0) + 0.01);
-    actions.changeClip({ ...clip, low, high });
+    const from = Math.min(slider.minValue, 0.99);
+    const to = Math.max(slider.maxValue, from + 0.01);
+    const replaced = (ends: Triple, end: number) =>
+      ends.map((other, i) => (i === axis ? end : other)) as Triple;
+    actions.changeClip((now) => ({
+      ...now,
+      low: replaced(now.low, from),
+      high: replaced(now.high, to),
+    }));
   };
   // Elements in the section send the same events.
   const shown = (isShown: boolean) => (event: Event) => {
@@ -46,10 +51,12 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
           @input=${change(i)}
         ></wa-slider>`,
       )}
-      ${clip.planes.map((plane, i) =>
+      ${clip.planes.map((plane) =>
         planeSlider(panelTexts.plane, plane, info, percent, (offset) => {
-          const planes = clip.planes.map((other, j) => (i === j ? { ...other, offset } : other));
-          actions.changeClip({ ...clip, planes });
+          // Another plane may have taken its place.
+          const moved = (now: ClipPlane) =>
+            now.normal === plane.normal ? { ...now, offset } : now;
+          actions.changeClip((now) => ({ ...now, planes: now.planes.map(moved) }));
         }),
       )}
       <wa-button size="s" appearance="outlined" @click=${actions.cutAcrossView}
@@ -59,7 +66,8 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
         size="s"
         appearance="outlined"
         ?disabled=${isWhole(clip)}
-        @click=${() => actions.changeClip({ ...wholeVolume, ...(clip.caps && { caps: true }) })}
+        @click=${() =>
+          actions.changeClip(({ caps }) => ({ ...wholeVolume, ...(caps && { caps }) }))}
         >${panelTexts.wholeVolume}</wa-button
       >
       <div class="chips">
@@ -68,10 +76,11 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
           class="chip"
           title=${panelTexts.closesCuts}
           aria-pressed=${clip.caps ?? false}
-          @click=${() => {
-            const { caps, ...others } = clip;
-            actions.changeClip({ ...others, ...(!caps && { caps: true }) });
-          }}
+          @click=${() =>
+            actions.changeClip(({ caps, ...others }) => ({
+              ...others,
+              ...(!caps && { caps: true }),
+            }))}
         >
           ${panelTexts.closeCuts}
         </button>

@@ -72,6 +72,7 @@ export class DisplaySettings {
       if (change.background !== undefined) this.#isThemeBackground = false;
       this.#changeLook(change);
     },
+    changeLight: (change) => this.#changeLook({ light: { ...this.#viewer.look.light, ...change } }),
     turnLight: (right, up) =>
       this.#changeLook({ light: turnedLight(this.#viewer.look.light, right, up) }),
     followTheme: () => {
@@ -84,19 +85,20 @@ export class DisplaySettings {
       this.#show = show;
       this.#changed();
     },
-    changeClip: (clip) => this.#setClip(clip),
+    changeClip: (change) => this.#setClip(change(this.#viewer.clip)),
     cutAcrossView: () => {
       const { camera, info, clip } = this.#viewer;
       if (camera && info) this.#setClip({ ...clip, planes: [planeFacing(camera, info)] });
     },
-    changeSlices: (slices) => {
-      this.#viewer.setSlices(slices);
+    changeSlices: (change) => {
+      this.#viewer.setSlices(change(this.#viewer.slices));
       this.#changed();
     },
     sliceAcrossView: () => {
-      const { camera, info, slices } = this.#viewer;
+      const { camera, info } = this.#viewer;
       if (!camera || !info) return;
-      this.actions.changeSlices({ ...slices, plane: planeFacing(camera, info) });
+      const plane = planeFacing(camera, info);
+      this.actions.changeSlices((now) => ({ ...now, plane }));
     },
   };
 

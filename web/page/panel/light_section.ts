@@ -28,7 +28,7 @@ function directionText({ azimuth, elevation }: Light): string {
 /** A ball as the key light shows it: dragging moves the light, as do the arrow keys. */
 function ball(
   light: Light,
-  change: (light: Light) => void,
+  change: PictureActions["changeLight"],
   turn: PictureActions["turnLight"],
 ): TemplateResult {
   const { x, y } = lightOnDisc(light);
@@ -36,7 +36,7 @@ function ball(
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
     const across = (2 * (event.clientX - box.left)) / box.width - 1;
     const up = 1 - (2 * (event.clientY - box.top)) / box.height;
-    change({ ...light, ...lightFromDisc(across, up) });
+    change(lightFromDisc(across, up));
   };
   const pressed = (event: PointerEvent) => {
     (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
@@ -82,11 +82,10 @@ function ball(
 export function lightSection(state: PictureState, actions: PictureActions): TemplateResult {
   const { look } = state;
   const { light } = look;
-  const change = (to: Light) => actions.changeLook({ light: to });
   const isDefault = lightNames.every((name) => light[name] === defaultLight[name]);
   return html`<wa-details class="section" appearance="plain" summary=${panelTexts.light}>
     <div class="fields">
-      ${ball(light, change, actions.turnLight)}
+      ${ball(light, actions.changeLight, actions.turnLight)}
       ${sliders.map(
         (name) => html`<wa-slider
           size="s"
@@ -97,7 +96,7 @@ export function lightSection(state: PictureState, actions: PictureActions): Temp
           .value=${light[name]}
           .valueFormatter=${percent}
           @input=${(event: Event) =>
-            change({ ...light, [name]: Number((event.currentTarget as ValueElement).value) })}
+            actions.changeLight({ [name]: Number((event.currentTarget as ValueElement).value) })}
         ></wa-slider>`,
       )}
       <wa-slider
@@ -115,7 +114,7 @@ export function lightSection(state: PictureState, actions: PictureActions): Temp
         size="s"
         appearance="outlined"
         ?disabled=${isDefault}
-        @click=${() => change(defaultLight)}
+        @click=${() => actions.changeLook({ light: defaultLight })}
         >${panelTexts.resetLight}</wa-button
       >
     </div>

@@ -1,6 +1,7 @@
 import type { StoreInfo } from "../../core/types.ts";
 import type { OverlayPart } from "../../overlay/parts.ts";
 import type { AxisView } from "../../viewer/camera_views.ts";
+import type { Light } from "../../viewer/light.ts";
 import type { Clip, Look, Projection, Slices, Surface } from "../../viewer/types.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
 
@@ -41,7 +42,10 @@ export interface PageState {
 
 export interface PanelState extends VolumeState, PictureState, PageState {}
 
-/** Changes of the surfaces and their isovalues. */
+/**
+ * Changes of the surfaces and their isovalues. Settings may have changed since the panel was drawn: an
+ * action changes those of now, and ignores a surface that is gone.
+ */
 export interface VolumeActions {
   /** From the slider: rounded to the scale. */
   slide(value: number): void;
@@ -61,10 +65,11 @@ export interface VolumeActions {
   removeSurface(index: number): void;
 }
 
-/** Changes of the picture. */
+/** Changes of the picture as it is now, which may not be drawn in the panel yet. */
 export interface PictureActions {
   changeLook(change: Partial<Look>): void;
-  /** Turns the key light from where it is now, which may not be shown yet. */
+  changeLight(change: Partial<Light>): void;
+  /** Turns the key light from where it is now. */
   turnLight(rightDegrees: number, upDegrees: number): void;
   followTheme(): void;
   /** Turns to a view along an axis. */
@@ -73,10 +78,10 @@ export interface PictureActions {
   fit(): void;
   /** Between perspective and orthographic. */
   toggleProjection(): void;
-  changeClip(clip: Clip): void;
+  changeClip(change: (now: Clip) => Clip): void;
   /** Replaces the clip plane by one across the view. */
   cutAcrossView(): void;
-  changeSlices(slices: Slices): void;
+  changeSlices(change: (now: Slices) => Slices): void;
   /** Replaces the oblique slice by one across the view. */
   sliceAcrossView(): void;
 }

@@ -29,11 +29,13 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
   const share = slices.along[axis] ?? null;
   const voxelText = (at: number) => localized(String(Number(at.toFixed(3))));
   const voxel = Number(((share ?? 0.5) * last).toFixed(3));
-  const show = (to: number | null) => {
-    const along = slices.along.map((other, i) => (i === axis ? to : other));
-    actions.changeSlices({ ...slices, along: along as unknown as Slices["along"] });
-  };
-  const showVoxel = (to: number) => show(Math.max(0, Math.min(1, to / last)));
+  const change = (moved: (share: number | null) => number | null) =>
+    actions.changeSlices((now) => {
+      const along = now.along.map((other, i) => (i === axis ? moved(other) : other));
+      return { ...now, along: along as unknown as Slices["along"] };
+    });
+  const showVoxel = (to: number) => change(() => Math.max(0, Math.min(1, to / last)));
+  const toggle = () => change((share) => (share === null ? Math.round(last / 2) / last : null));
   const entered = (event: Event) => {
     const field = event.currentTarget as HTMLInputElement;
     const value = parseValue(field.value);
@@ -49,7 +51,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
       title=${slicesTexts.across(name)}
       aria-label=${slicesTexts.across(name)}
       aria-pressed=${isShown}
-      @click=${() => (isShown ? show(null) : showVoxel(Math.round(last / 2)))}
+      @click=${toggle}
     >
       ${name}
     </button>
@@ -87,7 +89,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
 }
 
 function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
-  const { plane, ...others } = slices;
+  const { plane } = slices;
   const across = html`<wa-button
     size="s"
     appearance="outlined"
@@ -104,26 +106,35 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     slicesTexts.fromCentre(
       formatLength(Number(((low + share * (high - low) - middle) / size).toPrecision(4))),
     );
-  const move = (to: number) => actions.changeSlices({ ...others, plane: { normal, offset: to } });
+  const move = (offset: number) =>
+    actions.changeSlices((now) =>
+      // Another plane may have taken its place.
+      now.plane?.normal === normal ? { ...now, plane: { normal, offset } } : now,
+    );
   return html`${planeSlider(slicesTexts.oblique, plane, info, place, move)}
     ${across}
-    <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices(others)}
+    <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices(({ plane: _, ...others }) => others)}
       >${slicesTexts.removeOblique}</wa-button
     >`;
 }
 
 /** The values that are black and white. What is entered is kept in order. */
 function rangePart({ slices, info }: PanelState, actions: PanelActions) {
-  const { range, ...others } = slices;
-  const [low, high] = range ?? info.range;
-  const field = (label: string, value: number, rangeOf: (to: number) => [number, number]) => {
+  const { range } = slices;
+  const field = (label: string, end: 0 | 1) => {
+    const value = (range ?? info.range)[end];
     const enter = (event: Event) => {
       const input = event.currentTarget as HTMLInputElement;
       const to = parseValue(input.value);
-      const entered = to === undefined ? undefined : rangeOf(to);
-      const isInOrder = to !== undefined && entered !== undefined && entered[0] < entered[1];
-      input.value = formatValue(isInOrder ? to : value);
-      if (isInOrder) actions.changeSlices({ ...others, range: entered });
+      let kept = value;
+      actions.changeSlices((now) => {
+        const [low, high] = now.range ?? info.range;
+        const entered: [number, number] = end === 0 ? [to ?? low, high] : [low, to ?? high];
+        const isInOrder = entered[0] < entered[1];
+        kept = isInOrder ? entered[end] : ([low, high][end] ?? value);
+        return isInOrder && to !== undefined ? { ...now, range: entered } : now;
+      });
+      input.value = formatValue(kept);
     };
     return html`<label
       >${label}
@@ -138,11 +149,10 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
     </label>`;
   };
   return html`<div class="slice slice-range">
-    ${field(slicesTexts.black, low, (to) => [to, high])}
-    ${field(slicesTexts.white, high, (to) => [low, to])}
+    ${field(slicesTexts.black, 0)} ${field(slicesTexts.white, 1)}
     ${
       range
-        ? html`<button type="button" class="chip" @click=${() => actions.changeSlices(others)}>
+        ? html`<button type="button" class="chip" @click=${() => actions.changeSlices(({ range: _, ...others }) => others)}>
             ${slicesTexts.wholeRange}
           </button>`
         : nothing

@@ -2,7 +2,7 @@ import type { StoreInfo } from "../../core/types.ts";
 import { listed } from "../../texts/numbers.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
-import type { Surface } from "../../viewer/types.ts";
+import { maxSurfaces, type Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { UrlState } from "../address/url_state.ts";
 import { formatValue } from "../shell/format.ts";
@@ -167,17 +167,20 @@ export class SurfaceSettings {
       this.#changed();
     },
     activate: (index) => {
+      if (index >= this.#surfaces.length) return;
       this.#sweep.stop();
       this.#active = index;
       this.#changed();
     },
     changeSurface: (index, change) => this.#changeSurface(index, change),
     addSurface: () => {
+      if (this.#surfaces.length >= maxSurfaces) return;
       this.#sweep.stop();
       this.#active = this.#surfaces.length;
       this.#setSurfaces(withAddedSurface(this.#surfaces, this.#suggestions, this.#scale));
     },
     removeSurface: (index) => {
+      if (index >= this.#surfaces.length || this.#surfaces.length === 1) return;
       this.#sweep.stop();
       const left = this.#surfaces.filter((_, i) => i !== index);
       const wasBefore = index < this.#active ? 1 : 0;

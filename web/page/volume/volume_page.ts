@@ -46,7 +46,7 @@ export class VolumePage {
   readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.#toast, () => this.#title());
   readonly #parts = new LoadedParts(this.#viewer, this.#url, this.#search, {
     lookAlong: (view) => this.#camera.lookAlong(view),
-    changeClip: (clip) => this.#settings.actions.changeClip(clip),
+    changeClip: (clip) => this.#settings.actions.changeClip(() => clip),
     changed: () => this.#changed(),
     render: () => this.#layout.request(),
     renderNow: () => this.#layout.renderNow(),
