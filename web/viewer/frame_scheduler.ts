@@ -1,4 +1,3 @@
-import type { StreamSession } from "../stream/session.ts";
 import { measured } from "../stream/timeline.ts";
 import type { Progress } from "../stream/types.ts";
 import { ArrivalForecast } from "./arrival_forecast.ts";
@@ -10,8 +9,9 @@ import { OcclusionTester } from "./occlusion_tester.ts";
 import { RendererError } from "./renderer_error.ts";
 import type { DrawStatistics, RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
+import type { Scene } from "./scene.ts";
 import { SplatChoice } from "./splat_choice.ts";
-import type { Camera, FrameReport, Look, PictureSize, Splats } from "./types.ts";
+import type { FrameReport, Look, Splats } from "./types.ts";
 
 /**
  * A still view gets smooth edges, ambient occlusion and shadows if its picture at rest took no longer
@@ -24,17 +24,6 @@ const longestContinued = 600;
 const shortestWait = 8;
 /** New chunks fade in if a picture takes no longer than this (ms). */
 const longestFaded = 50;
-
-/** What is to be drawn. */
-export interface Scene {
-  session: StreamSession;
-  camera: Camera;
-  isovalues: number[];
-  kind: Look["kind"];
-  shading: Look["shading"];
-  /** Streams for a picture of this size instead of the canvas, which shows all of its view. */
-  pictureSize: PictureSize | null;
-}
 
 /** What the scheduler needs from its viewer. */
 export interface FrameSchedulerHost {

@@ -5,14 +5,14 @@ import type { Progress } from "../stream/types.ts";
 import { CanvasSize } from "./canvas_size.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
-import { FrameScheduler, type Scene } from "./frame_scheduler.ts";
+import { FrameScheduler } from "./frame_scheduler.ts";
 import { turnedLight } from "./light.ts";
 import { OpenVolume } from "./open_volume.ts";
-import { beginPictureInParts, pngOf } from "./picture_parts.ts";
 import { PictureSettings } from "./picture_settings.ts";
-import { RendererError } from "./renderer_error.ts";
 import { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
+import { SavedPictures } from "./saved_pictures.ts";
+import type { Scene } from "./scene.ts";
 import { SliceArrivals } from "./slice_arrivals.ts";
 import { surfacePointOf } from "./surface_point.ts";
 import { withIsovalues } from "./surfaces.ts";
@@ -49,9 +49,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly #settings = new PictureSettings();
   readonly #camera: ViewCamera;
   readonly #sliceArrivals: SliceArrivals;
-  #picture: PictureView | null = null;
-  /** A picture in parts has begun: nothing else is drawn. */
-  #isInParts = false;
+  readonly #pictures: SavedPictures;
   #isBusy = false;
 
   constructor(canvas: HTMLCanvasElement, options: ViewerOptions = {}) {
@@ -92,6 +90,13 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       close: () => this.close(),
       busyChanged: () => this.#showBusy(),
       chunksChanged: () => this.#settings.hasSlices && this.#sliceArrivals.changed(),
+    });
+    this.#pictures = new SavedPictures(canvas, this.#life, {
+      scheduler: () => this.#scheduler,
+      camera: () => this.camera,
+      isOpen: () => this.#volume.session !== null,
+      look: () => this.look,
+      applyLook: (renderer, opacity) => this.#settings.applyLook(renderer, this.info, opacity),
     });
   }
 
@@ -300,24 +305,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * The present picture, at the canvas's resolution. smooth: draws several times to smooth edges, even
    * if that takes long. transparent: without the background.
    */
-  async screenshot({ smooth = true, transparent = false } = {}): Promise<Blob> {
-    const scheduler = this.#scheduler;
-    if (!scheduler || this.#life.isContextLost) throw new RendererError("nothing is drawn yet");
-    if (transparent) this.#setBackgroundOpacity(0);
-    try {
-      scheduler.drawToSave(smooth);
-      // It copies the picture at once: what is drawn next, with its background, does not change it.
-      return pngOf(this.canvas);
-    } finally {
-      if (transparent) {
-        this.#setBackgroundOpacity(1);
-        scheduler.request();
-      }
-    }
-  }
-
-  #setBackgroundOpacity(opacity: number): void {
-    this.#life.guard((renderer) => this.#settings.applyLook(renderer, this.info, opacity));
+  screenshot(options: { smooth?: boolean; transparent?: boolean } = {}): Promise<Blob> {
+    return this.#pictures.screenshot(options);
   }
 
   /**
@@ -325,8 +314,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * shows it in the canvas. Null: the canvas has its own view again.
    */
   preparePicture(view: PictureView | null): void {
-    this.#picture = view;
-    this.#scheduler?.onCameraChange();
+    this.#pictures.prepare(view);
   }
 
   /** What is still missing of the present view; null before the first report. */
@@ -340,20 +328,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * background. Throws a RendererError.
    */
   beginPicture({ transparent = false } = {}): PictureInParts {
-    const camera = this.#picture?.camera ?? this.camera;
-    if (!camera || !this.#volume.session || this.#life.isContextLost) {
-      throw new RendererError("nothing is drawn yet");
-    }
-    this.#isInParts = true;
-    return beginPictureInParts(this.#picture ?? this.canvas, camera, this.look, transparent, {
-      guard: (action) => this.#life.guard(action),
-      isContextLost: () => this.#life.isContextLost,
-      setOpacity: (renderer, opacity) => this.#settings.applyLook(renderer, this.info, opacity),
-      ended: () => {
-        this.#isInParts = false;
-        this.#scheduler?.onCameraChange();
-      },
-    });
+    return this.#pictures.begin(transparent);
   }
 
   /**
@@ -389,15 +364,15 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #scene(): Scene | null {
     const { camera, surfaces, look } = this;
     const { session } = this.#volume;
-    const canDraw = this.#life.renderer && !this.#life.isContextLost && !this.#isInParts;
+    const canDraw = this.#life.renderer && !this.#life.isContextLost && !this.#pictures.isInParts;
     if (!canDraw || !camera || !session) return null;
     return {
       session,
-      camera: this.#picture?.camera ?? camera,
+      camera: this.#pictures.prepared?.camera ?? camera,
       isovalues: surfaces.map((surface) => surface.isovalue),
       kind: look.kind,
       shading: look.shading,
-      pictureSize: this.#picture,
+      pictureSize: this.#pictures.prepared,
     };
   }
 }

@@ -1,4 +1,10 @@
+import { axisViews } from "../../viewer/camera_views.ts";
 import { type CameraActions, handleCameraKey } from "../../viewer/controls.ts";
+import type { SurfaceSettings } from "../panel/surface_settings.ts";
+import { toggleTheme } from "../shell/theme.ts";
+import type { LoadedParts } from "./loaded_parts.ts";
+import type { PageLayout } from "./page_layout.ts";
+import type { LayoutActions } from "./volume_layout.ts";
 
 /**
  * Handles a key pressed anywhere on the page: moves the camera, or calls the entry of `actions` for
@@ -51,4 +57,34 @@ function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" 
   const takesText = isField && !origin.matches("[type=color], [type=range]");
   if (takesText || origin.isContentEditable) return "text";
   return "control";
+}
+
+/** What keys do besides those of the camera: what `shell/help.ts` lists. */
+export function keyActions(
+  surfaces: SurfaceSettings,
+  parts: LoadedParts,
+  layout: PageLayout,
+  actions: LayoutActions,
+): Readonly<Record<string, () => void>> {
+  return {
+    "[": () => surfaces.step(-1, "hundredth"),
+    "]": () => surfaces.step(1, "hundredth"),
+    "{": () => surfaces.step(-1, "step"),
+    "}": () => surfaces.step(1, "step"),
+    "?": actions.help,
+    c: actions.copyLink,
+    s: actions.savePicture,
+    S: actions.openCapture,
+    t: toggleTheme,
+    f: () => layout.togglePanel(),
+    r: actions.reset,
+    v: actions.fit,
+    p: actions.toggleProjection,
+    m: () => void parts.beginMeasuring(),
+    ...Object.fromEntries(axisViews.map((view, i) => [i + 1, () => actions.lookAlong(view)])),
+    Escape: () => {
+      parts.measure?.tool.choose(null);
+      layout.openSheet(false);
+    },
+  };
 }

@@ -1,7 +1,6 @@
 import type { StoreInfo } from "../../core/types.ts";
 import { type Progress, StreamError } from "../../stream/types.ts";
 import { pageTexts } from "../../texts/page.ts";
-import { axisViews } from "../../viewer/camera_views.ts";
 import { RendererError } from "../../viewer/renderer_error.ts";
 import { AddressBar, type AddressState, addressOf } from "../address/page_address.ts";
 import type { Target } from "../address/target.ts";
@@ -9,12 +8,12 @@ import { readUrl, writeUrl } from "../address/url_state.ts";
 import { ViewHistory } from "../address/view_history.ts";
 import { DisplaySettings } from "../panel/display_settings.ts";
 import { SurfaceSettings } from "../panel/surface_settings.ts";
-import { onTheme, toggleTheme } from "../shell/theme.ts";
+import { onTheme } from "../shell/theme.ts";
 import { Toast } from "../shell/toast.ts";
 import { LoadedParts } from "./loaded_parts.ts";
 import { PageCamera } from "./page_camera.ts";
 import { PageFiles } from "./page_files.ts";
-import { handlePageKey, historyStep } from "./page_keys.ts";
+import { handlePageKey, historyStep, keyActions } from "./page_keys.ts";
 import { PageLayout } from "./page_layout.ts";
 import { StatusLine } from "./status_line.ts";
 import { takeView } from "./view.ts";
@@ -129,13 +128,14 @@ export class VolumePage {
       if (!this.#parts.measure?.tool.kind) this.#camera.centre(event);
     });
     const { signal } = this.#listeners;
+    const keys = keyActions(this.#surfaces, this.#parts, this.#layout, this.#actions);
     const key = (event: KeyboardEvent) => {
       const step = historyStep(event, this.#canvas);
       if (step) {
         event.preventDefault();
         this.#restore(step);
       }
-      handlePageKey(event, this.#canvas, viewer, this.#keys);
+      handlePageKey(event, this.#canvas, viewer, keys);
     };
     window.addEventListener("keydown", key, { signal });
   }
@@ -294,30 +294,6 @@ export class VolumePage {
     removeSurface: (index) => {
       this.#surfaces.actions.removeSurface(index);
       this.#layout.focusSurface(index);
-    },
-  };
-
-  readonly #keys: Readonly<Record<string, () => void>> = {
-    "[": () => this.#surfaces.step(-1, "hundredth"),
-    "]": () => this.#surfaces.step(1, "hundredth"),
-    "{": () => this.#surfaces.step(-1, "step"),
-    "}": () => this.#surfaces.step(1, "step"),
-    "?": showHelp,
-    c: () => void this.#copyLink(),
-    s: () => void this.#files.saveScreenshot(),
-    S: () => void this.#files.openCapture(),
-    t: toggleTheme,
-    f: () => this.#layout.togglePanel(),
-    r: () => this.#camera.reset(),
-    v: () => this.#camera.fit(),
-    p: () => this.#toggleProjection(),
-    m: () => void this.#parts.beginMeasuring(),
-    ...Object.fromEntries(
-      axisViews.map((view, i) => [String(i + 1), () => this.#camera.lookAlong(view)]),
-    ),
-    Escape: () => {
-      this.#parts.measure?.tool.choose(null);
-      this.#layout.openSheet(false);
     },
   };
 

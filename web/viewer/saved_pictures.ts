@@ -1,0 +1,87 @@
+import type { FrameScheduler } from "./frame_scheduler.ts";
+import { beginPictureInParts, pngOf } from "./picture_parts.ts";
+import { RendererError } from "./renderer_error.ts";
+import type { RendererLife } from "./renderer_life.ts";
+import type { RendererModule } from "./renderer_module.ts";
+import type { Camera, Look, PictureInParts, PictureView } from "./types.ts";
+
+/** What pictures need from their viewer. */
+export interface SavedPicturesHost {
+  /** Null before the first renderer. */
+  scheduler(): FrameScheduler | null;
+  camera(): Camera | null;
+  /** A volume is open. */
+  isOpen(): boolean;
+  look(): Readonly<Look>;
+  /** `opacity`: of the background. */
+  applyLook(renderer: RendererModule, opacity: number): void;
+}
+
+/** Pictures of a viewer to be saved: as the canvas shows it, or of another size and view. */
+export class SavedPictures {
+  readonly #canvas: HTMLCanvasElement;
+  readonly #life: RendererLife;
+  readonly #host: SavedPicturesHost;
+  #prepared: PictureView | null = null;
+  #isInParts = false;
+
+  constructor(canvas: HTMLCanvasElement, life: RendererLife, host: SavedPicturesHost) {
+    this.#canvas = canvas;
+    this.#life = life;
+    this.#host = host;
+  }
+
+  /** The picture for which the viewer streams in place of the view of its canvas. */
+  get prepared(): PictureView | null {
+    return this.#prepared;
+  }
+
+  /** A picture in parts has begun: nothing else is drawn. */
+  get isInParts(): boolean {
+    return this.#isInParts;
+  }
+
+  /** Viewer.screenshot. */
+  async screenshot({ smooth = true, transparent = false }): Promise<Blob> {
+    const scheduler = this.#host.scheduler();
+    if (!scheduler || this.#life.isContextLost) throw new RendererError("nothing is drawn yet");
+    const setOpacity = (opacity: number) =>
+      this.#life.guard((renderer) => this.#host.applyLook(renderer, opacity));
+    if (transparent) setOpacity(0);
+    try {
+      scheduler.drawToSave(smooth);
+      // It copies the picture at once: what is drawn next, with its background, does not change it.
+      return pngOf(this.#canvas);
+    } finally {
+      if (transparent) {
+        setOpacity(1);
+        scheduler.request();
+      }
+    }
+  }
+
+  /** Viewer.preparePicture. */
+  prepare(view: PictureView | null): void {
+    this.#prepared = view;
+    this.#host.scheduler()?.onCameraChange();
+  }
+
+  /** Viewer.beginPicture. */
+  begin(transparent: boolean): PictureInParts {
+    const camera = this.#prepared?.camera ?? this.#host.camera();
+    if (!camera || !this.#host.isOpen() || this.#life.isContextLost) {
+      throw new RendererError("nothing is drawn yet");
+    }
+    this.#isInParts = true;
+    const size = this.#prepared ?? this.#canvas;
+    return beginPictureInParts(size, camera, this.#host.look(), transparent, {
+      guard: (action) => this.#life.guard(action),
+      isContextLost: () => this.#life.isContextLost,
+      setOpacity: (renderer, opacity) => this.#host.applyLook(renderer, opacity),
+      ended: () => {
+        this.#isInParts = false;
+        this.#host.scheduler()?.onCameraChange();
+      },
+    });
+  }
+}
