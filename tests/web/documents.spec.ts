@@ -82,7 +82,9 @@ describe("the version of package.json", () => {
   const packages = /\b(?:lib)?isosplat(?:-dev)?[-_](\d+\.\d+\.\d+(?:[-~]rc\.\d+)?)/g;
 
   it("is in the names of packages that the README has", () => {
-    const versions = [...read("README.md").matchAll(packages)].map((match) => match[1]?.replace("~", "-"));
+    const versions = [...read("README.md").matchAll(packages)].map((match) =>
+      match[1]?.replace("~", "-"),
+    );
     expect(versions.length).toBeGreaterThanOrEqual(5);
     expect([...new Set(versions)]).toEqual([version]);
   });
