@@ -133,7 +133,7 @@ describe("folders", () => {
     expect(found(core, variable)).toEqual([]);
     expect(found(cpp.filter(isBinding), variable)).toEqual([
       "shared/bindings/wasm/mesh_api.cpp: static State instance;",
-      "shared/bindings/wasm/renderer_api.cpp: static State instance;",
+      "shared/bindings/wasm/renderer_state.cpp: static State instance;",
     ]);
   });
 
