@@ -144,7 +144,7 @@ export class OpenVolume {
     const { info } = session;
     if (!options.surfaces) this.#settings.surfaces = [firstSurface(info)];
     this.#life.warmUp();
-    renderer.volume.setVolume(info);
+    renderer.volume.open(info);
     this.#camera.opened(renderer, options.camera, options.projection, cameraBefore);
     this.#settings.apply(renderer, info);
     this.#host.emit("opened", info);

@@ -20,7 +20,8 @@ export class RendererVolume {
     this.#gl = gl;
   }
 
-  setVolume(info: StoreInfo): void {
+  /** Another volume, of which nothing is drawn until chunks are added. */
+  open(info: StoreInfo): void {
     layouts.writeVolume(this.#instance.view(), this.#instance.scratch, volumeRecord(info));
     this.#instance.check(
       this.#instance.exports._isosplat_renderer_set_volume(this.#instance.scratch),
