@@ -8,9 +8,8 @@
 
 #include "shared/core/sampling/sample_neighbours.h"
 #include "shared/render/passes/image_passes.h"
-#include "shared/render/pick/cap_pick.h"
-#include "shared/render/pick/ray_hits.h"
 #include "shared/render/pick/slice_pick.h"
+#include "shared/render/pick/volume_pick.h"
 #include "shared/render/renderer_state.h"
 #include "shared/render/shaders/shader_constants.h"
 
@@ -20,9 +19,10 @@ namespace {
 static_assert(KIND_QUAD == static_cast<int>(SplatKind::quad));
 static_assert(KIND_ELLIPSE == static_cast<int>(SplatKind::ellipse));
 static_assert(KIND_EXACT == static_cast<int>(SplatKind::exact));
-static_assert(MAX_ISOSURFACES == kMaxIsosurfaces && MAX_LAYERS == kMaxIsosurfaces + 1);
-static_assert(MAX_CLIP_PLANES == kMaxClipPlanes + 6);
-static_assert(SLICE_VALUES >= kMaxIsosurfaces && SLICE_NO_DATA < 16);
+static_assert(MAX_ISOSURFACES == kMaxIsosurfaces);
+static_assert(MAX_LAYERS == kMaxTranslucent + 1 && NO_ISOSURFACE >= kMaxIsosurfaces);
+static_assert(MAX_CLIP_PLANES == kMaxClipPlanes + 6 + 6);
+static_assert(SLICE_NO_DATA < 1 << (16 - ISOSURFACE_SHIFT));
 
 }  // namespace
 
@@ -51,24 +51,35 @@ Result<void> Renderer::warm_up(uint32_t framebuffer) {
   return state_->warm_up(framebuffer);
 }
 
-void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping) {
-  state_->grid = grid;
-  state_->mapping = mapping;
-  state_->programs.set_sheared(shear_degrees(grid.direction) >= kMinShearDegrees);
-  state_->chunks.clear();
-  state_->dirty = true;
+void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping, VolumeId volume) {
+  State& s = *state_;
+  remove_volume(volume);
+  s.volumes.try_emplace(volume, grid, mapping, s.buffers);
+  s.choose_programs();
+  s.dirty = true;
 }
 
-const VolumeGrid& Renderer::grid() const {
-  return state_->shown_grid();
+void Renderer::remove_volume(VolumeId volume) {
+  State& s = *state_;
+  const auto found = s.volumes.find(volume);
+  if (found == s.volumes.end()) return;
+  if (found->second.frame_buffer) glDeleteBuffers(1, &found->second.frame_buffer);
+  s.drawn.clear();
+  s.volumes.erase(found);
+  s.dirty = true;
+}
+
+const VolumeGrid& Renderer::grid(VolumeId volume) const {
+  const Volume* found = state_->find_volume(volume);
+  return found ? found->grid : kNoVolume;
 }
 
 Result<void> Renderer::add_chunk(ChunkHandle handle, const BlockKey& block,
-                                 std::span<const PackedSample> samples) {
+                                 std::span<const PackedSample> samples, VolumeId volume) {
   std::vector<PackedSample> ordered;
   auto clusters = cluster_samples(samples, ordered);
   if (block.level > 0) mark_neighbours(ordered);
-  const auto offset = reserve_chunk(handle, block, std::move(clusters));
+  const auto offset = reserve_chunk(handle, block, std::move(clusters), volume);
   if (!offset) return tl::unexpected(offset.error());
   if (!ordered.empty()) {
     glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(*offset),
@@ -78,19 +89,23 @@ Result<void> Renderer::add_chunk(ChunkHandle handle, const BlockKey& block,
 }
 
 Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, const BlockKey& block,
-                                         std::vector<SampleCluster> clusters) {
+                                         std::vector<SampleCluster> clusters, VolumeId volume) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost: add the chunk again later");
-  if (!s.grid) return fail(Status::invalid_argument, "a chunk was added before any volume was set");
-  if (auto ok = ChunkStore::check_block(*s.grid, block); !ok) {
+  Volume* found = s.find_volume(volume);
+  if (!found) {
+    return fail(Status::invalid_argument, "a chunk was added before its volume was set");
+  }
+  if (auto ok = ChunkStore::check_block(found->grid, block); !ok) {
     return tl::unexpected(ok.error());
   }
   if (!are_clusters(clusters)) {
     return fail(Status::invalid_argument, "a chunk's clusters are not in the order of its regions");
   }
-  remove_chunk(handle);
-  const SampleRange range = s.chunks.reserve(*s.grid, handle, block, std::move(clusters));
-  if (s.chunks.is_visible(handle) || !s.settings.slices.empty()) s.dirty = true;
+  remove_chunk(handle, volume);
+  ChunkStore& chunks = found->chunks;
+  const SampleRange range = chunks.reserve(found->grid, handle, block, std::move(clusters));
+  if (chunks.is_visible(handle) || !s.settings.slices.empty()) s.dirty = true;
   return range.offset_bytes();
 }
 
@@ -100,33 +115,37 @@ Result<void> Renderer::check_gpu() {
   const GlErrors::Found errors = s.gl_errors.take();
   // Without the memory of a buffer, other calls fail as well.
   if (errors.out_of_memory) {
-    const uint64_t samples = s.chunks.buffers().samples();
-    s.chunks.drop_unconfirmed();
+    const uint64_t samples = s.buffers.samples();
+    for (auto& [id, volume] : s.volumes) volume.chunks.drop_unconfirmed();
+    s.buffers.drop_unconfirmed();
     s.dirty = true;
     return fail(Status::out_of_memory, "the GPU has no room for " + std::to_string(samples) +
                                            " samples: remove chunks, or lower the sample budget");
   }
-  s.chunks.buffers().confirm();
+  s.buffers.confirm();
   if (errors.other == GL_NO_ERROR) return {};
   return fail(Status::gl_error, "OpenGL reports error " + std::to_string(errors.other) +
                                     ": a bug in the renderer or the driver");
 }
 
-void Renderer::remove_chunk(ChunkHandle handle) {
+void Renderer::remove_chunk(ChunkHandle handle, VolumeId volume) {
   State& s = *state_;
-  const bool is_shown = s.chunks.is_visible(handle) || !s.settings.slices.empty();
-  if (s.chunks.remove(handle) && is_shown) s.dirty = true;
+  Volume* found = s.find_volume(volume);
+  if (!found) return;
+  const bool is_shown = found->chunks.is_visible(handle) || !s.settings.slices.empty();
+  if (found->chunks.remove(handle) && is_shown) s.dirty = true;
 }
 
-void Renderer::set_visible(std::span<const DrawnChunk> chunks) {
-  if (state_->chunks.set_visible(chunks)) state_->dirty = true;
+void Renderer::set_visible(std::span<const DrawnChunk> chunks, VolumeId volume) {
+  Volume* found = state_->find_volume(volume);
+  if (found && found->chunks.set_visible(chunks)) state_->dirty = true;
 }
 
-void Renderer::set_visible(std::span<const ChunkHandle> handles) {
+void Renderer::set_visible(std::span<const ChunkHandle> handles, VolumeId volume) {
   std::vector<DrawnChunk> chunks(handles.size());
   std::transform(handles.begin(), handles.end(), chunks.begin(),
                  [](ChunkHandle handle) { return DrawnChunk{handle}; });
-  set_visible(chunks);
+  set_visible(chunks, volume);
 }
 
 void Renderer::set_settings(const RenderSettings& settings) {
@@ -238,67 +257,51 @@ Result<std::vector<SurfacePixel>> Renderer::read_surface() {
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.drawn_tile.width == 0) return fail(Status::invalid_argument, "nothing has been drawn yet");
   if (auto ok = s.ensure_layers(); !ok) return tl::unexpected(ok.error());
-  const VolumeGrid grid = s.grid.value_or(VolumeGrid{{2, 2, 2}});
-  const double unit = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
-  return read_surface_pixels(s.shown_context(), static_cast<float>(unit));
+  return read_surface_pixels(s.shown_context(),
+                             static_cast<float>(unit_of_frame_space(s.first_grid())));
 }
 
 Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width, int height) const {
   const State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the OpenGL context is lost: restore it first");
-  if (!s.grid) return fail(Status::invalid_argument, "there is no volume to pick in: set one");
-  const auto ray = pick_ray(*s.grid, s.settings, s.camera, x, y, width, height);
-  if (!ray) return std::nullopt;
-  std::vector<float> quantized_isovalues;
-  for (const Isosurface& surface : s.settings.isosurfaces) {
-    if (quantized_isovalues.size() == kMaxIsosurfaces) break;
-    quantized_isovalues.push_back(surface.opacity > 0
-                                      ? s.mapping.quantized_isovalue(surface.isovalue)
-                                      : std::numeric_limits<float>::quiet_NaN());
+  if (s.volumes.empty()) {
+    return fail(Status::invalid_argument, "there is no volume to pick in: set one");
   }
-  const auto is_any_active = [&](CellInterval interval) {
-    return std::any_of(quantized_isovalues.begin(), quantized_isovalues.end(),
-                       [interval](float q) { return is_active(interval, q); });
-  };
-  std::vector<PickHit> hits;
-  std::vector<PackedSample> samples;
-  for (const DrawnChunk& visible : s.chunks.visible()) {
-    const ChunkStore::Chunk* chunk = s.chunks.find(visible.handle);
-    if (!chunk || !is_any_active(chunk->interval)) continue;
-    if (!meets_box(*ray, chunk->low, chunk->high)) continue;
-    const double size = std::ldexp(1.0, static_cast<int>(chunk->block.level));
-    const Index3 block = chunk->block.index;
-    const Vec3d corner =
-        Vec3d{double(block.x), double(block.y), double(block.z)} * (kBlockCells * size);
-    for (const SampleCluster& cluster : chunk->clusters) {
-      if (!visible.regions.contains(cluster.region_index())) continue;
-      if (!is_any_active(cluster.interval)) continue;
-      const auto place = [&](Vec3<uint8_t> cell) {
-        return corner + Vec3d{double(cell.x), double(cell.y), double(cell.z)} * size;
-      };
-      if (!meets_box(*ray, place(cluster.low), place(cluster.high))) continue;
-      samples.resize(cluster.count);
-      s.chunks.buffers().read(chunk->range, cluster.first, samples);
-      add_hits(*ray, chunk->block, samples, quantized_isovalues, hits);
-    }
+  const SceneExtent scene = s.scene_extent();
+  const ImagePlace place{x, y, width, height};
+  std::optional<SurfacePick> nearest;
+  double nearest_distance = std::numeric_limits<double>::infinity();
+  for (const auto& [id, volume] : s.volumes) {
+    const auto found = pick_volume(volume.grid, volume.mapping, volume.chunks, id, s.settings,
+                                   scene, s.camera, place);
+    if (!found) continue;
+    // Where caps lie in the same face, that of the later volume is in front.
+    const double same = found->pick.cap && nearest && nearest->cap ? 1e-6 * scene.sphere.radius : 0;
+    if (found->distance >= nearest_distance + same) continue;
+    nearest = found->pick;
+    nearest_distance = found->distance;
   }
-  std::optional<SurfacePick> pick = pick_cap(*s.grid, s.settings, *ray, hits);
-  double nearest = ray->end;
-  for (const PickHit& hit : hits) nearest = std::min(nearest, hit.distance);
-  if (pick) nearest = ray->begin;
-  if (!pick) pick = nearest_pick(*s.grid, s.mapping, *ray, std::move(hits));
-  if (pick) pick->value = s.settings.isosurfaces[pick->isosurface].isovalue;
-  const auto slice = pick_slice(*s.grid, s.mapping, s.settings, s.chunks, *ray, nearest);
-  return slice ? slice : pick;
+  const Volume* sliced = s.find_volume(s.settings.slice_volume);
+  if (!sliced) return nearest;
+  const auto ray = pick_ray(sliced->grid, scene, s.settings, s.camera, place);
+  if (!ray) return nearest;
+  const auto slice = pick_slice(sliced->grid, sliced->mapping, s.settings, sliced->chunks, *ray,
+                                std::min(nearest_distance, ray->end));
+  return slice ? slice : nearest;
 }
 
-Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px) {
+Result<void> Renderer::begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px,
+                                             VolumeId volume) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   if (s.dirty || s.drawn_tile.width == 0) {
     return fail(Status::invalid_argument, "an occlusion query needs a picture that is up to date");
   }
-  return s.begin_occlusion_query(handles, min_px);
+  const Volume* found = s.find_volume(volume);
+  if (!found) {
+    return fail(Status::invalid_argument, "an occlusion query names a volume that was not set");
+  }
+  return s.begin_occlusion_query(*found, handles, min_px);
 }
 
 std::optional<std::vector<ChunkVisibility>> Renderer::take_occlusion_query() {

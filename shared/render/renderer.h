@@ -21,7 +21,9 @@
 
 namespace isosplat::render {
 
-/// Draws chunks of packed samples with OpenGL ES 3.0 or WebGL 2. One source for both.
+/// Draws chunks of packed samples of one or several volumes with OpenGL ES 3.0 or WebGL 2. One
+/// source for both. Volumes are in one world, and have one depth order and one light; the first is
+/// that with the smallest number.
 ///
 /// A GL context must be current on the calling thread in every call, and it must be the one that
 /// was current at creation. The renderer leaves GL state changed (framebuffer, viewport, program,
@@ -51,22 +53,25 @@ class Renderer {
   /// Errors: gl_error.
   Result<void> warm_up(uint32_t framebuffer = 0);
 
-  /// Sets another volume, and removes all chunks. Settings and camera are kept.
-  void set_volume(const VolumeGrid& grid, const ValueMapping& mapping);
+  /// Adds a volume, or replaces the one with this number and removes its chunks. Settings and
+  /// camera are kept. An affine transform of a volume is another grid.
+  void set_volume(const VolumeGrid& grid, const ValueMapping& mapping, VolumeId volume = 0);
+  /// Removes a volume and its chunks. Unknown numbers are ignored.
+  void remove_volume(VolumeId volume);
 
-  /// Uploads samples; the caller may free them afterwards. A chunk with the same handle is
-  /// replaced. New chunks are not visible until set_visible names them. Empty spans are allowed.
-  /// Errors: invalid_argument (no volume, or a block outside of it), gl_error (the context is
-  /// lost). Whether the GPU had memory for them, check_gpu() tells.
+  /// Uploads samples; the caller may free them afterwards. A chunk of the volume with the same
+  /// handle is replaced. New chunks are not visible until set_visible names them. Empty spans are
+  /// allowed. Errors: invalid_argument (no volume, or a block outside of it), gl_error (the context
+  /// is lost). Whether the GPU had memory for them, check_gpu() tells.
   Result<void> add_chunk(ChunkHandle handle, const BlockKey& block,
-                         std::span<const PackedSample> samples);
+                         std::span<const PackedSample> samples, VolumeId volume = 0);
 
   /// Like add_chunk of samples that cluster_samples has sorted, but leaves the upload to the
   /// caller: the vertex buffer is bound to GL_ARRAY_BUFFER. Returns the offset in bytes where the
   /// samples belong; upload them before the next call. Another error: invalid_argument (clusters
   /// that cluster_samples does not return).
   Result<uint64_t> reserve_chunk(ChunkHandle handle, const BlockKey& block,
-                                 std::vector<SampleCluster> clusters);
+                                 std::vector<SampleCluster> clusters, VolumeId volume = 0);
 
   /// Reports GPU errors since the last call. Waits for pending GPU commands, so call it when the
   /// GPU is idle. Errors: out_of_memory, which removes chunks for which there was none, all added
@@ -74,15 +79,16 @@ class Renderer {
   Result<void> check_gpu();
 
   /// Removes a chunk. Unknown handles are ignored.
-  void remove_chunk(ChunkHandle handle);
+  void remove_chunk(ChunkHandle handle, VolumeId volume = 0);
 
-  /// Sets the chunks that draw() draws. Unknown handles are ignored. The caller ensures that no two
-  /// chunks cover the same part of the volume.
-  void set_visible(std::span<const DrawnChunk> chunks);
-  void set_visible(std::span<const ChunkHandle> handles);  ///< draws all regions of each chunk
+  /// Sets the chunks of a volume that draw() draws. Unknown handles are ignored. The caller ensures
+  /// that no two chunks cover the same part of the volume.
+  void set_visible(std::span<const DrawnChunk> chunks, VolumeId volume = 0);
+  /// Draws all regions of each chunk.
+  void set_visible(std::span<const ChunkHandle> handles, VolumeId volume = 0);
 
-  /// The volume; one of 2³ voxels before set_volume().
-  const VolumeGrid& grid() const;
+  /// A volume; one of 2³ voxels if there is none with this number.
+  const VolumeGrid& grid(VolumeId volume = 0) const;
 
   void set_settings(const RenderSettings& settings);
   const RenderSettings& settings() const;
@@ -163,13 +169,14 @@ class Renderer {
   /// surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
-  /// Starts an occlusion query: which regions of these chunks are visible in the last picture, in
-  /// at least `min_px` pixels (1 … 255)? Does not wait for the GPU. With `min_px` 0, a region is
-  /// visible if any part of an active cell's box is in front of the surface at some pixel's centre:
-  /// anything in the cell might be visible there. Chunks outside of set_visible() are skipped.
-  /// Cancels a query in progress. Errors: gl_error, invalid_argument (no picture, or an outdated
-  /// one: draw first).
-  Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px);
+  /// Starts an occlusion query: which regions of these chunks of a volume are visible in the last
+  /// picture, which may show several volumes, in at least `min_px` pixels (1 … 255)? Does not wait
+  /// for the GPU. With `min_px` 0, a region is visible if any part of an active cell's box is in
+  /// front of the surface at some pixel's centre: anything in the cell might be visible there.
+  /// Chunks outside of set_visible() are skipped. Cancels a query in progress. Errors: gl_error,
+  /// invalid_argument (no picture, or an outdated one: draw first).
+  Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px,
+                                     VolumeId volume = 0);
 
   /// Returns the result once. Returns nothing while the query is in progress, or if there is none.
   std::optional<std::vector<ChunkVisibility>> take_occlusion_query();

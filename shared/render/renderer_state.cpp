@@ -6,9 +6,38 @@
 #include "shared/render/passes/image_passes.h"
 
 namespace isosplat::render {
+namespace {
+
+GLuint new_frame_buffer() {
+  GLuint buffer = 0;
+  glGenBuffers(1, &buffer);
+  glBindBuffer(GL_UNIFORM_BUFFER, buffer);
+  glBufferData(GL_UNIFORM_BUFFER, sizeof(FrameBlock), nullptr, GL_DYNAMIC_DRAW);
+  return buffer;
+}
+
+void upload(const FrameBlock& block, GLuint buffer) {
+  glBindBuffer(GL_UNIFORM_BUFFER, buffer);
+  glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &block);
+}
+
+/// The smallest sphere around both.
+BoundingSphere around(const BoundingSphere& a, const BoundingSphere& b) {
+  const Vec3d between = b.centre - a.centre;
+  const double distance = length(between);
+  if (distance + b.radius <= a.radius) return a;
+  if (distance + a.radius <= b.radius) return b;
+  const double radius = 0.5 * (distance + a.radius + b.radius);
+  return {a.centre + between * ((radius - a.radius) / distance), radius};
+}
+
+}  // namespace
 
 Renderer::State::~State() {
-  if (frame_buffer) glDeleteBuffers(1, &frame_buffer);
+  for (const auto& [id, volume] : volumes) {
+    if (volume.frame_buffer) glDeleteBuffers(1, &volume.frame_buffer);
+  }
+  if (placeholder_frame) glDeleteBuffers(1, &placeholder_frame);
   if (empty_vertex_array) glDeleteVertexArrays(1, &empty_vertex_array);
 }
 
@@ -16,16 +45,20 @@ void Renderer::State::create_gl_objects() {
   limits = query_gl_limits(max_point_size);
   lit = false;
   programs.start_first();
-  glGenBuffers(1, &frame_buffer);
-  glBindBuffer(GL_UNIFORM_BUFFER, frame_buffer);
-  glBufferData(GL_UNIFORM_BUFFER, sizeof(FrameBlock), nullptr, GL_DYNAMIC_DRAW);
+  placeholder_frame = new_frame_buffer();
   glGenVertexArrays(1, &empty_vertex_array);
   dirty = true;
 }
 
 void Renderer::State::abandon_gl_objects() {
   gl_errors = {};
-  chunks.abandon();
+  for (auto& [id, volume] : volumes) {
+    volume.chunks.abandon();
+    volume.list.clear();
+    volume.frame_buffer = 0;
+  }
+  drawn.clear();
+  buffers.abandon();
   mesh.abandon();
   programs.abandon();
   targets.abandon();
@@ -39,22 +72,22 @@ void Renderer::State::abandon_gl_objects() {
   accumulation.abandon();
   cross_fade.abandon();
   occlusion_query.abandon();
-  frame_buffer = empty_vertex_array = 0;
+  placeholder_frame = empty_vertex_array = 0;
 }
 
 Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   const PackedSample inactive{};
-  const SampleRange range = chunks.buffers().add(std::span(&inactive, 1));
+  const SampleRange range = buffers.add(std::span(&inactive, 1));
   layers.count = 1;
   lit = false;
   auto done = targets.prepare(1, 1, layers.count);
   if (done) {
     glEnable(GL_DEPTH_TEST);
-    glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
-    done = splat_passes.warm_up(context(), chunks.buffers(), range);
+    bind_frame(placeholder_frame);
+    done = splat_passes.warm_up(context(), buffers, range);
   }
   if (done) done = compose(context(), layers.count, framebuffer, /*still=*/nullptr);
-  chunks.buffers().remove(range);
+  buffers.remove(range);
   dirty = true;
   return done;
 }
@@ -65,17 +98,34 @@ bool Renderer::State::has_caps() const {
          !settings.isosurfaces.empty();
 }
 
-/// Adds caps to a copy of the layers that were drawn last.
+/// Adds caps to a copy of the layers that were drawn last. Whether a place is inside of the solid
+/// follows from the surfaces of its own volume behind it. So each of several volumes is drawn
+/// alone, and then all of them again.
 Result<void> Renderer::State::draw_caps() {
   capped = false;
-  if (!has_caps()) {
+  if (!has_caps() || drawn.empty()) {
     caps.release();
     return {};
   }
-  const auto layer_of = std::span(layers.by_surface).first(surface_count());
-  const Frame frame = make_frame({});
-  const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
-  if (auto ok = caps.draw(context(), splat_passes, splats, layer_of); !ok) return ok;
+  int before = 0;
+  for (DrawnVolume& each : drawn) {
+    if (drawn.size() > 1) {
+      clear_targets();
+      if (auto ok = draw_splats({&each, 1}); !ok) return ok;
+      if (auto ok = smooth_normals({&each, 1}); !ok) return ok;
+    }
+    bind_frame(each.volume->frame_buffer);
+    const auto is_before = [&](const DrawnVolume& other) { return other.id < each.id; };
+    const auto order = std::count_if(drawn.begin(), drawn.end(), is_before);
+    const auto done = caps.draw(context(), splat_passes, splats_of(each), each.layers, layers.count,
+                                before++, static_cast<int>(order));
+    if (!done) return done;
+  }
+  if (drawn.size() > 1) {
+    clear_targets();
+    if (auto ok = draw_splats(drawn); !ok) return ok;
+    if (auto ok = smooth_normals(drawn); !ok) return ok;
+  }
   capped = true;
   return {};
 }
@@ -83,7 +133,15 @@ Result<void> Renderer::State::draw_caps() {
 /// Completes the layers that were drawn last.
 Result<void> Renderer::State::draw_caps_and_slices() {
   if (auto ok = draw_caps(); !ok || settings.slices.empty()) return ok;
-  return slices.draw(shown_context(), make_frame(drawn_offset), chunks, mapping);
+  Volume* volume = find_volume(settings.slice_volume);
+  if (!volume) return {};
+  const Frame frame = make_frame(volume->grid, drawn_offset);
+  if (!volume->frame_buffer) volume->frame_buffer = new_frame_buffer();
+  upload(frame.block(), volume->frame_buffer);
+  bind_frame(volume->frame_buffer);
+  const auto done = slices.draw(shown_context(), frame, volume->chunks, volume->mapping);
+  bind_picture_frame();
+  return done;
 }
 
 /// Whether surfaces can be lit while they are drawn, without layers. This is faster, and possible
@@ -97,16 +155,31 @@ bool Renderer::State::can_light_directly() const {
          std::none_of(settings.isosurfaces.begin(), settings.isosurfaces.end(), is_translucent);
 }
 
-size_t Renderer::State::surface_count() const {
-  return std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
-}
-
 void Renderer::State::assign_layers() {
   layers.count = 1;
-  for (size_t i = 0; i < surface_count(); ++i) {
-    const float opacity = settings.isosurfaces[i].opacity;
-    layers.by_surface[i] = opacity <= 0 ? -1 : opacity >= kOpaque ? 0 : layers.count++;
+  layers.by_surface.clear();
+  layers.isosurfaces = settings.isosurfaces;
+  for (Isosurface& surface : layers.isosurfaces) {
+    const bool has_layer = surface.opacity < kOpaque && layers.count <= kMaxTranslucent;
+    layers.by_surface.push_back(surface.opacity <= 0 ? -1 : has_layer ? layers.count++ : 0);
+    if (!has_layer) surface.opacity = 1;
   }
+}
+
+Volume* Renderer::State::find_volume(VolumeId id) {
+  const auto found = volumes.find(id);
+  return found == volumes.end() ? nullptr : &found->second;
+}
+
+const Volume* Renderer::State::find_volume(VolumeId id) const {
+  const auto found = volumes.find(id);
+  return found == volumes.end() ? nullptr : &found->second;
+}
+
+void Renderer::State::choose_programs() {
+  programs.set_sheared(std::any_of(volumes.begin(), volumes.end(), [](const auto& entry) {
+    return shear_degrees(entry.second.grid.direction) >= kMinShearDegrees;
+  }));
 }
 
 Result<void> Renderer::State::prepare_targets() {
@@ -142,9 +215,67 @@ void Renderer::State::clear_targets() {
   }
 }
 
-Frame Renderer::State::make_frame(ImageOffset offset) const {
-  return {shown_grid(), settings, camera, tile, limits.guard_px, limits.offered.max_point_size,
-          offset};
+SceneExtent Renderer::State::scene_extent() const {
+  BoundingSphere sphere = bounding_sphere(first_grid());
+  for (const auto& [id, volume] : volumes) sphere = around(sphere, bounding_sphere(volume.grid));
+  return {sphere, first_grid()};
+}
+
+/// The scale of ambient occlusion and shadows, in the world.
+double Renderer::State::scene_radius() const {
+  return volumes.size() > 1 ? scene_extent().sphere.radius : visible_radius(first_grid(), settings);
+}
+
+Frame Renderer::State::make_frame(const VolumeGrid& grid, ImageOffset offset) const {
+  return {
+      grid,  scene_extent(), settings, camera, tile, limits.guard_px, limits.offered.max_point_size,
+      offset};
+}
+
+/// Makes and uploads the frames of the volumes that have isosurfaces, nearest first, and that of
+/// the first volume.
+void Renderer::State::make_frames(ImageOffset offset) {
+  drawn.clear();
+  const auto prepare = [](Volume& volume, const Frame& frame) {
+    if (!volume.frame_buffer) volume.frame_buffer = new_frame_buffer();
+    upload(frame.block(), volume.frame_buffer);
+  };
+  std::map<VolumeId, std::vector<int>> isosurfaces;
+  for (size_t i = 0; i < settings.isosurfaces.size(); ++i) {
+    auto& own = isosurfaces[settings.isosurfaces[i].volume];
+    if (own.size() < size_t{kMaxIsosurfaces}) own.push_back(static_cast<int>(i));
+  }
+  if (volumes.empty()) upload(make_frame(kNoVolume, offset).block(), placeholder_frame);
+  for (auto& [id, volume] : volumes) {
+    DrawnVolume each{id, &volume, make_frame(volume.grid, offset), std::move(isosurfaces[id]), {}};
+    for (const int i : each.isosurfaces) each.layers.push_back(layers.by_surface[size_t(i)]);
+    const bool is_shown =
+        std::any_of(each.layers.begin(), each.layers.end(), [](int layer) { return layer >= 0; });
+    if (is_shown || &volume.grid == &first_grid()) prepare(volume, each.frame);
+    if (is_shown) drawn.push_back(std::move(each));
+  }
+  const auto distance = [](const DrawnVolume& each) {
+    const Index3 voxels = each.volume->grid.voxels;
+    const Vec3d high{voxels.x - 1.0, voxels.y - 1.0, voxels.z - 1.0};
+    return each.frame.nearest(each.frame.box({0, 0, 0}, high)) * each.frame.unit();
+  };
+  std::stable_sort(drawn.begin(), drawn.end(), [&](const DrawnVolume& a, const DrawnVolume& b) {
+    return distance(a) < distance(b);
+  });
+}
+
+void Renderer::State::bind_frame(GLuint buffer) const {
+  glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, buffer);
+}
+
+/// For passes over the image.
+void Renderer::State::bind_picture_frame() const {
+  bind_frame(volumes.empty() ? placeholder_frame : volumes.begin()->second.frame_buffer);
+}
+
+SplatFrame Renderer::State::splats_of(DrawnVolume& each) const {
+  Volume& volume = *each.volume;
+  return {each.frame, volume.list, buffers, volume.mapping, each.isosurfaces, settings.kind, lit};
 }
 
 /// Draws all surfaces into layers, or with `light_directly` into the lit picture.
@@ -156,14 +287,16 @@ Result<void> Renderer::State::draw_surfaces(const ImageTile& part, ImageOffset o
   capped = false;
   statistics = FrameStatistics{};
   programs.reset_linked_count();
+  smooth_sizes = sizes;
   assign_layers();
   if (auto ok = prepare_targets(); !ok) return ok;
 
   programs.set_orthographic(camera.orthographic);
-  const Frame frame = make_frame(offset);
-  glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, frame_buffer);
-  glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(FrameBlock), &frame.block());
-  statistics.chunks_culled = splat_passes.collect(chunks, frame, has_smooth_normals() ? 1 : 0);
+  make_frames(offset);
+  for (DrawnVolume& each : drawn) {
+    statistics.chunks_culled +=
+        each.volume->list.collect(each.volume->chunks, each.frame, has_smooth_normals() ? 1 : 0);
+  }
 
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);
@@ -173,37 +306,43 @@ Result<void> Renderer::State::draw_surfaces(const ImageTile& part, ImageOffset o
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   clear_targets();
-  if (!mesh.is_empty()) return draw_mesh(frame);
-  if (auto ok = draw_splats(frame); !ok) return ok;
-  return has_smooth_normals() ? smooth_normals(frame, sizes) : Result<void>();
+  if (!mesh.is_empty()) return draw_mesh(make_frame(first_grid(), offset));
+  if (auto ok = draw_splats(drawn); !ok) return ok;
+  return smooth_normals(drawn);
 }
 
-Result<void> Renderer::State::draw_splats(const Frame& frame) {
-  const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
-  for (size_t i = 0; i < surface_count(); ++i) {
-    const int layer = layers.by_surface[i];
-    if (layer < 0) continue;
-    const auto isosurface = static_cast<int>(i);
-    if (auto ok = splat_passes.draw_isosurface(context(), splats, isosurface, layer); !ok)
-      return ok;
+Result<void> Renderer::State::draw_splats(std::span<DrawnVolume> of) {
+  for (DrawnVolume& each : of) {
+    bind_frame(each.volume->frame_buffer);
+    for (size_t i = 0; i < each.isosurfaces.size(); ++i) {
+      if (each.layers[i] < 0) continue;
+      const auto done = splat_passes.draw_isosurface(context(), splats_of(each),
+                                                     each.isosurfaces[i], each.layers[i]);
+      if (!done) return done;
+    }
   }
+  bind_picture_frame();
   return {};
 }
 
-/// Replaces the normals of the layers that were drawn last, in this frame.
-Result<void> Renderer::State::smooth_normals(const Frame& frame, SmoothSizes sizes) {
-  const SplatFrame splats{frame, chunks.buffers(), mapping, settings.kind, lit};
+/// Replaces the normals of the layers that were drawn last, if they are to be smooth.
+Result<void> Renderer::State::smooth_normals(std::span<DrawnVolume> of) {
+  if (!has_smooth_normals()) return {};
   glEnable(GL_DEPTH_TEST);
-  for (int layer = 0; layer < layers.count; ++layer) {
-    std::vector<int> surfaces;
-    for (size_t i = 0; i < surface_count(); ++i) {
-      if (layers.by_surface[i] == layer) surfaces.push_back(static_cast<int>(i));
-    }
-    if (surfaces.empty()) continue;
-    if (auto ok = splat_passes.smooth_normals(context(), splats, surfaces, layer, sizes); !ok) {
-      return ok;
+  for (DrawnVolume& each : of) {
+    bind_frame(each.volume->frame_buffer);
+    for (int layer = 0; layer < layers.count; ++layer) {
+      std::vector<int> surfaces;
+      for (size_t i = 0; i < each.isosurfaces.size(); ++i) {
+        if (each.layers[i] == layer) surfaces.push_back(each.isosurfaces[i]);
+      }
+      if (surfaces.empty()) continue;
+      const auto done =
+          splat_passes.smooth_normals(context(), splats_of(each), surfaces, layer, smooth_sizes);
+      if (!done) return done;
     }
   }
+  bind_picture_frame();
   return {};
 }
 
@@ -215,7 +354,10 @@ Result<void> Renderer::State::draw_mesh(const Frame& frame) {
                     lit ? targets.picture().framebuffer : targets.layer_framebuffer(0));
   glViewport(0, 0, targets.width(), targets.height());
   glUseProgram(program.name());
-  if (lit) lighting.apply(program, settings);
+  if (lit)
+    lighting.apply(
+        program, settings,
+        std::span(layers.isosurfaces).first(std::min<size_t>(layers.isosurfaces.size(), 1)));
   glUniformMatrix4fv(program.uniform("u_clip_from_world"), 1, GL_FALSE, frame.mesh_clip().data());
   glUniformMatrix3fv(program.uniform("u_view_from_world"), 1, GL_FALSE, frame.mesh_view().data());
   mesh.draw();
@@ -231,8 +373,8 @@ Result<FrameStatistics> Renderer::State::finish_frame() {
   }
 #endif
   statistics.programs_linked = programs.linked_count();
-  statistics.samples_resident = chunks.buffers().samples();
-  statistics.gpu_bytes = chunks.buffers().bytes() + targets.bytes() + splat_passes.bytes() +
+  statistics.samples_resident = buffers.samples();
+  statistics.gpu_bytes = buffers.bytes() + targets.bytes() + splat_passes.bytes() +
                          accumulation.sums().bytes() + cross_fade.bytes() + mesh.bytes() +
                          caps.bytes() + slices.bytes();
   drawn_tile = tile;
@@ -262,14 +404,13 @@ Result<void> Renderer::State::accumulate_picture() {
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
   glBlendFunc(GL_ONE, GL_ONE);
-  const VolumeGrid& shown = shown_grid();
+  const double unit = unit_of_frame_space(first_grid());
   StillPicture still;
   still.index = accumulation.pictures();
-  still.scene_radius =
-      static_cast<float>(visible_radius(shown, settings) / unit_of_frame_space(shown));
+  still.scene_radius = static_cast<float>(scene_radius() / unit);
   const double half_height = camera_frame(camera).half_height(1);
-  still.image_height = static_cast<float>(
-      2 * (camera.orthographic ? half_height / unit_of_frame_space(shown) : half_height));
+  still.image_height =
+      static_cast<float>(2 * (camera.orthographic ? half_height / unit : half_height));
   if (tile != ImageTile{tile.image_width, tile.image_height}) still.whole = &whole_image;
   auto composed = compose(shown_context(), layers.count, accumulation.sums().framebuffer(), &still);
   glDisable(GL_BLEND);
@@ -279,14 +420,17 @@ Result<void> Renderer::State::accumulate_picture() {
 
 void Renderer::State::start_still_programs() {
   programs.prepare(ImagePass::present);
-  programs.prepare(ComposeVariant{.several_layers = layers.count > 1,
-                                  .eye_dome = settings.eye_dome > 0,
-                                  .still = Lighting::has_occlusion(settings.light)});
+  programs.prepare(
+      ComposeVariant{.several_layers = layers.count > 1,
+                     .eye_dome = settings.eye_dome > 0,
+                     .still = Lighting::has_occlusion(settings.light),
+                     .many_surfaces = settings.isosurfaces.size() > size_t{kMaxIsosurfaces}});
   if (lit) {
     programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = cuts_of(settings) > 0});
   }
-  if (has_smooth_normals()) {
-    splat_passes.start_smooth_normals(programs, limits.offered.max_point_size);
+  if (!has_smooth_normals()) return;
+  for (const DrawnVolume& each : drawn) {
+    SplatPasses::start_smooth_normals(programs, each.volume->list, limits.offered.max_point_size);
   }
 }
 
@@ -297,10 +441,8 @@ Result<FrameStatistics> Renderer::State::refine(GLuint framebuffer) {
       return tl::unexpected(ok.error());
     }
     if (auto ok = ensure_layers(); !ok) return tl::unexpected(ok.error());
-    if (has_smooth_normals()) {
-      const Frame frame = make_frame({});
-      if (auto ok = smooth_normals(frame, kStillSmooth); !ok) return tl::unexpected(ok.error());
-    }
+    smooth_sizes = kStillSmooth;
+    if (auto ok = smooth_normals(drawn); !ok) return tl::unexpected(ok.error());
     if (auto ok = accumulate_picture(); !ok) return tl::unexpected(ok.error());
   }
   const ImageOffset offset = Accumulation::offset(accumulation.pictures());
@@ -328,17 +470,22 @@ Result<void> Renderer::State::fade(float progress, GLuint framebuffer) {
                    framebuffer);
 }
 
-Result<void> Renderer::State::begin_occlusion_query(std::span<const ChunkHandle> handles,
+Result<void> Renderer::State::begin_occlusion_query(const Volume& volume,
+                                                    std::span<const ChunkHandle> handles,
                                                     int min_px) {
+  const auto each = std::find_if(drawn.begin(), drawn.end(), [&](const DrawnVolume& candidate) {
+    return candidate.volume == &volume;
+  });
+  const bool is_drawn = each != drawn.end();
   std::vector<OcclusionQuery::Item> items;
-  for (const DrawnChunk& chunk : chunks.visible()) {
+  for (const DrawnChunk& chunk : volume.chunks.visible()) {
     if (std::find(handles.begin(), handles.end(), chunk.handle) == handles.end()) continue;
     OcclusionQuery::Item item{chunk.handle, {}, chunk.regions};
     // Culled chunks are not visible: they have no samples to test.
-    if (const DrawItem* drawn = splat_passes.find(chunk.handle)) {
-      const SampleRange& range = drawn->chunk->range;
-      item.block = drawn->block;
-      item.vertex_array = chunks.buffers().vertex_array(range.buffer);
+    if (const DrawItem* in_image = is_drawn ? volume.list.find(chunk.handle) : nullptr) {
+      const SampleRange& range = in_image->chunk->range;
+      item.block = in_image->block;
+      item.vertex_array = buffers.vertex_array(range.buffer);
       item.first = static_cast<GLint>(range.first);
       item.count = static_cast<GLsizei>(range.count);
     }
@@ -351,13 +498,16 @@ Result<void> Renderer::State::begin_occlusion_query(std::span<const ChunkHandle>
   picture.layers = layers.count;
   picture.orthographic = camera.orthographic;
   picture.farthest_depths = *farthest_depths;
-  for (size_t i = 0; i < surface_count(); ++i) {
-    if (layers.by_surface[i] < 0) continue;
-    picture.quantized_isovalues.push_back(
-        mapping.quantized_isovalue(settings.isosurfaces[i].isovalue));
-    picture.isosurface_layers.push_back(layers.by_surface[i]);
+  for (size_t i = 0; is_drawn && i < each->isosurfaces.size(); ++i) {
+    if (each->layers[i] < 0) continue;
+    const Isosurface& surface = settings.isosurfaces[size_t(each->isosurfaces[i])];
+    picture.quantized_isovalues.push_back(volume.mapping.quantized_isovalue(surface.isovalue));
+    picture.isosurface_layers.push_back(each->layers[i]);
   }
-  return occlusion_query.begin(picture, items, min_px, kFrameBinding);
+  if (is_drawn) bind_frame(volume.frame_buffer);
+  const auto begun = occlusion_query.begin(picture, items, min_px, kFrameBinding);
+  bind_picture_frame();
+  return begun;
 }
 
 }  // namespace isosplat::render

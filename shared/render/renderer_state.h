@@ -2,8 +2,9 @@
 
 #include <GLES3/gl3.h>
 
-#include <array>
-#include <optional>
+#include <map>
+#include <span>
+#include <vector>
 
 #include "shared/render/frame/image_tile.h"
 #include "shared/render/gl/gl_errors.h"
@@ -23,12 +24,34 @@ namespace isosplat::render {
 
 /// Which layer of surface pixels each isosurface is drawn into.
 struct LayerAssignment {
-  int count = 1;                                ///< layer 0 is for all opaque isosurfaces
-  std::array<int, kMaxIsosurfaces> by_surface;  ///< −1: not drawn, as it is fully transparent
+  int count = 1;                ///< layer 0 is for all opaque isosurfaces
+  std::vector<int> by_surface;  ///< of the settings; −1: not drawn, as it is fully transparent
+  std::vector<Isosurface> isosurfaces;  ///< of the settings, those of layer 0 with opacity 1
 };
 
 /// Where there is no volume yet.
 inline constexpr VolumeGrid kNoVolume{{2, 2, 2}};
+
+/// A volume of the picture and its resident chunks.
+struct Volume {
+  VolumeGrid grid;
+  ValueMapping mapping;
+  ChunkStore chunks;
+  DrawList list;            ///< of the last draw
+  GLuint frame_buffer = 0;  ///< with the uniform block of its frame; 0: not drawn yet
+
+  Volume(const VolumeGrid& grid_, const ValueMapping& mapping_, SampleBuffers& buffers)
+      : grid(grid_), mapping(mapping_), chunks(buffers) {}
+};
+
+/// A volume with isosurfaces in the frame that was drawn last.
+struct DrawnVolume {
+  VolumeId id;
+  Volume* volume;
+  Frame frame;
+  std::vector<int> isosurfaces;  ///< indices into those of the settings
+  std::vector<int> layers;       ///< of each isosurface; −1: not drawn
+};
 
 /// The objects of a renderer, and the order of passes in a frame.
 struct Renderer::State {
@@ -41,13 +64,12 @@ struct Renderer::State {
   ImageOffset drawn_offset;  // of the surfaces that were drawn last
   bool lit = false;          // the last draw made a lit picture and depths, but no surface pixels
 
-  std::optional<VolumeGrid> grid;
-  ValueMapping mapping;
+  SampleBuffers buffers;  // of all volumes: declared first, since their chunks are in it
+  std::map<VolumeId, Volume> volumes;
   RenderSettings settings;
   Camera camera;
 
   GlErrors gl_errors;
-  ChunkStore chunks;
   TriangleMesh mesh;
   ShaderPrograms programs;
   SurfaceTargets targets;
@@ -56,14 +78,17 @@ struct Renderer::State {
   ImageTile tiled_image;  // since begin_tiles(); at first of no size
   Lighting lighting;
   SplatPasses splat_passes;
-  LayerAssignment layers;  // of the last draw
+  LayerAssignment layers;                   // of the last draw
+  std::vector<DrawnVolume> drawn;           // of the last draw, nearest first
+  SmoothSizes smooth_sizes = kDrawnSmooth;  // of the last draw
   ClipCaps caps;
   bool capped = false;  // the layers that were drawn last are in `caps` as well
   Slices slices;
   Accumulation accumulation;
   CrossFade cross_fade;
   OcclusionQuery occlusion_query;
-  GLuint frame_buffer = 0, empty_vertex_array = 0;
+  GLuint placeholder_frame = 0;  // its uniform block, while there is no volume
+  GLuint empty_vertex_array = 0;
   FrameStatistics statistics;
 
   State() = default;
@@ -76,8 +101,16 @@ struct Renderer::State {
   /// The context that owned the objects is gone.
   void abandon_gl_objects();
 
-  /// The volume, or a placeholder.
-  const VolumeGrid& shown_grid() const { return grid ? *grid : kNoVolume; }
+  /// The first volume, or a placeholder: the passes over the image are in its frame space, and the
+  /// clip box is a fraction of its extent.
+  const VolumeGrid& first_grid() const {
+    return volumes.empty() ? kNoVolume : volumes.begin()->second.grid;
+  }
+  SceneExtent scene_extent() const;
+  Volume* find_volume(VolumeId id);
+  const Volume* find_volume(VolumeId id) const;
+  /// Splat programs differ for sheared grids: those of all volumes are for the worst.
+  void choose_programs();
 
   Result<void> warm_up(GLuint framebuffer);
   Result<FrameStatistics> draw(const ImageTile& part, GLuint framebuffer);
@@ -91,7 +124,8 @@ struct Renderer::State {
   Result<void> fade(float progress, GLuint framebuffer);
   /// Draws the last picture's surface pixels, unless the last draw has done so.
   Result<void> ensure_layers();
-  Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px);
+  Result<void> begin_occlusion_query(const Volume& volume, std::span<const ChunkHandle> handles,
+                                     int min_px);
 
   DrawContext context() { return context_of(targets); }
   /// The same with the layers that are shown: those with caps, if there are any.
@@ -99,22 +133,26 @@ struct Renderer::State {
 
  private:
   DrawContext context_of(SurfaceTargets& layers_) {
-    return {settings, limits,     programs,          layers_,
-            lighting, statistics, tile.image_height, empty_vertex_array};
+    return {settings,          layers.isosurfaces, limits, programs, layers_, lighting, statistics,
+            tile.image_height, empty_vertex_array};
   }
   bool has_caps() const;
   Result<void> draw_caps();
   Result<void> draw_caps_and_slices();
   bool can_light_directly() const;
-  size_t surface_count() const;
   void assign_layers();
-  Frame make_frame(ImageOffset offset) const;
+  double scene_radius() const;
+  Frame make_frame(const VolumeGrid& grid, ImageOffset offset) const;
+  void make_frames(ImageOffset offset);
+  void bind_frame(GLuint frame_buffer) const;
+  void bind_picture_frame() const;
+  SplatFrame splats_of(DrawnVolume& drawn_volume) const;
   Result<void> draw_surfaces(const ImageTile& part, ImageOffset offset, bool light_directly,
                              SmoothSizes sizes = kDrawnSmooth);
   bool has_smooth_normals() const;
-  Result<void> smooth_normals(const Frame& frame, SmoothSizes sizes);
+  Result<void> smooth_normals(std::span<DrawnVolume> of);
   Result<void> prepare_targets();
-  Result<void> draw_splats(const Frame& frame);
+  Result<void> draw_splats(std::span<DrawnVolume> of);
   void clear_targets();
   Result<void> draw_mesh(const Frame& frame);
   Result<void> accumulate_picture();

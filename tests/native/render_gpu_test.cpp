@@ -45,7 +45,7 @@ class RenderGpu : public RendererTest {
         hit[i] = truth.has_value();
         const auto& ours = (*pixels)[i];
         d.reference += truth.has_value();
-        const bool covered = ours.hit && ours.coverage >= 0.5f;
+        const bool covered = ours.hit;
         differing += truth.has_value() != covered;
         if (!truth || !covered) continue;
         ++both;
@@ -343,7 +343,7 @@ TEST_F(RenderGpu, ThinVesselsStayConnected) {
       const auto pixels = renderer_->read_surface();
       ASSERT_TRUE(pixels);
       std::vector<char> covered;
-      for (const auto& pixel : *pixels) covered.push_back(pixel.hit && pixel.coverage >= 0.5f);
+      for (const auto& pixel : *pixels) covered.push_back(pixel.hit);
       EXPECT_EQ(pieces(covered, 400, 400), 1) << kKindNames[static_cast<int>(kind)] << distance;
     }
   }

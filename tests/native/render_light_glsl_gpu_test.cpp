@@ -211,7 +211,7 @@ TEST_F(LightGlslGpu, LightsAsTheCoreDoes) {
                                   "o_colour = vec4(lit(a.xyz, b.xyz, c.xyz, a.w, b.w), 1.0);\n",
                                   [&](const GlProgram& program) {
                                     glUniform1i(program.uniform("u_colour_map"), 3);
-                                    lighting.apply(program, settings);
+                                    lighting.apply(program, settings, settings.isosurfaces);
                                   });
     const LightTerms terms = light_terms(settings.light, colour_by != ColourBy::isosurface);
     for (size_t i = 0; i < kCases; ++i) {

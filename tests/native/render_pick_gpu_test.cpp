@@ -119,7 +119,8 @@ TEST_F(PickGpu, NeedsAVolumeAndToleratesAnyPlace) {
 TEST(SurfacePick, ToleratesSamplesOfAnyBytes) {
   VolumeGrid grid;
   grid.voxels = {65, 65, 65};
-  const auto ray = pick_ray(grid, {}, default_camera(grid), 50, 50, 100, 100);
+  const auto ray =
+      pick_ray(grid, {bounding_sphere(grid), grid}, {}, default_camera(grid), {50, 50, 100, 100});
   ASSERT_TRUE(ray);
   std::vector<PackedSample> samples(5000);
   uint32_t bits = 1;

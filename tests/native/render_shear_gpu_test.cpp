@@ -109,7 +109,7 @@ class ShearGpu : public RendererTest {
       for (int x = 0; x < kSize; ++x) {
         const auto truth = sphere_hit(frame, x, y);
         const auto& ours = pixels[size_t(y) * kSize + size_t(x)];
-        const bool covered = ours.hit && ours.coverage >= 0.5f;
+        const bool covered = ours.hit;
         d.truth += truth.has_value();
         d.outline += truth.has_value() != covered;
         const double facing =

@@ -29,7 +29,8 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
                       const Camera& camera, int size) {
   const auto samples = block_samples(volume, {0, {0, 0, 0}}, isovalue, isovalue);
   RenderSettings settings;
-  const Frame frame(volume.grid, settings, camera, ImageTile{size, size}, 0, 1);
+  const Frame frame(volume.grid, {bounding_sphere(volume.grid), volume.grid}, settings, camera,
+                    ImageTile{size, size}, 0, 1);
   const GLuint program = glCreateProgram();
   attach(
       program, GL_VERTEX_SHADER,

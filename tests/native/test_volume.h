@@ -156,8 +156,9 @@ inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKe
 
 /// Hands a level's chunks to the renderer and makes them visible; returns the samples added.
 inline uint64_t show_volume(render::Renderer& renderer, const TestVolume& volume,
-                            double isovalue_low, double isovalue_high, uint32_t level = 0) {
-  renderer.set_volume(volume.grid, volume.mapping);
+                            double isovalue_low, double isovalue_high, uint32_t level = 0,
+                            render::VolumeId id = 0) {
+  renderer.set_volume(volume.grid, volume.mapping, id);
   const LevelGrid grid = level_grid(volume.grid.voxels, level);
   std::vector<ChunkHandle> handles;
   uint64_t count = 0;
@@ -169,13 +170,13 @@ inline uint64_t show_volume(render::Renderer& renderer, const TestVolume& volume
             block_samples(volume, block, volume.mapping.quantized_isovalue(isovalue_low),
                           volume.mapping.quantized_isovalue(isovalue_high));
         const auto handle = static_cast<ChunkHandle>(handles.size());
-        if (!renderer.add_chunk(handle, block, samples)) return 0;
+        if (!renderer.add_chunk(handle, block, samples, id)) return 0;
         handles.push_back(handle);
         count += samples.size();
       }
     }
   }
-  renderer.set_visible(handles);
+  renderer.set_visible(handles, id);
   return count;
 }
 

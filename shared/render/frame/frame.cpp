@@ -58,6 +58,23 @@ double unit_of_frame_space(const VolumeGrid& grid) {
   return std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
 }
 
+std::vector<Plane> clip_box_faces(const VolumeGrid& grid, const RenderSettings& settings) {
+  // A voxel's coordinate along an axis is dot(column of dual, world − origin).
+  const Matrix3d dual = grid.dual_edges();
+  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  std::vector<Plane> faces;
+  const auto add_axis = [&](size_t axis, double from, double to, int32_t voxels) {
+    const Vec3d along = column(dual, axis);
+    const double origin = dot(along, grid.origin), extent = voxels - 1;
+    if (from > 0) faces.push_back({along, origin + from * extent});
+    if (to < 1) faces.push_back({along * -1.0, -(origin + to * extent)});
+  };
+  add_axis(0, low.x, high.x, grid.voxels.x);
+  add_axis(1, low.y, high.y, grid.voxels.y);
+  add_axis(2, low.z, high.z, grid.voxels.z);
+  return faces;
+}
+
 int cuts_of(const RenderSettings& settings) {
   const auto faces = [](double low, double high) { return (low > 0 ? 1 : 0) + (high < 1 ? 1 : 0); };
   const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
@@ -65,8 +82,9 @@ int cuts_of(const RenderSettings& settings) {
          faces(low.x, high.x) + faces(low.y, high.y) + faces(low.z, high.z);
 }
 
-Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
-             const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset)
+Frame::Frame(const VolumeGrid& grid, const SceneExtent& scene, const RenderSettings& settings,
+             const Camera& camera, const ImageTile& tile, float guard_px, float max_point_px,
+             ImageOffset offset)
     : camera_(camera_frame(camera)) {
   unit_ = unit_of_frame_space(grid);
   // Pixels per radian at the middle of the image; orthographic: per unit.
@@ -76,9 +94,8 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   spacing_ = grid.spacing * (1 / unit_);
   extent_ = {(grid.voxels.x - 1) * spacing_.x, (grid.voxels.y - 1) * spacing_.y,
              (grid.voxels.z - 1) * spacing_.z};
-  const BoundingSphere sphere = bounding_sphere(grid);
-  const Projection to_clip =
-      projection(camera, sphere, sphere.centre, tile.image_width, tile.image_height);
+  const Projection to_clip = projection(camera, scene.sphere, bounding_sphere(grid).centre,
+                                        tile.image_width, tile.image_height);
   mesh_clip_ = clip_of_tile(to_clip.clip_from_world, tile);
 
   // p along the axes is direction · p in the world. So dot(v, direction · p) = dot(row(v), p), and
@@ -128,7 +145,7 @@ Frame::Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camer
   // Edge shading compares logarithms of distances.
   block_.log_distance_per_unit = static_cast<float>(unit_ / (std::log(2.0) * camera.distance));
 
-  set_clip_planes(grid, settings);
+  set_clip_planes(grid, scene.clip_grid, settings);
   set_slices(grid, settings);
   block_.projects = settings.projected ? 1 : 0;
   block_.drops_far = settings.displaced == Displaced::drop ? 1 : 0;
@@ -151,10 +168,11 @@ Frame::Sides Frame::sides_of(const ImageTile& tile, double near_plane) const {
           Plane{forward_, near_plane}};
 }
 
-/// The planes of the settings, and those of the clip box that cut the volume; with caps, then those
-/// of the volume's border. These are moved out by less than the margin of splats, so that surfaces
+/// The planes of the settings, and those of the clip box that cut its volume; with caps, then those
+/// of this volume's border. These are moved out by less than the margin of splats, so that surfaces
 /// on the border are not lost by rounding.
-void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings) {
+void Frame::set_clip_planes(const VolumeGrid& grid, const VolumeGrid& clip_grid,
+                            const RenderSettings& settings) {
   int planes = 0;
   const auto add = [&](Vec3d normal, double offset) {
     if (planes < MAX_CLIP_PLANES) {
@@ -166,13 +184,23 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const RenderSettings& settin
     add(multiply_transposed(grid.direction, plane.normal),
         (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
-  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
-  if (low.x > 0) add({1, 0, 0}, low.x * extent_.x - eye_.x);
-  if (low.y > 0) add({0, 1, 0}, low.y * extent_.y - eye_.y);
-  if (low.z > 0) add({0, 0, 1}, low.z * extent_.z - eye_.z);
-  if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent_.x);
-  if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent_.y);
-  if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent_.z);
+  // Where the clip box is this volume's own, its faces replace those of the border.
+  Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
+  if (&grid == &clip_grid) {
+    if (low.x > 0) add({1, 0, 0}, low.x * extent_.x - eye_.x);
+    if (low.y > 0) add({0, 1, 0}, low.y * extent_.y - eye_.y);
+    if (low.z > 0) add({0, 0, 1}, low.z * extent_.z - eye_.z);
+    if (high.x < 1) add({-1, 0, 0}, eye_.x - high.x * extent_.x);
+    if (high.y < 1) add({0, -1, 0}, eye_.y - high.y * extent_.y);
+    if (high.z < 1) add({0, 0, -1}, eye_.z - high.z * extent_.z);
+  } else {
+    for (const Plane& face : clip_box_faces(clip_grid, settings)) {
+      add(multiply_transposed(grid.direction, face.normal),
+          (face.offset - dot(face.normal, camera_.eye)) / unit_);
+    }
+    low = {0, 0, 0};
+    high = {1, 1, 1};
+  }
   if (settings.clip_caps && planes > 0) {
     const Vec3d margin = spacing_ * (0.5 * double(EXACT_MARGIN_CELLS));
     if (!(low.x > 0)) add({1, 0, 0}, -margin.x - eye_.x);

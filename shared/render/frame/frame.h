@@ -6,6 +6,7 @@
 #include "shared/render/frame/image_tile.h"
 #include "shared/render/settings/camera.h"
 #include "shared/render/settings/render_settings.h"
+#include "shared/render/shaders/shader_constants.h"
 
 namespace isosplat::render {
 
@@ -20,7 +21,7 @@ struct alignas(16) FrameBlock {
   Vec4 reach_of_unit;
   std::array<Vec4, 3> ascent;
   Vec4 cell_edges;
-  std::array<Vec4, 12> clip_plane;
+  std::array<Vec4, MAX_CLIP_PLANES> clip_plane;
   Vec2 depth_terms;
   float near_plane, far_plane;
   Vec2 image_size, guard_scale;
@@ -33,17 +34,28 @@ struct alignas(16) FrameBlock {
   int32_t clip_planes;
   int32_t projects, drops_far, orthographic;
 };
-static_assert(sizeof(FrameBlock) == 4 * (23 * 4 + 24));
+static_assert(sizeof(FrameBlock) == 4 * ((11 + MAX_CLIP_PLANES) * 4 + 24));
 
 /// The number of clip planes, and of faces of the clip box that cut the volume. They are the first
 /// planes of the block; with caps, planes that bound the volume follow.
 int cuts_of(const RenderSettings& settings);
 
+/// The faces of the clip box that cut the volume whose extent it is a fraction of, in the world;
+/// their normals are not of unit length.
+std::vector<Plane> clip_box_faces(const VolumeGrid& grid, const RenderSettings& settings);
+
 /// Length of a unit of frame space in the world: the smallest spacing.
 double unit_of_frame_space(const VolumeGrid& grid);
 
-/// The geometry of one frame. It is computed in double precision, and given to the GPU relative to
-/// the eye, so that distant origins and large volumes lose no precision near the eye.
+/// What the frames of all volumes of a picture share.
+struct SceneExtent {
+  BoundingSphere sphere;        ///< of all volumes: near and far plane enclose it
+  const VolumeGrid& clip_grid;  ///< whose extent the clip box is a fraction of
+};
+
+/// The geometry of one volume in one frame. It is computed in double precision, and given to the
+/// GPU relative to the eye, so that distant origins and large volumes lose no precision near the
+/// eye.
 ///
 /// "Frame space": coordinates along the volume's axes, one unit = the smallest spacing, the eye at
 /// the origin. Cells are boxes in it, even those of a sheared grid. Row vectors (right, up,
@@ -53,8 +65,9 @@ class Frame {
  public:
   /// `camera`: shows the whole image, of which the tile is drawn. `offset`: displacement of splats
   /// in the image. Meshes are not moved.
-  Frame(const VolumeGrid& grid, const RenderSettings& settings, const Camera& camera,
-        const ImageTile& tile, float guard_px, float max_point_px, ImageOffset offset = {});
+  Frame(const VolumeGrid& grid, const SceneExtent& scene, const RenderSettings& settings,
+        const Camera& camera, const ImageTile& tile, float guard_px, float max_point_px,
+        ImageOffset offset = {});
 
   const FrameBlock& block() const { return block_; }
   bool clipped() const { return block_.clip_planes > 0; }
@@ -107,7 +120,8 @@ class Frame {
   /// Planes of a frustum: dot(normal, p) ≥ offset. The normals need not be of unit length.
   using Sides = std::array<Plane, 5>;
 
-  void set_clip_planes(const VolumeGrid& grid, const RenderSettings& settings);
+  void set_clip_planes(const VolumeGrid& grid, const VolumeGrid& clip_grid,
+                       const RenderSettings& settings);
   void set_slices(const VolumeGrid& grid, const RenderSettings& settings);
   Sides sides_of(const ImageTile& tile, double near_plane) const;
   bool may_see(const Box& box, const Sides& sides) const;

@@ -50,7 +50,8 @@ int tiles_of(int px) {
 
 }  // namespace
 
-/// The isovalues that are shown in ascending order, each once; ranks count from 1.
+/// The isovalues of a volume that are shown in ascending order, each once; ranks count from 1.
+/// Isosurfaces are those of the volume.
 struct ClipCaps::Ranks {
   std::vector<double> isovalues;
   std::array<GLint, MAX_ISOSURFACES> rank{};  // of each isosurface; 0: not shown
@@ -59,9 +60,12 @@ struct ClipCaps::Ranks {
   std::array<std::array<GLint, MAX_ISOSURFACES + 1>, MAX_LAYERS> cap;
   std::array<GLfloat, MAX_ISOSURFACES> scalar{};  // place of the isovalue in the colour map
 
-  Ranks(const RenderSettings& settings, std::span<const int> layer_of) {
+  Ranks(const RenderSettings& settings, std::span<const int> isosurfaces,
+        std::span<const int> layer_of) {
     const double range = settings.colour_high - settings.colour_low;
-    const auto isovalue_of = [&](size_t i) { return settings.isosurfaces[i].isovalue; };
+    const auto isovalue_of = [&](size_t i) {
+      return settings.isosurfaces[static_cast<size_t>(isosurfaces[i])].isovalue;
+    };
     for (size_t i = 0; i < layer_of.size(); ++i) {
       if (layer_of[i] < 0) continue;
       isovalues.push_back(isovalue_of(i));
@@ -112,7 +116,7 @@ Result<void> ClipCaps::draw_cut_cells(const DrawContext& context, SplatPasses& s
   for (const float margin_px : {1.5f, 0.0f}) {
     for (int rank = 1; rank <= static_cast<int>(reachable.size()); ++rank) {
       const auto first = std::find(ranks.rank.begin(), ranks.rank.end(), rank);
-      const auto isosurface = static_cast<int>(first - ranks.rank.begin());
+      const int isosurface = splats.isosurfaces[static_cast<size_t>(first - ranks.rank.begin())];
       const auto drawn =
           splat_passes.draw_cut_cells(context, splats, isosurface, reachable, rank, margin_px);
       if (!drawn) return drawn;
@@ -121,10 +125,12 @@ Result<void> ClipCaps::draw_cut_cells(const DrawContext& context, SplatPasses& s
   return {};
 }
 
-Result<void> ClipCaps::draw_states(const DrawContext& context, int layers, const Ranks& ranks) {
+Result<void> ClipCaps::draw_states(const DrawContext& context, const SplatFrame& splats, int layers,
+                                   const Ranks& ranks) {
   const auto program = begin_pass(context, ImagePass::cap_states, states_);
   if (!program) return tl::unexpected(program.error());
   glUniform1i((*program)->uniform("u_layers"), layers);
+  set_isosurfaces(**program, splats.isosurfaces);
   glUniform1iv((*program)->uniform("u_rank"), MAX_ISOSURFACES, ranks.rank.data());
   bind_texture(kCutCells, GL_TEXTURE_2D, cut_cells_.texture());
   bind_texture(1, GL_TEXTURE_2D_ARRAY, context.targets.depths());
@@ -155,13 +161,17 @@ Result<void> ClipCaps::find_nearest_tiles(const DrawContext& context) {
   return {};
 }
 
-Result<void> ClipCaps::draw_layers(const DrawContext& context, int layers, const Ranks& ranks) {
+Result<void> ClipCaps::draw_layers(const DrawContext& context, const SplatFrame& splats, int layers,
+                                   const Ranks& ranks, int before, int order) {
   const auto linked = context.programs.image(ImagePass::caps);
   if (!linked) return tl::unexpected(linked.error());
   const GlProgram& program = **linked;
   unbind_all();
   glUseProgram(program.name());
   glUniform1i(program.uniform("u_cuts"), cuts_of(context.settings));
+  constexpr int kMostOrder = 31;  // more would move caps visibly
+  glUniform1i(program.uniform("u_cap_order"), kMaxIsosurfaces * std::min(order, kMostOrder));
+  set_isosurfaces(program, splats.isosurfaces);
   glUniform1fv(program.uniform("u_cap_scalar"), MAX_ISOSURFACES, ranks.scalar.data());
   bind_texture(kNearest, GL_TEXTURE_2D, nearest_[latest_].texture());
   bind_texture(kTiles, GL_TEXTURE_2D, tiles_.texture());
@@ -170,7 +180,7 @@ Result<void> ClipCaps::draw_layers(const DrawContext& context, int layers, const
   bind_texture(0, GL_TEXTURE_2D_ARRAY, context.targets.surfaces());
   glViewport(0, 0, targets_.width(), targets_.height());
   glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_ALWAYS);
+  glDepthFunc(before > 0 ? GL_LESS : GL_ALWAYS);
   for (int layer = 0; layer < layers; ++layer) {
     glBindFramebuffer(GL_FRAMEBUFFER, targets_.layer_framebuffer(layer));
     glUniform1i(program.uniform("u_layer"), layer);
@@ -183,17 +193,17 @@ Result<void> ClipCaps::draw_layers(const DrawContext& context, int layers, const
 }
 
 Result<void> ClipCaps::draw(const DrawContext& context, SplatPasses& splat_passes,
-                            const SplatFrame& splats, std::span<const int> layer_of) {
-  const int layers = 1 + std::max(0, *std::max_element(layer_of.begin(), layer_of.end()));
-  const Ranks ranks(context.settings, layer_of);
+                            const SplatFrame& splats, std::span<const int> layer_of, int layers,
+                            int before, int order) {
+  const Ranks ranks(context.settings, splats.isosurfaces, layer_of);
   const SurfaceTargets& from = context.targets;
   if (auto ok = prepare(from.width(), from.height(), layers); !ok) return ok;
   glDisable(GL_BLEND);
   glDisable(GL_DEPTH_TEST);
   auto done = draw_cut_cells(context, splat_passes, splats, ranks);
-  if (done) done = draw_states(context, layers, ranks);
+  if (done) done = draw_states(context, splats, layers, ranks);
   if (done) done = find_nearest_tiles(context);
-  if (done) done = draw_layers(context, layers, ranks);
+  if (done) done = draw_layers(context, splats, layers, ranks, before, order);
   unbind_all();
   return done;
 }

@@ -13,10 +13,13 @@ namespace isosplat::render {
 /// therefore have to stay resident. The README's decision 25 describes the passes.
 class ClipCaps {
  public:
-  /// Copies the layers that the splat passes drew last, in this frame, with caps. `layer_of`: the
-  /// layer of each isosurface of the settings, −1 for those that are not drawn. Errors: gl_error.
+  /// Copies the layers that the splat passes drew last, in this frame and of this volume alone,
+  /// with caps. `layer_of`: the layer of each isosurface of the volume, −1 for those that are not
+  /// drawn. `before`: the number of volumes that were drawn before, to whose copy it adds by depth;
+  /// 0 replaces it. `order`: where caps lie in the same face, those of the volume with the greatest
+  /// one are in front. Errors: gl_error.
   Result<void> draw(const DrawContext& context, SplatPasses& splat_passes, const SplatFrame& splats,
-                    std::span<const int> layer_of);
+                    std::span<const int> layer_of, int layers, int before, int order);
 
   /// The layers with caps.
   SurfaceTargets& targets() { return targets_; }
@@ -32,9 +35,11 @@ class ClipCaps {
   Result<void> prepare(int width, int height, int layers);
   Result<void> draw_cut_cells(const DrawContext& context, SplatPasses& splat_passes,
                               const SplatFrame& splats, const Ranks& ranks);
-  Result<void> draw_states(const DrawContext& context, int layers, const Ranks& ranks);
+  Result<void> draw_states(const DrawContext& context, const SplatFrame& splats, int layers,
+                           const Ranks& ranks);
   Result<void> find_nearest_tiles(const DrawContext& context);
-  Result<void> draw_layers(const DrawContext& context, int layers, const Ranks& ranks);
+  Result<void> draw_layers(const DrawContext& context, const SplatFrame& splats, int layers,
+                           const Ranks& ranks, int before, int order);
 
   SurfaceTargets targets_;
   ImageTarget cut_cells_{GL_R8UI, "for cut faces"}, states_{GL_R8UI, "for the states of caps"};

@@ -2,6 +2,8 @@
 
 #include <GLES3/gl3.h>
 
+#include <span>
+
 #include "shared/render/gl/gl_limits.h"
 #include "shared/render/passes/frame_statistics.h"
 #include "shared/render/passes/lighting.h"
@@ -14,6 +16,8 @@ namespace isosplat::render {
 /// What the passes of a frame share. Valid during one call of the renderer.
 struct DrawContext {
   const RenderSettings& settings;
+  /// Of the settings, those of the opaque layer with opacity 1.
+  std::span<const Isosurface> isosurfaces;
   const GlLimits& limits;
   ShaderPrograms& programs;
   SurfaceTargets& targets;

@@ -32,13 +32,14 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
   glDisable(GL_DEPTH_TEST);
   const bool is_occluded = still && Lighting::has_occlusion(settings.light);
   const auto linked = context.programs.compose(
-      {layers > 1, settings.eye_dome > 0, is_occluded, is_occluded && still->whole});
+      {layers > 1, settings.eye_dome > 0, is_occluded, is_occluded && still->whole,
+       settings.isosurfaces.size() > size_t{kMaxIsosurfaces}});
   if (!linked) return tl::unexpected(linked.error());
   const GlProgram& program = **linked;
   glUseProgram(program.name());
   bind_texture(0, GL_TEXTURE_2D_ARRAY, targets.surfaces());
   bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
-  context.lighting.apply(program, settings);
+  context.lighting.apply(program, settings, context.isosurfaces);
   Lighting::apply_edges(program, settings, context.image_height);
   if (is_occluded) Lighting::apply_occlusion(program, settings.light, *still);
   if (is_occluded && still->whole) {

@@ -56,7 +56,23 @@ void Lighting::bind_colour_map(ColourMap map) {
   loaded_map_ = index;
 }
 
-void Lighting::apply(const GlProgram& program, const RenderSettings& settings) {
+void Lighting::bind_colours(std::span<const float> rgba) {
+  if (!colours_) glGenTextures(1, &colours_);
+  glActiveTexture(GL_TEXTURE4);
+  glBindTexture(GL_TEXTURE_2D, colours_);
+  if (std::equal(rgba.begin(), rgba.end(), loaded_colours_.begin(), loaded_colours_.end())) return;
+  loaded_colours_.assign(rgba.begin(), rgba.end());
+  const size_t rows = (rgba.size() / 4 + COLOURS_WIDTH - 1) / COLOURS_WIDTH;
+  std::vector<float> texels(loaded_colours_);
+  texels.resize(4 * COLOURS_WIDTH * rows);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, COLOURS_WIDTH, static_cast<GLsizei>(rows), 0, GL_RGBA,
+               GL_FLOAT, texels.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+}
+
+void Lighting::apply(const GlProgram& program, const RenderSettings& settings,
+                     std::span<const Isosurface> isosurfaces) {
   bind_colour_map(settings.colour_map);
   glUniform1i(program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
                                               : settings.colour_by == ColourBy::depth    ? 2
@@ -64,16 +80,18 @@ void Lighting::apply(const GlProgram& program, const RenderSettings& settings) {
   glUniform1i(program.uniform("u_cap_colour_by"), settings.colour_by == ColourBy::isovalue ? 1
                                                   : settings.colour_by == ColourBy::depth  ? 2
                                                                                            : 0);
-  std::array<float, 4 * kMaxIsosurfaces> colours{};
-  const size_t surfaces = std::min<size_t>(settings.isosurfaces.size(), kMaxIsosurfaces);
-  for (size_t i = 0; i < surfaces; ++i) {
-    const Isosurface& surface = settings.isosurfaces[i];
+  std::vector<float> colours;
+  for (const Isosurface& surface : isosurfaces) {
     const Vec3f linear = to_linear(surface.colour);
     const float opacity = surface.opacity >= kOpaque ? 1.0f : surface.opacity;
-    std::copy_n(std::array{linear.x, linear.y, linear.z, opacity}.begin(), 4,
-                colours.begin() + static_cast<std::ptrdiff_t>(4 * i));
+    colours.insert(colours.end(), {linear.x, linear.y, linear.z, opacity});
   }
-  glUniform4fv(program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
+  if (isosurfaces.size() > size_t{kMaxIsosurfaces}) {
+    bind_colours(colours);
+  } else {
+    colours.resize(4 * kMaxIsosurfaces);
+    glUniform4fv(program.uniform("u_colour"), kMaxIsosurfaces, colours.data());
+  }
 
   const LightTerms terms = light_terms(settings.light, shows_values(settings));
   set(program, "u_key_direction", terms.key_direction);
@@ -129,12 +147,14 @@ void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& li
 
 void Lighting::release() {
   if (colour_map_) glDeleteTextures(1, &colour_map_);
+  if (colours_) glDeleteTextures(1, &colours_);
   abandon();
 }
 
 void Lighting::abandon() {
-  colour_map_ = 0;
+  colour_map_ = colours_ = 0;
   loaded_map_ = -1;
+  loaded_colours_.clear();
 }
 
 }  // namespace isosplat::render

@@ -2,6 +2,9 @@
 
 #include <GLES3/gl3.h>
 
+#include <span>
+#include <vector>
+
 #include "shared/core/grid/grid.h"
 #include "shared/render/gl/gl_program.h"
 #include "shared/render/passes/surface_targets.h"
@@ -32,9 +35,11 @@ class Lighting {
   Lighting(const Lighting&) = delete;
   Lighting& operator=(const Lighting&) = delete;
 
-  /// Sets the uniforms of the current program. Binds the colour map to texture unit 3, and leaves
-  /// that unit active.
-  void apply(const GlProgram& program, const RenderSettings& settings);
+  /// Sets the uniforms of the current program, with the colours of these isosurfaces: programs for
+  /// many surfaces read more than kMaxIsosurfaces of them from a texture. Binds the colour map to
+  /// texture unit 3, and that texture to unit 4.
+  void apply(const GlProgram& program, const RenderSettings& settings,
+             std::span<const Isosurface> isosurfaces);
   /// Sets the uniforms of edge shading.
   static void apply_edges(const GlProgram& program, const RenderSettings& settings,
                           int image_height);
@@ -50,9 +55,12 @@ class Lighting {
 
  private:
   void bind_colour_map(ColourMap map);
+  void bind_colours(std::span<const float> rgba);
 
   GLuint colour_map_ = 0;
   int loaded_map_ = -1;  // index of the ColourMap in the texture; −1: none
+  GLuint colours_ = 0;
+  std::vector<float> loaded_colours_;  // RGBA of each isosurface in the texture
 };
 
 }  // namespace isosplat::render

@@ -222,6 +222,7 @@ GlProgram ShaderPrograms::start(ImagePass pass) const {
 GlProgram ShaderPrograms::start(ComposeVariant variant) const {
   std::string defines = variant.several_layers ? "" : "#define ONE_LAYER\n";
   if (variant.eye_dome) defines += "#define EYE_DOME\n";
+  if (variant.many_surfaces) defines += "#define MANY_SURFACES\n";
   if (!variant.still) {
     return start_image(defines, {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                                  "depths.glsl", "eye_dome.glsl", "compose.frag.glsl"});
@@ -264,6 +265,7 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   glUniform1i(program.uniform("u_depths"), 1);
   glUniform1i(program.uniform("u_whole_depths"), 2);
   glUniform1i(program.uniform("u_colour_map"), 3);
+  glUniform1i(program.uniform("u_colours"), 4);
   glUniform1i(program.uniform("u_cut_cells"), 4);
   glUniform1i(program.uniform("u_states"), 5);
   glUniform1i(program.uniform("u_tiles"), 6);
@@ -278,6 +280,14 @@ void ShaderPrograms::Set::abandon() {
   for (Image& image : images) image.program.abandon();
   for (Image& image : composes) image.program.abandon();
   *this = Set{};
+}
+
+void set_isosurfaces(const GlProgram& program, std::span<const int> isosurfaces) {
+  std::array<GLint, MAX_ISOSURFACES> numbers;
+  numbers.fill(-1);
+  std::copy_n(isosurfaces.begin(), std::min<size_t>(isosurfaces.size(), MAX_ISOSURFACES),
+              numbers.begin());
+  glUniform1iv(program.uniform("u_isosurfaces"), MAX_ISOSURFACES, numbers.data());
 }
 
 void ShaderPrograms::abandon() {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <initializer_list>
+#include <span>
 #include <string_view>
 
 #include "shared/core/base/status.h"
@@ -35,8 +36,9 @@ struct SplatVariant {
 struct ComposeVariant {
   bool several_layers = false;
   bool eye_dome = false;
-  bool still = false;  ///< ambient occlusion and shadows; writes linear colours
-  bool tile = false;   ///< still: reads depths of the whole image where the tile has none
+  bool still = false;          ///< ambient occlusion and shadows; writes linear colours
+  bool tile = false;           ///< still: reads depths of the whole image where the tile has none
+  bool many_surfaces = false;  ///< more than kMaxIsosurfaces: their colours are in a texture
 };
 
 /// Other passes over the whole image, and those of the mesh.
@@ -117,7 +119,7 @@ class ShaderPrograms {
   struct Set {
     std::array<Splat, kSplatPasses * 8> splats;
     std::array<Image, kImagePasses> images;
-    std::array<Image, 16> composes;
+    std::array<Image, 32> composes;
     bool is_started = false;
 
     bool is_used() const;
@@ -129,8 +131,9 @@ class ShaderPrograms {
   Splat& slot(SplatVariant variant);
   Image& slot(ImagePass pass) { return current().images[static_cast<size_t>(pass)]; }
   Image& slot(ComposeVariant variant) {
-    return current().composes[(variant.tile ? 8u : 0u) + (variant.still ? 4u : 0u) +
-                              (variant.several_layers ? 2u : 0u) + (variant.eye_dome ? 1u : 0u)];
+    return current().composes[(variant.many_surfaces ? 16u : 0u) + (variant.tile ? 8u : 0u) +
+                              (variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
+                              (variant.eye_dome ? 1u : 0u)];
   }
   void start_splats();
   GlProgram start(SplatVariant variant) const;
@@ -145,5 +148,9 @@ class ShaderPrograms {
   bool started_ = false;  // since the context exists
   uint32_t linked_count_ = 0;
 };
+
+/// Sets u_isosurfaces of the current program: the numbers of a volume's isosurfaces, at most
+/// kMaxIsosurfaces, and −1 after them.
+void set_isosurfaces(const GlProgram& program, std::span<const int> isosurfaces);
 
 }  // namespace isosplat::render

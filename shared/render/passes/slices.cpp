@@ -14,7 +14,7 @@ void set_vector(const GlProgram& program, const char* name, Vec3d v) {
 
 /// Depth by which the pattern is drawn nearer: it is in front of the caps of all isosurfaces.
 float nearer_than_caps(const RenderSettings& settings) {
-  const auto caps = settings.clip_caps ? static_cast<float>(settings.isosurfaces.size()) : 0.0f;
+  const auto caps = settings.clip_caps ? static_cast<float>(kMaxIsosurfaces) : 0.0f;
   return static_cast<float>(CAP_DEPTH_STEP) * caps + static_cast<float>(SLICE_DEPTH_STEP);
 }
 

@@ -22,7 +22,8 @@ Result<void> SmoothNormals::prepare(int width, int height, bool float_blend) {
   return sums().prepare(width, height);
 }
 
-Result<void> SmoothNormals::begin(const DrawContext& context, int layer) {
+Result<void> SmoothNormals::begin(const DrawContext& context, int layer,
+                                  std::span<const int> isosurfaces) {
   const auto program = context.programs.image(ImagePass::places);
   if (!program) return tl::unexpected(program.error());
   const SurfaceTargets& targets = context.targets;
@@ -30,6 +31,7 @@ Result<void> SmoothNormals::begin(const DrawContext& context, int layer) {
   glViewport(0, 0, places_.width(), places_.height());
   glUseProgram((*program)->name());
   glUniform1i((*program)->uniform("u_layer"), layer);
+  set_isosurfaces(**program, isosurfaces);
   bind_texture(1, GL_TEXTURE_2D_ARRAY, targets.depths());
   bind_texture(0, GL_TEXTURE_2D_ARRAY, targets.surfaces());
   draw_image_triangle(context);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "shared/render/gl/image_target.h"
 #include "shared/render/passes/draw_context.h"
 
@@ -21,9 +23,10 @@ class SmoothNormals {
   /// Allocates the images. float_blend: 32-bit sums, else 16-bit. Errors: gl_error.
   Result<void> prepare(int width, int height, bool float_blend);
 
-  /// Computes the places of a layer's surface pixels, clears the sums, and binds the framebuffer of
-  /// the sums, which has the layer's depths. Errors: gl_error.
-  Result<void> begin(const DrawContext& context, int layer);
+  /// Computes the places of a layer's surface pixels that show these isosurfaces, at most
+  /// kMaxIsosurfaces, clears the sums, and binds the framebuffer of the sums, which has the layer's
+  /// depths. Errors: gl_error.
+  Result<void> begin(const DrawContext& context, int layer, std::span<const int> isosurfaces);
 
   /// Replaces the normals of the layer's surface pixels by those of the sums. Errors: gl_error.
   Result<void> finish(const DrawContext& context, int layer);

@@ -80,6 +80,15 @@ struct SplatPasses::Pass {
         isosurface(isosurface_),
         isovalue(context.settings.isosurfaces[static_cast<size_t>(isosurface)].isovalue),
         quantized_isovalue(splats.mapping.quantized_isovalue(isovalue)) {}
+
+  /// The number of the isosurface in a program: among those of the volume for gradients, among the
+  /// colours that are set where the program lights the surface, else among all.
+  GLuint number_in(SplatPass variant) const {
+    if (splats.lit) return 0;
+    if (variant != SplatPass::gradients) return static_cast<GLuint>(isosurface);
+    const auto& own = splats.isosurfaces;
+    return static_cast<GLuint>(std::find(own.begin(), own.end(), isosurface) - own.begin());
+  }
 };
 
 /// What is bound while the items of a pass are drawn; avoids redundant GL calls.
@@ -95,7 +104,7 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
   const int width = context.targets.width(), height = context.targets.height();
   glUseProgram(program.program.name());
   glUniform1f(program.quantized_isovalue, pass.quantized_isovalue);
-  glUniform1ui(program.isosurface, static_cast<GLuint>(pass.isosurface));
+  glUniform1ui(program.isosurface, pass.number_in(variant));
   glUniform1i(program.drops_hidden, drops_hidden);
   if (variant == SplatPass::gradients) {
     glActiveTexture(GL_TEXTURE2);
@@ -108,7 +117,10 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
     glUniform1i(program.program.uniform("u_rank"), pass.rank);
     glUniform1f(program.program.uniform("u_margin_px"), pass.margin_px);
   }
-  if (pass.splats.lit) context.lighting.apply(program.program, context.settings);
+  if (pass.splats.lit) {
+    const auto& surface = context.settings.isosurfaces[static_cast<size_t>(pass.isosurface)];
+    context.lighting.apply(program.program, context.settings, {&surface, 1});
+  }
   if (pulled) {
     glViewport(0, 0, width, height);
     glBindVertexArray(context.empty_vertex_array);
@@ -167,7 +179,7 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
     }
     samples += count;
   };
-  draw_list_.for_each_range(item, pulled || large ? ClusterSubset::all : subset, add_range);
+  pass.splats.list.for_each_range(item, pulled || large ? ClusterSubset::all : subset, add_range);
   FrameStatistics& statistics = context.statistics;
   statistics.draw_calls += runs_.draw(pulled ? GL_TRIANGLES : GL_POINTS, context.limits.multi_draw);
   if (is_surface) {
@@ -186,7 +198,7 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
 Result<void> SplatPasses::draw_subset(const Pass& pass, ClusterSubset subset) {
   BoundState bound;
   Result<void> drawn;
-  for (const DrawItem& item : draw_list_.items()) {
+  for (const DrawItem& item : pass.splats.list.items()) {
     if (!is_active(item.chunk->interval, pass.quantized_isovalue)) continue;
     if (pass.pass == SplatPass::gradients &&
         !has_smooth_normals(item, pass.finest_level, pass.smooth_sizes)) {
@@ -203,7 +215,7 @@ Result<void> SplatPasses::draw_subset(const Pass& pass, ClusterSubset subset) {
 /// two-pass occlusion culling).
 Result<void> SplatPasses::draw_with_occlusion_culling(const Pass& pass, const SplatTarget& target) {
   const uint64_t occluded_samples =
-      draw_list_.estimate_visibility(pass.splats.frame, pass.quantized_isovalue);
+      pass.splats.list.estimate_visibility(pass.splats.frame, pass.quantized_isovalue);
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
   // Reading the depths costs as much as drawing this many samples.
   const SurfaceTargets& targets = pass.context.targets;
@@ -237,15 +249,15 @@ Result<void> SplatPasses::draw_cut_cells(const DrawContext& context, const Splat
   pass.reachable = reachable;
   pass.rank = rank;
   pass.margin_px = margin_px;
-  draw_list_.find_cut(splats.frame, pass.quantized_isovalue);
+  splats.list.find_cut(splats.frame, pass.quantized_isovalue);
   return draw_subset(pass, ClusterSubset::all);
 }
 
 Result<void> SplatPasses::smooth_normals(const DrawContext& context, const SplatFrame& splats,
                                          std::span<const int> isosurfaces, int layer,
                                          SmoothSizes sizes) {
-  const auto& items = draw_list_.items();
-  const uint32_t finest_level = draw_list_.finest_level();
+  const auto& items = splats.list.items();
+  const uint32_t finest_level = splats.list.finest_level();
   if (std::none_of(items.begin(), items.end(), [&](const DrawItem& item) {
         return has_smooth_normals(item, finest_level, sizes);
       })) {
@@ -257,7 +269,7 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
   const bool float_blend = context.limits.offered.float_blend;
   if (auto ok = smooth_normals_.prepare(width, height, float_blend); !ok) return ok;
   depth_tiles_.update(targets.layer(layer), context.empty_vertex_array);
-  if (auto ok = smooth_normals_.begin(context, layer); !ok) return ok;
+  if (auto ok = smooth_normals_.begin(context, layer, splats.isosurfaces); !ok) return ok;
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
@@ -272,10 +284,11 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
   return drawn ? finished : drawn;
 }
 
-void SplatPasses::start_smooth_normals(ShaderPrograms& programs, float max_point_size) const {
+void SplatPasses::start_smooth_normals(ShaderPrograms& programs, const DrawList& list,
+                                       float max_point_size) {
   programs.prepare(ImagePass::places);
   programs.prepare(ImagePass::smooth_normals);
-  for (const DrawItem& item : draw_list_.items()) {
+  for (const DrawItem& item : list.items()) {
     const bool pulled = item.largest_support_px > max_point_size;
     programs.prepare(SplatVariant{.pass = SplatPass::gradients, .pulled = pulled});
   }
@@ -283,10 +296,10 @@ void SplatPasses::start_smooth_normals(ShaderPrograms& programs, float max_point
 
 Result<void> SplatPasses::draw_gradients(const DrawContext& context, const SplatFrame& splats,
                                          std::span<const int> isosurfaces, SmoothSizes sizes) {
-  draw_list_.find_contributors(splats.frame);
+  splats.list.find_contributors(splats.frame);
   for (const int isosurface : isosurfaces) {
     Pass pass(context, splats, SplatPass::gradients, isosurface);
-    pass.finest_level = draw_list_.finest_level();
+    pass.finest_level = splats.list.finest_level();
     pass.smooth_sizes = sizes;
     if (auto ok = draw_subset(pass, ClusterSubset::all); !ok) return ok;
   }
@@ -348,7 +361,6 @@ uint64_t SplatPasses::bytes() const {
 }
 
 void SplatPasses::abandon() {
-  draw_list_.clear();
   drawn_depths_.abandon();
   depth_tiles_.abandon();
   sample_texture_.abandon();

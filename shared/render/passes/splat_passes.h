@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "shared/render/frame/draw_list.h"
@@ -12,11 +13,14 @@
 
 namespace isosplat::render {
 
-/// What the splats of a frame are drawn from, and how.
+/// What the splats of a volume are drawn from in a frame, and how. The uniform block of the frame
+/// is bound.
 struct SplatFrame {
   const Frame& frame;
+  DrawList& list;  ///< collected for the frame
   const SampleBuffers& buffers;
   const ValueMapping& mapping;
+  std::span<const int> isosurfaces;  ///< of the volume, indices into those of the settings
   SplatKind kind;
   bool lit;  ///< draws into the lit picture instead of a layer
 };
@@ -24,25 +28,20 @@ struct SplatFrame {
 /// Draws the splats of chunks into a layer of surface pixels, or into the lit picture.
 class SplatPasses {
  public:
-  /// Collects the chunks that the passes draw. margin_cells: see DrawList::collect(). Returns the
-  /// number of culled chunks.
-  uint32_t collect(const ChunkStore& chunks, const Frame& frame, double margin_cells) {
-    return draw_list_.collect(chunks, frame, margin_cells);
-  }
-
   /// Draws one isosurface of the settings. Adds to samples_drawn, chunks_drawn and draw_calls of
   /// the statistics. Errors: gl_error.
   Result<void> draw_isosurface(const DrawContext& context, const SplatFrame& splats, int isosurface,
                                int layer);
 
-  /// Replaces the normals of a layer by smooth ones, after all its isosurfaces (indices into those
-  /// of the settings) are drawn; cells that have smooth normals already keep them. Requires float
-  /// targets. Adds to draw_calls. Errors: gl_error.
+  /// Replaces the normals of a layer by smooth ones, where it shows these isosurfaces of the
+  /// volume, after all surfaces of the layer are drawn; cells that have smooth normals already keep
+  /// them. Requires float targets. Adds to draw_calls. Errors: gl_error.
   Result<void> smooth_normals(const DrawContext& context, const SplatFrame& splats,
                               std::span<const int> isosurfaces, int layer, SmoothSizes sizes);
 
-  /// Starts to compile the programs of smooth_normals() for the chunks that were collected last.
-  void start_smooth_normals(ShaderPrograms& programs, float max_point_size) const;
+  /// Starts to compile the programs of smooth_normals() for these chunks.
+  static void start_smooth_normals(ShaderPrograms& programs, const DrawList& list,
+                                   float max_point_size);
 
   /// Draws, into the bound framebuffer, the cells of an isosurface at the clip planes, for caps
   /// (shaders/cut_cells.frag.glsl). `reachable`: the quantized isovalues that are shown, each once,
@@ -59,9 +58,6 @@ class SplatPasses {
   /// Computes the farthest depth of each tile of layer 0. Returns the texture of DepthTiles.
   /// Errors: gl_error.
   Result<GLuint> farthest_depths(const DrawContext& context);
-
-  /// A chunk of the last frame, or null if it was culled.
-  const DrawItem* find(ChunkHandle handle) const { return draw_list_.find(handle); }
 
   uint64_t bytes() const;
 
@@ -82,7 +78,6 @@ class SplatPasses {
   void use_program(const Pass& pass, SplatPass variant, bool pulled, bool drops_hidden,
                    const ShaderPrograms::Splat& program);
 
-  DrawList draw_list_;
   DrawnDepths drawn_depths_;
   DepthTiles depth_tiles_;
   SampleTexture sample_texture_;

@@ -9,11 +9,10 @@ namespace isosplat::render {
 /// The surface at a pixel of the last draw, for tests and for picking. y points up, as in OpenGL.
 struct SurfacePixel {
   bool hit = false;
-  float depth = 0;  ///< distance from the eye's plane along the view, world units
-  Vec3f normal;     ///< in the camera's frame (right, up, towards the eye), unit length
-  uint32_t isosurface = 0;
-  float coverage = 1;
-  bool cap = false;  ///< a face of the clipping (RenderSettings::clip_caps)
+  float depth = 0;          ///< distance from the eye's plane along the view, world units
+  Vec3f normal;             ///< in the camera's frame (right, up, towards the eye), unit length
+  uint32_t isosurface = 0;  ///< index in RenderSettings::isosurfaces
+  bool cap = false;         ///< a face of the clipping (RenderSettings::clip_caps)
   /// What a slice shows there: its values, or that there are none. `isosurface` is 0 then.
   enum class Slice : uint8_t { none, values, no_data } slice = Slice::none;
   float scalar = 0;  ///< place in the colour map, 0 … 1; of slices, that of the value

@@ -35,9 +35,7 @@ SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
     pixel.slice = pixel.isosurface == SLICE_VALUES ? Slice::values : Slice::no_data;
     pixel.isosurface = 0;
   }
-  pixel.coverage = static_cast<float>(words[1] >> 16 & uint32_t(COVERAGE_MAX)) /
-                   static_cast<float>(COVERAGE_MAX);
-  pixel.cap = (words[1] >> (16 + SIDE_SHIFT) & 3) == SIDE_CAP;
+  pixel.cap = (words[1] >> 16 & 3) == SIDE_CAP;
   return pixel;
 }
 

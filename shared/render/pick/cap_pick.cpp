@@ -5,13 +5,15 @@
 namespace isosplat::render {
 namespace {
 
-/// The shown isosurface with the highest isovalue that is reached before this hit.
+/// The shown isosurface of the volume with the highest isovalue that is reached before this hit.
 std::optional<uint32_t> reached_isosurface(const RenderSettings& settings, const PickHit& hit,
                                            bool falls) {
   const auto& isosurfaces = settings.isosurfaces;
   const double crossed = isosurfaces[hit.isosurface].isovalue;
   std::optional<uint32_t> highest;
-  for (uint32_t i = 0; i < std::min<size_t>(isosurfaces.size(), kMaxIsosurfaces); ++i) {
+  const VolumeId volume = isosurfaces[hit.isosurface].volume;
+  for (uint32_t i = 0; i < isosurfaces.size(); ++i) {
+    if (isosurfaces[i].volume != volume) continue;
     const double isovalue = isosurfaces[i].isovalue;
     const bool is_reached = falls ? isovalue <= crossed : isovalue < crossed;
     if (!is_reached || isosurfaces[i].opacity <= 0) continue;

@@ -98,16 +98,17 @@ void add_thin_hit(const PickRay& ray, const CellRay& cell, ThinBox box, uint32_t
 
 }  // namespace
 
-std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& settings,
-                                const Camera& camera, double x, double y, int width, int height) {
+std::optional<PickRay> pick_ray(const VolumeGrid& grid, const SceneExtent& scene,
+                                const RenderSettings& settings, const Camera& camera,
+                                const ImagePlace& place) {
   const CameraFrame frame = camera_frame(camera);
-  const double px = 2 * frame.half_height(1) / height;
-  const Vec3d across =
-      frame.right * ((x - 0.5 * width) * px) + frame.up * ((0.5 * height - y) * px);
+  const double px = 2 * frame.half_height(1) / place.height;
+  const Vec3d across = frame.right * ((place.x - 0.5 * place.width) * px) +
+                       frame.up * ((0.5 * place.height - place.y) * px);
   const Vec3d origin = frame.orthographic ? frame.eye + across : frame.eye;
   const Vec3d direction = frame.orthographic ? frame.forward : frame.forward + across;
   const Projection planes =
-      projection(camera, bounding_sphere(grid), origin, std::max(width, 1), std::max(height, 1));
+      projection(camera, scene.sphere, origin, std::max(place.width, 1), std::max(place.height, 1));
   const Matrix3d dual = grid.dual_edges();
   PickRay ray{multiply_transposed(dual, origin - grid.origin), multiply_transposed(dual, direction),
               planes.near_plane, planes.far_plane};
@@ -115,15 +116,9 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& se
     const Plane& plane = settings.clip_planes[i];
     clip(ray, dot(plane.normal, origin) - plane.offset, dot(plane.normal, direction), plane.normal);
   }
-  const auto clip_axis = [&](double o, double d, double low, double high, int32_t voxels,
-                             Vec3d normal) {
-    if (low > 0) clip(ray, o - low * (voxels - 1), d, normal);
-    if (high < 1) clip(ray, high * (voxels - 1) - o, -d, normal * -1.0);
-  };
-  const Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
-  clip_axis(ray.origin.x, ray.direction.x, low.x, high.x, grid.voxels.x, column(dual, 0));
-  clip_axis(ray.origin.y, ray.direction.y, low.y, high.y, grid.voxels.y, column(dual, 1));
-  clip_axis(ray.origin.z, ray.direction.z, low.z, high.z, grid.voxels.z, column(dual, 2));
+  for (const Plane& face : clip_box_faces(scene.clip_grid, settings)) {
+    clip(ray, dot(face.normal, origin) - face.offset, dot(face.normal, direction), face.normal);
+  }
   if (!(ray.begin <= ray.end)) return std::nullopt;
   return ray;
 }

@@ -6,8 +6,8 @@
 
 #include "shared/core/grid/grid.h"
 #include "shared/core/sampling/packed_sample.h"
+#include "shared/render/frame/frame.h"
 #include "shared/render/pick/surface_pick.h"
-#include "shared/render/settings/camera.h"
 #include "shared/render/settings/render_settings.h"
 
 namespace isosplat::render {
@@ -21,10 +21,17 @@ struct PickRay {
   std::optional<Vec3d> cut = {};
 };
 
-/// The ray through a place of an image, which is `x`, `y` px to the right of and below its upper
-/// left corner, as events of a pointer have it. Returns nothing if everything on it is clipped.
-std::optional<PickRay> pick_ray(const VolumeGrid& grid, const RenderSettings& settings,
-                                const Camera& camera, double x, double y, int width, int height);
+/// A place of an image, `x`, `y` px to the right of and below its upper left corner, as events of a
+/// pointer have it.
+struct ImagePlace {
+  double x = 0, y = 0;
+  int width = 0, height = 0;  ///< of the image
+};
+
+/// The ray through a place of an image. Returns nothing if everything on it is clipped.
+std::optional<PickRay> pick_ray(const VolumeGrid& grid, const SceneExtent& scene,
+                                const RenderSettings& settings, const Camera& camera,
+                                const ImagePlace& place);
 
 /// Whether the ray meets the box [low, high] (voxels of level 0) in its part.
 bool meets_box(const PickRay& ray, Vec3d low, Vec3d high);

@@ -60,7 +60,6 @@ void ChunkStore::drop_unconfirmed() {
     buffers_.remove(range);
     return true;
   });
-  buffers_.drop_unconfirmed();
 }
 
 const ChunkStore::Chunk* ChunkStore::find(ChunkHandle handle) const {
@@ -77,7 +76,6 @@ bool ChunkStore::set_visible(std::span<const DrawnChunk> chunks) {
 void ChunkStore::abandon() {
   chunks_.clear();
   visible_.clear();
-  buffers_.abandon();
 }
 
 }  // namespace isosplat::render

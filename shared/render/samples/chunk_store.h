@@ -14,8 +14,8 @@
 
 namespace isosplat::render {
 
-/// The resident chunks by handle: their clusters, the place of their samples in GPU buffers, and
-/// which of them are visible.
+/// The resident chunks of a volume by handle: their clusters, the place of their samples in the GPU
+/// buffers of all volumes, and which of them are visible.
 class ChunkStore {
  public:
   struct Chunk {
@@ -25,6 +25,12 @@ class ChunkStore {
     Vec3d low, high;        ///< bounding box in cells of level 0
     std::vector<SampleCluster> clusters;
   };
+
+  /// The buffers must outlive the store.
+  explicit ChunkStore(SampleBuffers& buffers) : buffers_(buffers) {}
+  ~ChunkStore() { clear(); }
+  ChunkStore(const ChunkStore&) = delete;
+  ChunkStore& operator=(const ChunkStore&) = delete;
 
   /// Checks that the volume has this block. Errors: invalid_argument.
   static Result<void> check_block(const VolumeGrid& grid, const BlockKey& block);
@@ -37,7 +43,7 @@ class ChunkStore {
   bool remove(ChunkHandle handle);
   /// Removes all chunks, and keeps the buffers.
   void clear();
-  /// The GPU had no memory for buffers that are not confirmed: removes them and their chunks.
+  /// Removes the chunks in buffers that are not confirmed.
   void drop_unconfirmed();
 
   /// The chunk with this handle, or null. Valid until it is removed.
@@ -53,7 +59,6 @@ class ChunkStore {
                        [handle](const DrawnChunk& chunk) { return chunk.handle == handle; });
   }
 
-  SampleBuffers& buffers() { return buffers_; }
   const SampleBuffers& buffers() const { return buffers_; }
 
   /// The context that owned the buffers is gone, and with it all chunks.
@@ -62,7 +67,7 @@ class ChunkStore {
  private:
   std::unordered_map<ChunkHandle, Chunk> chunks_;
   std::vector<DrawnChunk> visible_;
-  SampleBuffers buffers_;
+  SampleBuffers& buffers_;
 };
 
 }  // namespace isosplat::render

@@ -40,7 +40,11 @@ enum class ColourBy : uint8_t {
 enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
 inline constexpr int kColourMaps = 4;
 
-inline constexpr int kMaxIsosurfaces = 8;
+/// Identifies a volume of the picture: Renderer::set_volume.
+using VolumeId = uint32_t;
+
+inline constexpr int kMaxIsosurfaces = 8;  ///< of each volume
+inline constexpr int kMaxTranslucent = 8;  ///< of all volumes; more are drawn as opaque
 inline constexpr int kMaxClipPlanes = 6;
 inline constexpr int kMaxSlices = 4;
 
@@ -48,13 +52,15 @@ struct Isosurface {
   double isovalue = 0;              ///< in the volume's values
   Vec3f colour{0.85f, 0.8f, 0.7f};  ///< sRGB, 0 … 1
   float opacity = 1;                ///< 0 … 1
+  VolumeId volume = 0;
 
   friend bool operator==(const Isosurface&, const Isosurface&) = default;
 };
 
 /// All settings of the picture except for the camera. Plain data that can be compared and copied.
 struct RenderSettings {
-  std::vector<Isosurface> isosurfaces;  ///< at most kMaxIsosurfaces; more are ignored
+  /// Of all volumes, at most kMaxIsosurfaces of each; more are ignored.
+  std::vector<Isosurface> isosurfaces;
   SplatKind kind = SplatKind::ellipse;
   Shading shading = Shading::smooth;
   ColourBy colour_by = ColourBy::isosurface;
@@ -69,17 +75,19 @@ struct RenderSettings {
   /// Each keeps the half-space dot(normal, position) ≥ offset. At most kMaxClipPlanes; more are
   /// ignored.
   std::vector<Plane> clip_planes;
-  Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};  ///< fractions of the volume's extent
+  /// Fractions of the extent of the first volume. The box clips all volumes.
+  Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};
   /// Closes the faces at which the clipping cuts the solid: the part of the volume whose values are
   /// at least the isovalue. The border of the volume stays open. Not for `projected` = false.
   bool clip_caps = false;
-  /// Planes in which the volume's values are shown. At most kMaxSlices; more are ignored, as are
-  /// planes without a unit_plane(). They show the values of all resident cells, whether
-  /// these are visible or not, of the finest level that is resident at each place; elsewhere lines,
+  /// Planes in which the values of one volume are shown. At most kMaxSlices; more are ignored, as
+  /// are planes without a unit_plane(). They show the values of all resident cells, whether these
+  /// are visible or not, of the finest level that is resident at each place; elsewhere lines,
   /// between which one sees what is behind. Where colours show isovalues, slices have the same
   /// colours; else they are grey, from black at slice_low to white at slice_high. They are not lit.
   std::vector<Plane> slices;
   double slice_low = 0, slice_high = 1;
+  VolumeId slice_volume = 0;
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };

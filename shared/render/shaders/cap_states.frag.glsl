@@ -7,6 +7,7 @@ uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
 uniform highp usampler2D u_cut_cells;  // cut_cells.frag.glsl
 uniform int u_layers;
+uniform int u_isosurfaces[MAX_ISOSURFACES];  // of the volume; -1: none
 uniform int u_rank[MAX_ISOSURFACES];   // number of different isovalues up to this one
 layout(location = 0) out uint o_state;
 
@@ -19,7 +20,10 @@ uint state_by_surface(ivec2 at) {
     nearest = depth;
     surface = texelFetch(u_surfaces, ivec3(at, layer), 0);
   }
-  int side = side_of(surface), rank = u_rank[surface.w >> ISOSURFACE_SHIFT];
+  int side = side_of(surface), rank = 0, isosurface = int(surface.w >> ISOSURFACE_SHIFT);
+  for (int i = 0; i < MAX_ISOSURFACES; ++i) {
+    if (u_isosurfaces[i] == isosurface) rank = u_rank[i];
+  }
   return side == SIDE_UNKNOWN ? 1u : uint(side == SIDE_FALLING ? rank : rank - 1) + 2u;
 }
 

@@ -6,9 +6,11 @@ uniform highp usampler2D u_states;          // cap_states.frag.glsl
 uniform highp usampler2D u_tiles;           // cap_tiles.frag.glsl
 uniform highp usampler2D u_nearest;         // cap_jump.frag.glsl
 uniform int u_layer;
+uniform int u_cap_order;                    // caps of a greater one are in front of the same face's of others
 uniform int u_cuts;                         // clip planes that cut; the planes after them bound the volume
-uniform int u_cap[MAX_ISOSURFACES + 1];     // by number of isovalues that are reached: the isosurface whose
+uniform int u_cap[MAX_ISOSURFACES + 1];     // by number of isovalues that are reached: the isosurface (of the volume) whose
                                             // cap the layer shows; -1: none
+uniform int u_isosurfaces[MAX_ISOSURFACES];  // of the volume: their numbers
 uniform float u_cap_scalar[MAX_ISOSURFACES];
 layout(location = 0) out uvec4 o_pixel;
 
@@ -72,7 +74,7 @@ void main() {
   int count = int(state & uint(CAP_BY_CELL - 1)) - 2, isosurface = count < 0 ? -1 : u_cap[count];
   SKIPPABLE_IF(isosurface >= 0 && plane >= 0 && plane < u_cuts) {
     vec3 normal = normalize(row_to_view(-u_clip_plane[plane].xyz));
-    o_pixel = encode_surface(normal, u_cap_scalar[isosurface], uint(isosurface), SIDE_CAP, 1.0);
-    gl_FragDepth = window_depth(z) - CAP_DEPTH_STEP * float(count);
+    o_pixel = encode_surface(normal, u_cap_scalar[isosurface], uint(u_isosurfaces[isosurface]), SIDE_CAP);
+    gl_FragDepth = window_depth(z) - CAP_DEPTH_STEP * float(count + u_cap_order);
   }
 }

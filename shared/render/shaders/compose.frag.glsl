@@ -25,14 +25,13 @@ vec4 shade(ivec2 at, int layer, float depth) {
   SKIPPABLE_IF(isosurface >= uint(SLICE_VALUES)) {
     return vec4(slice_colour(isosurface, float(bits.z) / 65535.0), 1.0);
   }
-  float coverage = float(bits.w & uint(COVERAGE_MAX)) / COVERAGE_MAX;
   float z = distance_of(depth);
   bool is_cap = side_of(bits) == SIDE_CAP;
   vec3 base = colour_of(is_cap ? u_cap_colour_by : u_colour_by, isosurface, float(bits.z) / 65535.0, z);
   // Colours that stand for values stay those of the legend.
   if (is_cap && u_cap_colour_by == 0) base *= CAP_SHADE;
   vec3 normal = decode_normal(bits.xy), to_eye = eye_from(gl_FragCoord.xy);
-  float opacity = u_colour[isosurface].a, open = 1.0, key_share = 1.0;
+  float opacity = surface_colour(isosurface).a, open = 1.0, key_share = 1.0;
 #ifdef STILL
   // Translucent surfaces keep as much light away as they do not let through.
   vec3 position = position_at(gl_FragCoord.xy, z);
@@ -52,7 +51,7 @@ vec4 shade(ivec2 at, int layer, float depth) {
 #ifdef EYE_DOME
   colour *= eye_dome(at, layer, z);
 #endif
-  return vec4(colour, opacity * coverage);
+  return vec4(colour, opacity);
 }
 
 void main() {

@@ -48,5 +48,5 @@ void main() {
   }
   gl_FragDepth = window_depth(v_distance.x + t);
   int side = v_distance.w < 0.0 ? SIDE_UNKNOWN : cubic(k, between.x) > 0.0 ? SIDE_FALLING : SIDE_RISING;
-  o_pixel = encode_surface(row_to_view(at.yzw / v_size), v_scalar, u_isosurface, side, 1.0);
+  o_pixel = encode_surface(row_to_view(at.yzw / v_size), v_scalar, u_isosurface, side);
 }

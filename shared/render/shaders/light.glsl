@@ -1,7 +1,11 @@
 // Lighting of a surface: light.h states the formulas and their sources. Colours are linear, vectors in
 // the camera's frame.
 uniform int u_colour_by;                 // 0: the isosurface's colour; 1: the map at the scalar; 2: at depth
+#ifdef MANY_SURFACES
+uniform highp sampler2D u_colours;       // of each isosurface; w: opacity
+#else
 uniform vec4 u_colour[MAX_ISOSURFACES];  // w: opacity
+#endif
 uniform sampler2D u_colour_map;          // decodes sRGB
 uniform vec3 u_key_direction;
 uniform float u_roughness_4;             // fourth power of the roughness
@@ -11,9 +15,17 @@ uniform vec3 u_rim_direction;
 uniform float u_rim_strength, u_highlight_strength;
 uniform float u_least_light, u_most_light;  // limits of the diffuse light
 
+vec4 surface_colour(uint isosurface) {
+#ifdef MANY_SURFACES
+  return texelFetch(u_colours, ivec2(isosurface % uint(COLOURS_WIDTH), isosurface / uint(COLOURS_WIDTH)), 0);
+#else
+  return u_colour[isosurface];
+#endif
+}
+
 // z: distance along the view.
 vec3 colour_of(int colour_by, uint isosurface, float scalar, float z) {
-  vec3 colour = u_colour[isosurface].rgb;
+  vec3 colour = surface_colour(isosurface).rgb;
   SKIPPABLE_IF(colour_by != 0) {
     if (colour_by == 2) scalar = (z - u_near_plane) / (u_far_plane - u_near_plane);
     vec2 place = vec2((clamp(scalar, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5);

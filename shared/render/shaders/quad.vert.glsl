@@ -53,7 +53,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float facing = dot(in_view, to_eye_from(position));
   bool is_plane = !is_inside && is_coarse() || u_projects == 0;
   int side = is_plane || abs(facing) < QUAD_SIDE_FACING ? SIDE_UNKNOWN : facing < 0.0 ? SIDE_RISING : SIDE_FALLING;
-  v_pixel = encode_surface(in_view, scalar, u_isosurface, side, 1.0);
+  v_pixel = encode_surface(in_view, scalar, u_isosurface, side);
 #endif
 
   // The values at the corners of the box whose crossings are covered, and its corner 0 from the sample.

@@ -46,6 +46,6 @@ void main() {
   o_colour = apply_gamma(vec4(lit(normal, eye_from(gl_FragCoord.xy), base), 1.0));
 #else
   int side = v_span < 0.0 ? SIDE_UNKNOWN : k.w > 0.0 ? SIDE_FALLING : SIDE_RISING;
-  o_pixel = encode_surface(normal, scalar, u_isosurface, side, 1.0);
+  o_pixel = encode_surface(normal, scalar, u_isosurface, side);
 #endif
 }

@@ -6,12 +6,17 @@
 #define KIND_ELLIPSE 1
 #define KIND_EXACT 2
 
-// One layer holds all opaque isosurfaces, and each translucent one has a layer of its own.
+// MAX_ISOSURFACES: of a volume. One layer holds all opaque isosurfaces, and each translucent one
+// has a layer of its own. NO_ISOSURFACE: no place among the isosurfaces of a volume.
 #define MAX_ISOSURFACES 8
 #define MAX_LAYERS 9
+#define NO_ISOSURFACE 15
 
-// Clip planes of the settings, and the six planes of the clip box.
-#define MAX_CLIP_PLANES 12
+// Clip planes of the settings, the faces of the clip box, and those of the volume's border.
+#define MAX_CLIP_PLANES 18
+
+// Width of the texture of colours, where there are more than MAX_ISOSURFACES isosurfaces.
+#define COLOURS_WIDTH 128
 
 // Width of the texture from which large splats fetch their samples, in samples.
 #define SAMPLE_TEXTURE_WIDTH 1024
@@ -71,10 +76,8 @@
 #define SMOOTH_REACH_CELLS 1.5
 #define SMOOTH_MAX_TILES 6
 
-// Bits of a surface pixel's fourth channel: isosurface, side, coverage.
-#define COVERAGE_MAX 1023.0
-#define SIDE_SHIFT 10
-#define ISOSURFACE_SHIFT 12
+// Bits of a surface pixel's fourth channel: isosurface, side.
+#define ISOSURFACE_SHIFT 2
 
 // Side of a surface pixel. RISING, FALLING: whether values rise or fall along the ray where it
 // crosses the surface. UNKNOWN: it does not cross a surface of the trilinear function. CAP: the
@@ -102,8 +105,8 @@
 // lies in the same plane, and by which values are in front of it. MARGIN: distance beyond a face,
 // in units of frame space, up to which a place still counts as inside. GREY: sRGB, of the pattern.
 // PERIOD_PX: distance between its lines.
-#define SLICE_VALUES 8
-#define SLICE_NO_DATA 9
+#define SLICE_VALUES 16382
+#define SLICE_NO_DATA 16383
 #define SLICE_DEPTH_STEP 1.2e-7
 #define SLICE_MARGIN 0.01
 #define SLICE_GREY 0.5

@@ -14,6 +14,6 @@ void main() {
   bool is_line = any(lessThan(from_face, 1.2 * u_line_px * per_px)) ||
                  mod(at.x + at.y, SLICE_PERIOD_PX * u_line_px) < 1.2 * u_line_px;
   if (!is_line) discard;
-  o_pixel = encode_surface(vec3(0.0, 0.0, 1.0), 0.0, uint(SLICE_NO_DATA), SIDE_UNKNOWN, 1.0);
+  o_pixel = encode_surface(vec3(0.0, 0.0, 1.0), 0.0, uint(SLICE_NO_DATA), SIDE_UNKNOWN);
   gl_FragDepth = window_depth(z) - u_slice_nearer;
 }

@@ -12,6 +12,6 @@ void main() {
   if (!is_in_shown_part(p, z)) discard;
   float value = value_and_gradient(Trilinear(v_a, v_b), clamp(q, 0.0, 1.0)).x;
   float scalar = value * u_slice_scalar.x + u_slice_scalar.y;
-  o_pixel = encode_surface(vec3(0.0, 0.0, 1.0), scalar, uint(SLICE_VALUES), SIDE_UNKNOWN, 1.0);
+  o_pixel = encode_surface(vec3(0.0, 0.0, 1.0), scalar, uint(SLICE_VALUES), SIDE_UNKNOWN);
   gl_FragDepth = window_depth(z) - u_slice_nearer;
 }

@@ -1,5 +1,5 @@
 // A surface pixel: the normal in the camera's frame (octahedral, 2 x 16 bits), a scalar for colouring
-// (16 bits), isosurface (4 bits), side (2 bits) and coverage (10 bits).
+// (16 bits), isosurface (14 bits) and side (2 bits).
 uvec2 encode_normal(vec3 n) {
   n /= abs(n.x) + abs(n.y) + abs(n.z);
   vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
@@ -16,10 +16,9 @@ vec3 decode_normal(uvec2 bits) {
   return normalize(n);
 }
 
-uvec4 encode_surface(vec3 normal, float scalar, uint isosurface, int side, float coverage) {
+uvec4 encode_surface(vec3 normal, float scalar, uint isosurface, int side) {
   return uvec4(encode_normal(normal), uint(clamp(scalar, 0.0, 1.0) * 65535.0 + 0.5),
-               isosurface << ISOSURFACE_SHIFT | uint(side) << SIDE_SHIFT |
-                   uint(clamp(coverage, 0.0, 1.0) * COVERAGE_MAX + 0.5));
+               isosurface << ISOSURFACE_SHIFT | uint(side));
 }
 
-int side_of(uvec4 pixel) { return int(pixel.w >> SIDE_SHIFT & 3u); }
+int side_of(uvec4 pixel) { return int(pixel.w & 3u); }
