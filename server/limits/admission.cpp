@@ -36,10 +36,11 @@ void OpenConnection::keep() {
 /// The connections of one client that may be closed.
 struct Admission::Client {
   uint32_t open = 0;
-  std::vector<OpenConnection*> stuck;  ///< they wait for a request, or take a response slowly
-  OpenConnection* slowest = nullptr;   ///< of those that take a response, slowly or not
+  std::vector<OpenConnection*> stuck;  ///< idle, or slow to receive a response
+  OpenConnection* slowest = nullptr;   ///< of those that receive a response
 
-  /// Those that wait come first, by how long they do; then those that read, the slowest first.
+  /// Waiting connections come first, ordered by how long they have waited; then those that receive,
+  /// the slowest first.
   static auto order(const OpenConnection* connection) {
     const bool waits = connection->state() == State::waiting;
     const auto since = connection->since_.load(std::memory_order_relaxed);
@@ -59,7 +60,7 @@ std::unique_ptr<OpenConnection> Admission::enter(const std::string& address,
                                                  Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   Verdict verdict = Verdict::admitted;
-  // First, so that an address at its limit does not close the connections of others.
+  // Check this first, so that an address at its limit does not close the connections of others.
   if (is_full(address)) {
     verdict = Verdict::too_many_from_one;
   } else if (connections_.size() >= uint64_t{limits_.connections} + kMostAbove ||
@@ -84,7 +85,7 @@ bool Admission::is_full(const std::string& address) const {
 }
 
 void Admission::count(OpenConnection& connection) {
-  // What may lack memory comes before what counts.
+  // Allocate before changing the counts: an allocation may fail.
   Counts& counts = by_address_[connection.address_];
   if (connection.verdict_ == Verdict::admitted) {
     connection.index_ = connections_.size();
@@ -130,12 +131,13 @@ bool Admission::close(OpenConnection& connection) {
 }
 
 /// Closes connections for a new one of the client `newcomer`, in this order:
-/// 1. stuck ones of larger clients, the largest first: some more than are needed now, so that a
-///    flood of connections does not lead here each time;
-/// 2. the slowest that takes a response, of a client that is more than twice as large;
-/// 3. stuck ones of its own, or of a client that is as large: an eighth of that client's;
-/// 4. one that has waited for a request for a while, of anyone: its client can open another.
-/// Returns whether one will end soon.
+/// 1. idle or slow ones of larger clients, the largest first. Closes some more than are needed now,
+///    so that a flood of connections does not repeat this search each time;
+/// 2. the slowest one that receives a response, of a client that is more than twice as large;
+/// 3. idle or slow ones of the newcomer, or of a client of the same size: an eighth of that
+///    client's;
+/// 4. one of any client that has waited for a request for a while: its client can open another.
+/// Returns whether a connection will end soon.
 bool Admission::close_for(std::string_view newcomer, Clock::time_point now) {
   Clients clients;
   OpenConnection* longest = nullptr;

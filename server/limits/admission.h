@@ -16,8 +16,9 @@ namespace isosplat::server {
 
 class Admission;
 
-/// A connection's place among those that are open, until it is destroyed. The thread of the
-/// connection says how it gets on; Admission chooses by that which one to close for another.
+/// The entry of an open connection in Admission, until it is destroyed. The thread of the
+/// connection reports its state, and Admission uses these states to choose which connection to
+/// close for a new one.
 class OpenConnection {
  public:
   using Clock = std::chrono::steady_clock;
@@ -28,9 +29,9 @@ class OpenConnection {
     too_many_from_one  ///< from this address: refused with 429
   };
   enum class State : uint8_t {
-    serving,  ///< the server is at work for it
-    waiting,  ///< for a request, the rest of one, or a TLS handshake
-    sending   ///< a response, as fast as the client takes it
+    serving,  ///< the server works on its request
+    waiting,  ///< for a request, for the rest of a request, or for a TLS handshake
+    sending   ///< a response, as fast as the client receives it
   };
 
   ~OpenConnection();
@@ -41,13 +42,14 @@ class OpenConnection {
   uint64_t id() const { return id_; }
   Verdict verdict() const { return verdict_; }
 
-  /// For an admitted connection of Admission::kOfProxy: it is one of the client at this address
-  /// from now on. The verdict is then `too_many_from_one` if it has too many. Call it on the
-  /// connection's thread.
+  /// For an admitted connection of Admission::kOfProxy: counts it for the client at this address
+  /// from now on. The verdict becomes `too_many_from_one` if this client has too many connections.
+  /// Call it on the connection's thread.
   void name(const std::string& address);
 
-  /// How it is closed if its state is still the one in which it was chosen: posts to its thread,
-  /// and returns at once. Set it before set_state().
+  /// Sets the function that closes the connection, provided that its state is still `chosen`, the
+  /// state in which Admission chose it. The function must post to the connection's thread and
+  /// return at once. Call this before set_state().
   void set_close(std::function<void(State chosen)> close) { close_ = std::move(close); }
 
   void set_state(State state, Clock::time_point since) {
@@ -57,14 +59,15 @@ class OpenConnection {
   }
   State state() const { return state_.load(std::memory_order_acquire); }
 
-  /// Bytes per second that the client has taken lately, in the state `sending`.
+  /// The client's recent receive rate in bytes per second, in the state `sending`.
   void set_rate(uint64_t rate) { rate_.store(rate, std::memory_order_relaxed); }
 
-  /// Whom the connection belongs to, if that is known better than by its address. Call it on the
-  /// connection's thread.
+  /// Sets the client that owns the connection, if the request identified it by more than its
+  /// address. Call it on the connection's thread.
   void set_client(const std::string& client);
 
-  /// It was to be closed, but has gone on in the meantime: another one may be chosen.
+  /// Reports that the connection was chosen to be closed, but has made progress in the meantime.
+  /// Another one may be chosen.
   void keep();
 
  private:
@@ -88,10 +91,9 @@ class OpenConnection {
 };
 
 /// Counts open connections, overall and by address, and refuses those above the limits. If the
-/// server is full, it closes connections that make little progress for new ones: those of the
-/// client that has the most, and of these the one that waits for a request longest, or takes its
-/// response slowest. So nobody is kept out by clients that hold many connections, or are slow.
-/// Thread-safe.
+/// server is full, it closes a connection for a new one: of the client with the most connections,
+/// the one that has waited longest for a request, or that receives its response most slowly. So
+/// clients that hold many connections, or are slow, cannot keep others out. Thread-safe.
 class Admission {
  public:
   using Clock = OpenConnection::Clock;
@@ -100,26 +102,27 @@ class Admission {
   struct Limits {
     uint32_t connections = 1024;
     uint32_t per_address = 256;  ///< 0: no limit
-    uint64_t least_rate = 0;     ///< a client that takes fewer bytes per second is slow …
-    /// … if it has done so for this long.
+    uint64_t least_rate = 0;     ///< bytes per second; a client that receives fewer is slow …
+    /// … if it has been below this rate for this long.
     std::chrono::milliseconds patience{2000};
   };
   explicit Admission(Limits limits) : limits_(limits) {}
 
-  /// The address of a trusted proxy, whose connections are those of many clients: only the limit of
-  /// all connections applies.
+  /// The address to give for a connection of a trusted proxy, which carries requests of many
+  /// clients: only the limit of all connections applies.
   static constexpr const char* kOfProxy = "";
 
-  /// The place of a new connection. Null if too many refusals are being sent: close it at once.
+  /// Returns the entry of a new connection, or null if too many refusals are being sent: close the
+  /// connection at once then.
   std::unique_ptr<OpenConnection> enter(const std::string& address, Clock::time_point now);
 
-  /// Closes a connection, as if one of an unknown client had come: the process has used up
-  /// something else that connections need. Returns whether one will end soon.
+  /// Closes a connection as if an unknown client had connected, because another resource of the
+  /// process that connections need is used up. Returns whether a connection will end soon.
   bool make_room(Clock::time_point now);
 
-  /// Connections may be above the limit, until those that are closed have ended.
+  /// The number of connections may exceed the limit by this many while others are being closed.
   static constexpr uint32_t kMostAbove = 64;
-  /// Refusals that are sent at a time, and those to one address.
+  /// The maximum numbers of refusals being sent: of all, and to one address.
   static constexpr uint32_t kMostRefusals = 64;
   static constexpr uint32_t kMostRefusalsOfOne = 16;
 

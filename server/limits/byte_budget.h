@@ -7,15 +7,15 @@
 
 namespace isosplat::server {
 
-/// The memory of the bodies that are being sent, of all connections together. One address may take
-/// a part of it only, so that it does not keep the others out. Thread-safe.
+/// The memory for bodies that are being sent, shared by all connections. One address may use only a
+/// part of it, so that it does not keep others out. Thread-safe.
 class ByteBudget {
  public:
-  /// `of_one`: the most bytes of one address.
+  /// `of_one`: the maximum number of bytes for one address.
   explicit ByteBudget(uint64_t bytes, uint64_t of_one = UINT64_MAX)
       : limit_(bytes), of_one_(of_one) {}
 
-  /// A part of the budget, until it is destroyed.
+  /// A part of the budget, which is released when the share is destroyed.
   class Share {
    public:
     Share() = default;
@@ -25,8 +25,9 @@ class ByteBudget {
       if (budget_) budget_->give_back(bytes_, address_);
     }
 
-    /// Takes this many bytes for a client at this address. False if fewer are left, for all or for
-    /// the address. A body larger than that is sent alone: if nothing else is in use. Call once.
+    /// Takes this many bytes for a client at this address. Returns false if not enough are left,
+    /// overall or for the address. A body that exceeds the limit itself is admitted only while
+    /// nothing else is in use. Call once.
     bool take(ByteBudget& budget, uint64_t bytes, const std::string& address) {
       if (bytes == 0) return true;
       if (!budget.take(bytes, address)) return false;

@@ -11,9 +11,10 @@
 
 namespace isosplat::server {
 
-/// What clients wait for. The next is of the client that was served least lately, and of its items
-/// the oldest; of clients that were served alike, the one whose last turn is longest ago. So a
-/// client that asks for much delays itself. Not thread-safe.
+/// A queue of the requests of clients, by fair scheduling. The next item is the oldest one of the
+/// client that has received the least service so far. Of clients with equal service, it is the one
+/// whose last turn is longest ago. So a client with many requests delays only itself. Not
+/// thread-safe.
 template <class Item>
 class FairQueue {
  public:
@@ -30,7 +31,7 @@ class FairQueue {
     ++size_;
   }
 
-  /// Requires size() > 0. Call charge() when the item was served.
+  /// Requires size() > 0. Call charge() once the item has been served.
   Item* pop() {
     const auto waits = [](const Client& client) { return !client.items.empty(); };
     auto next = std::ranges::find_if(clients_, waits);
@@ -46,7 +47,7 @@ class FairQueue {
     return item;
   }
 
-  /// The client's item that was popped has cost so much, in any unit.
+  /// Adds the cost of a popped item to its client, in any unit.
   void charge(std::string_view client, uint64_t cost) {
     Client& its = *by_name_.find(client)->second;
     --its.in_service;
@@ -54,7 +55,7 @@ class FairQueue {
     forget_idle();
   }
 
-  /// Takes an item out that was not popped. False if it is not there.
+  /// Removes an item that has not been popped. Returns false if it is not in the queue.
   bool remove(std::string_view client, Item* item) {
     const auto found = by_name_.find(client);
     if (found == by_name_.end()) return false;
@@ -67,7 +68,7 @@ class FairQueue {
     return true;
   }
 
-  /// The items of the client that has most, the oldest first. Requires size() > 0.
+  /// The items of the client that has the most, oldest first. Requires size() > 0.
   const std::deque<Item*>& most_of_one() const {
     return std::ranges::max_element(clients_, {},
                                     [](const Client& client) { return client.items.size(); })
@@ -84,7 +85,8 @@ class FairQueue {
   };
   using Position = typename std::list<Client>::iterator;
 
-  /// A new client is one that was served as little as any that had its turn.
+  /// A new client starts with the service of the client that had the last turn, so it has no
+  /// advantage over the others.
   Client& find_or_add(const std::string& name) {
     const auto found = by_name_.find(name);
     if (found != by_name_.end()) {
@@ -102,8 +104,8 @@ class FairQueue {
     return *added;
   }
 
-  /// Clients without items are remembered for what they were served, as long as that says
-  /// something, and as long as they are not too many.
+  /// Forgets clients without items, if their service is no higher than that of a new client, or if
+  /// there are too many of them.
   void forget_idle() {
     constexpr size_t kMostIdle = 1024;
     const bool are_many = clients_.size() > kMostIdle + size_;
@@ -118,7 +120,7 @@ class FairQueue {
   }
 
   size_t size_ = 0;
-  uint64_t least_ = 0;         ///< what the client of the last turn had been served; never falls
+  uint64_t least_ = 0;         ///< service of the client of the last turn; never decreases
   std::list<Client> clients_;  ///< in the order of their last turns
   std::unordered_map<std::string_view, Position> by_name_;
 };

@@ -47,7 +47,7 @@ void prepare_for_memory_limit() {
 bool has_memory_for(uint64_t bytes) {
   if (address_space_limit() == UINT64_MAX) return true;
   if (has_address_space_for(bytes + kReserve)) return true;
-  // What was freed stays in the heaps, and serves for what is small.
+  // Freed bytes stay in the heaps. They are usable for small allocations only.
   const uint64_t is_free = ::mallinfo2().fordblks;
   constexpr uint64_t kSmall = 1 << 20;
   return bytes <= kSmall ? is_free >= bytes + kReserve

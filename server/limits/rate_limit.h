@@ -13,14 +13,14 @@
 
 namespace isosplat::server {
 
-/// Limits how much each address gets: two token buckets, of requests and of bytes. A bucket holds
-/// kBurst of its rate, so that the many requests of a first picture pass. A response may be larger
-/// than what is left: the address then waits until the debt is paid. Thread-safe.
+/// Limits the requests and bytes per second of each address, with two token buckets. A bucket holds
+/// kBurst of its rate, so that the many requests of a first picture succeed. A response may be
+/// larger than the rest of the bucket: the address then waits until the debt is paid. Thread-safe.
 class RateLimit {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// What fills the buckets, per second; 0: no limit.
+  /// The rates at which the buckets are filled, per second; 0: no limit.
   struct Rates {
     double requests = 0;
     double bytes = 0;
@@ -29,8 +29,8 @@ class RateLimit {
 
   bool is_on() const { return rates_.requests > 0 || rates_.bytes > 0; }
 
-  /// Takes a request from the address's bucket. If a bucket is empty, takes nothing, and returns
-  /// after how many seconds another request will be admitted (at least 1).
+  /// Takes a request from the address's bucket. If a bucket is empty, takes nothing and returns the
+  /// number of seconds until another request will be admitted (at least 1).
   std::optional<uint32_t> take_request(const std::string& address, Clock::time_point now) {
     if (!is_on()) return std::nullopt;
     const std::lock_guard lock(mutex_);
@@ -45,7 +45,7 @@ class RateLimit {
     return std::nullopt;
   }
 
-  /// Takes the bytes of a response, before they are sent: parallel requests share one bucket.
+  /// Takes the bytes of a response before they are sent, since parallel requests share one bucket.
   void take_bytes(const std::string& address, uint64_t bytes, Clock::time_point now) {
     if (rates_.bytes <= 0 || bytes == 0) return;
     const std::lock_guard lock(mutex_);
@@ -54,7 +54,8 @@ class RateLimit {
 
   static constexpr std::chrono::seconds kBurst{10};
 
-  /// The addresses that are remembered: of more, those that asked least recently are forgotten.
+  /// The maximum number of addresses to remember. Beyond it, the address with the oldest request is
+  /// forgotten.
   static constexpr size_t kMaxAddresses = 65'536;
   size_t addresses() const {
     const std::lock_guard lock(mutex_);
@@ -73,7 +74,7 @@ class RateLimit {
   /// The address's buckets, filled up to now. The caller must hold mutex_.
   Buckets& fill(const std::string& address, Clock::time_point now) {
     const double burst = std::chrono::duration<double>(kBurst).count();
-    // At least one request, however low the rate is.
+    // The bucket holds at least one request, even at very low rates.
     const double most_requests = std::max(rates_.requests * burst, 1.0);
     const double most_bytes = rates_.bytes * burst;
     const auto found = by_address_.find(address);

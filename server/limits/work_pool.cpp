@@ -21,7 +21,8 @@ void WorkPool::join() {
   threads_.clear();
 }
 
-/// Whether the job may wait; for it, `displaced` may have to go. The caller must hold mutex_.
+/// Returns whether the job may wait. Sets `displaced` to a job that must be refused instead, if
+/// there is one. The caller must hold mutex_.
 bool WorkPool::admit(Job& job, Job*& displaced) {
   if (job.kind_ == Kind::continued || running_ + queue_.size() < limits_.threads) return true;
   const uint64_t own = queue_.size_of(job.client_);
@@ -46,7 +47,7 @@ void WorkPool::enter(Job& job) {
     }
     if (displaced) queue_.remove(displaced->client_, displaced);
   } catch (const std::bad_alloc&) {
-    // Thrown where the coroutine goes on.
+    // Rethrown in the coroutine.
     job.thrown_ = std::current_exception();
     displaced = nullptr;
   }
@@ -112,7 +113,7 @@ void WorkPool::finish(Job& job, Outcome outcome) {
     try {
       return resume();
     } catch (const std::bad_alloc&) {
-      // The coroutine must go on, and other threads will give memory back.
+      // The coroutine must continue. Wait until other threads have freed memory.
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }

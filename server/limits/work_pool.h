@@ -21,38 +21,39 @@
 
 namespace isosplat::server {
 
-/// Threads for what would hold up a connection's thread, which serves other connections as well:
+/// Threads for work that would block a connection's thread, which serves other connections as well:
 /// reads that wait for disks, and computations. Only the request that needs the work waits. The
-/// threads serve clients by turns (FairQueue, by the time that their jobs take).
+/// threads schedule clients fairly (FairQueue, by the duration of their jobs).
 class WorkPool {
  public:
   struct Limits {
     uint32_t threads = 1;
-    // Jobs that wait for a thread, for each thread: others are refused. If all together are too
-    // many, the client that has most loses its last one to a client that has fewer.
+    // The maximum number of waiting jobs per thread. Further ones are refused. If the limit of all
+    // clients is reached, a client with fewer jobs displaces the last job of the client with the
+    // most.
     uint32_t waiting = UINT32_MAX;
-    uint32_t waiting_of_one = UINT32_MAX;  ///< of one client
+    uint32_t waiting_of_one = UINT32_MAX;  ///< maximum for one client
   };
 
   /// All must outlive the pool.
   struct Counters {
-    std::atomic<uint64_t>& started;  ///< that a thread has begun, so far
-    std::atomic<uint64_t>& waiting;  ///< that are queued or run now
+    std::atomic<uint64_t>& started;  ///< jobs that a thread has begun
+    std::atomic<uint64_t>& waiting;  ///< jobs that are queued or running
   };
 
   enum class Outcome : uint8_t {
     done,
-    refused,    ///< too many wait
+    refused,    ///< too many jobs wait
     withdrawn,  ///< by withdraw()
     stopped     ///< stop() was called before its turn
   };
 
   enum class Kind : uint8_t {
-    first,     ///< of a request: it may be refused
-    continued  ///< of a request that was let in
+    first,     ///< the first job of a request: it may be refused
+    continued  ///< a further job of a request that was admitted
   };
 
-  /// A task of a client. Its owner is the coroutine that waits for it in run().
+  /// A task of a client. The coroutine that waits for it in run() owns it.
   class Job {
    public:
     /// `task` must outlive the wait.
@@ -67,7 +68,7 @@ class WorkPool {
     const std::string client_;
     const Kind kind_;
     const std::function<void()> task_;
-    std::function<void()> resume_;  ///< lets the coroutine go on; the job may end then
+    std::function<void()> resume_;  ///< resumes the coroutine, which may destroy the job
     Outcome outcome_ = Outcome::stopped;
     std::exception_ptr thrown_;
   };
@@ -75,8 +76,9 @@ class WorkPool {
   WorkPool(Limits limits, Counters counters);
   ~WorkPool() { join(); }
 
-  /// Runs the job's task on a thread of the pool. The coroutine continues on its own thread when it
-  /// has returned, or is not to be run; exceptions of the task are thrown there. Throws bad_alloc.
+  /// Runs the job's task on a thread of the pool. The coroutine continues on its own thread once
+  /// the task has returned, or will not run. Exceptions of the task are rethrown there. Throws
+  /// bad_alloc.
   Awaitable<Outcome> run(Job& job) {
     co_await boost::asio::async_initiate<const boost::asio::use_awaitable_t<Executor>&, void()>(
         [this, &job](auto handler) {
@@ -93,15 +95,15 @@ class WorkPool {
     co_return job.outcome_;
   }
 
-  /// A job whose turn has not come is not run any more. Call it on the thread of its coroutine,
-  /// which waits in run().
+  /// Withdraws a job that has not begun, so that it does not run. Call it on the thread of the
+  /// coroutine that waits in run().
   void withdraw(Job& job);
 
-  /// Tasks whose turn has not come are not run any more. Thread-safe.
+  /// Drops the tasks that have not begun. Thread-safe.
   void stop() { is_stopped_ = true; }
 
-  /// Waits until the threads have ended. Call it before the event loops are destroyed: a thread
-  /// that has resumed a coroutine may still be using the loop.
+  /// Waits until the threads have ended. Call it before destroying the event loops: a thread that
+  /// has resumed a coroutine may still be using the loop.
   void join();
 
  private:
