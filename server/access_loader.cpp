@@ -28,8 +28,8 @@ Result<void> AccessLoader::load() {
   return {};
 }
 
-/// Fetches the keys of the identity provider, and uses them. False if that failed: those from
-/// before stay.
+/// Fetches the keys of the identity provider, and uses them. If that fails, returns false and keeps
+/// the previous keys.
 bool AccessLoader::fetch_keys() {
   const auto answer = http_get(options_.jwt_keys, {.timeout = std::chrono::seconds(5)});
   std::string problem;
@@ -59,8 +59,8 @@ bool AccessLoader::fetch_keys() {
   return false;
 }
 
-/// Fetches the keys regularly, until the server stops: an identity provider publishes a new key
-/// some time before it signs with it.
+/// Fetches the keys regularly until the server stops. An identity provider publishes a new key some
+/// time before it signs with it.
 void AccessLoader::follow_keys() {
   bool is_fetched = true;  // prepare() has tried
   while (!stopping_) {
@@ -91,7 +91,9 @@ void AccessLoader::want_keys() {
 }
 
 void AccessLoader::wake() {
-  { const std::lock_guard lock(mutex_); }  // not between the check of `stopping` and the wait
+  {
+    const std::lock_guard lock(mutex_);
+  }  // prevents a change between the test of `stopping` and the wait
   changed_.notify_all();
 }
 

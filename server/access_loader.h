@@ -14,8 +14,8 @@
 
 namespace isosplat::server {
 
-/// Reads who may read which volumes (tokens, keys, revoked links) into a router, and fetches the
-/// keys of an identity provider as long as the server runs. Thread-safe, except as stated.
+/// Reads the rules of access (tokens, keys, revoked links) into a router, and fetches the keys of
+/// an identity provider while the server runs. Thread-safe, except as stated.
 class AccessLoader {
  public:
   /// All must outlive it.
@@ -24,20 +24,20 @@ class AccessLoader {
       : options_(options), router_(router), log_(log), metrics_(metrics), stopping_(stopping) {}
   ~AccessLoader() { join(); }
 
-  /// Reads all files, and tries to fetch the keys. Errors: as of load().
+  /// Reads all files, and tries to fetch the keys. Errors: those of load().
   Result<void> prepare();
 
   /// Reads the files again for the following requests. Errors: io_error, invalid_argument; the
-  /// router then has the old rules.
+  /// router then keeps the old rules.
   Result<void> load();
 
-  /// Whether there are rules: not everyone may read everything.
+  /// Whether there are rules, so that not every client may read every volume.
   bool has_rules() const { return has_rules_; }
 
-  /// Starts to fetch the keys regularly, if they have an address, in a thread of its own. Once.
+  /// If the keys have a URL, starts a thread that fetches them regularly. Call once.
   void start();
 
-  /// Fetches them soon.
+  /// Asks the thread to fetch the keys soon.
   void want_keys();
 
   /// Ends the thread once `stopping` is set.

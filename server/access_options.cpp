@@ -91,7 +91,7 @@ Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& opti
     } else if (!fetched_keys.empty()) {
       read = set(fetched_keys);
     } else {
-      rules->close();  // until the keys are there
+      rules->close();  // until the keys have been fetched
     }
   }
   if (!read) return tl::unexpected(read.error());

@@ -8,16 +8,17 @@
 #include "server/access/origin_policy.h"
 #include "server/server.h"
 
-// What the options of a server say about access.
+// Converts the options of a server to the rules of access.
 namespace isosplat::server {
 
-/// The hosts that requests may name. `is_local`: the server listens on the loopback interface only.
+/// The host names that requests may have. `is_local`: the server listens on the loopback interface
+/// only.
 AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local);
 
-/// Who may read which volumes, as the options and their files say now. `fetched_keys`: the content
-/// of options.jwt_keys if that is an address, or empty if it could not be fetched yet: then no JWT
-/// is valid. Errors: io_error (a file cannot be read), invalid_argument (its contents); messages
-/// have no secrets.
+/// The rules of access from the options and from the present content of their files.
+/// `fetched_keys`: the content of options.jwt_keys if that is a URL. It is empty if it could not be
+/// fetched yet; no JWT is valid then. Errors: io_error (a file cannot be read), invalid_argument
+/// (the content of a file); messages contain no secrets.
 Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& options,
                                                        std::string_view fetched_keys);
 

@@ -101,7 +101,8 @@ class AccessRules::Subject {
     }
     for (size_t i = 0; i < compared; ++i) {
       const std::string& expected = pattern.segments[i];
-      // What could be a segment of a name is one: it was given to the volume that has it.
+      // A segment that could be part of a name is part of a name: it was copied from a volume's
+      // name.
       const bool is_equal =
           is_volume_name(expected)
               ? expected == segments_[i]
@@ -125,7 +126,7 @@ class AccessRules::Subject {
  private:
   const std::string_view name_;
   const VolumeIdentity& identity_;
-  std::vector<std::string> segments_;  ///< of the name, once they are needed
+  std::vector<std::string> segments_;  ///< of the name, computed when needed
 };
 
 bool AccessRules::Patterns::admit(Subject& subject) const {
@@ -145,7 +146,7 @@ Result<void> AccessRules::Patterns::add(std::string_view pattern) {
     names.push_back(std::move(name));
     return {};
   }
-  // A store is the file of this name, also if that is a link.
+  // The store is the file of this name, even if it is a link.
   const std::filesystem::path given(pattern);
   std::error_code error;
   const bool is_store =
@@ -294,7 +295,7 @@ Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credent
   Grant grant;
   if (!rules || rules->is_open()) return grant;
   rules->admit_identity(credentials.identity, grant);
-  // Checking a signature takes about as long as a request.
+  // Verifying a signature takes about as long as a request.
   constexpr size_t kMaxJwts = 2;
   size_t jwts = 0;
   for (const std::string_view token : credentials.tokens) {
@@ -370,7 +371,7 @@ bool Grant::has_public_volumes() const {
 }
 
 std::string sign_link(std::string_view key, std::string_view volume, std::string_view expires) {
-  // The first line says what is signed, should the key ever sign something else.
+  // The first line states the purpose of the signature, in case the key signs other things later.
   const std::string text = fmt::format("isosplat link 1\n{}\n{}", volume, expires);
   std::array<unsigned char, 32> signature{};
   unsigned int bytes = 0;

@@ -16,9 +16,9 @@
 
 namespace isosplat::server {
 
-/// What a client shows to be admitted. The views refer to the request and its target.
+/// The credentials of a request. The views refer to the request and its target.
 struct Credentials {
-  /// A signed link: whoever has it may read one volume until it expires.
+  /// A signed link: everyone who has it may read one volume until it expires.
   struct Link {
     std::string_view volume;
     std::string_view expires;    ///< seconds since 1970, decimal
@@ -26,7 +26,7 @@ struct Credentials {
   };
   std::vector<std::string_view> tokens;
   std::vector<Link> links;
-  Identity identity{};  ///< as a trusted proxy says; without a user: nobody
+  Identity identity{};  ///< as stated by a trusted proxy; without a user: none
 };
 
 class Grant;
@@ -37,42 +37,46 @@ class AccessRules {
  public:
   AccessRules();
 
-  /// Adds the rules of a token file. Each line has a token, the word "anyone", or "user:" or
-  /// "group:" and a name of an Identity ("*" and "?": any characters), and one or more
-  /// patterns, separated by blanks; behind a token there may be "name=" and its name, which is
-  /// logged ("line-" and the number of the line if there is none). A pattern without "/" is
-  /// compared with volumes segment by segment: one of characters of names with the name, any other
-  /// one, such as one with "*" and "?", with the path of the store before it was altered for the
-  /// name. "*" alone admits to all, and one that ends with "~*" to all below the folder. One with
-  /// "/" is a folder or a store on the disk, and admits the stores in it and below it, or this one.
+  /// Adds the rules of a token file. Each line has a subject and one or more patterns, separated by
+  /// blanks. The subject is a token, the word "anyone", or "user:" or "group:" and a name of an
+  /// Identity ("*" and "?": any characters). Behind a token there may be "name=" and its name for
+  /// the log. Without it, the name is "line-" and the number of the line.
+  ///
+  /// A pattern without "/" is compared with volumes segment by segment. A segment that could be a
+  /// segment of a name is compared with the name. Any other segment, such as one with "*" and "?",
+  /// is compared with the path of the store, before it was converted to a name. "*" alone grants
+  /// access to all volumes, and a pattern that ends with "~*" to all volumes below the folder. A
+  /// pattern with "/" is a folder or a store on the disk, and grants access to the stores in and
+  /// below this folder, or to this store.
+  ///
   /// Empty lines and lines that begin with "#" are ignored. Errors (invalid_argument) name the
+  /// line, not the token.
   /// line, not the token.
   Result<void> add_lines(std::string_view text);
 
-  /// Adds a token for all volumes. `name`: is logged. Errors (invalid_argument): fewer than
-  /// kMinTokenLength characters, or others than letters, digits and "-._~+/=".
+  /// Adds a token for all volumes. `name`: for the log. Errors (invalid_argument): fewer than
+  /// kMinTokenLength characters, or characters other than letters, digits and "-._~+/=".
   Result<void> add_token(std::string_view token, std::string name);
 
   /// Sets the key of signed links. Errors (invalid_argument): fewer than kMinKeyLength bytes.
   Result<void> set_link_key(std::string_view key);
 
-  /// Sets what checks tokens that are JWTs.
+  /// Sets the verifier of tokens that are JWTs.
   void set_jwt_verifier(std::shared_ptr<const JwtVerifier> verifier) {
     jwt_verifier_ = std::move(verifier);
   }
 
-  /// Adds links that are no longer valid: each line has a signature, or its first
-  /// kLinkIdLength digits. Empty lines, and what follows "#" or a blank, are ignored. Errors
-  /// (invalid_argument) name the line.
+  /// Revokes links: each line has a signature, or its first kLinkIdLength digits. Empty lines, and
+  /// text behind "#" or a blank, are ignored. Errors (invalid_argument) name the line.
   Result<void> add_revoked_links(std::string_view text);
 
-  /// From now on, only those are admitted who have a right.
+  /// From now on, only clients with a right may read volumes.
   void close() { has_lines_ = true; }
 
   /// Whether there is a rule for users or groups.
   bool has_identity_rules() const { return !identity_rules_.empty(); }
 
-  /// Whether everyone may read everything.
+  /// Whether every client may read every volume.
   bool is_open() const {
     return rules_.empty() && link_key_.empty() && !has_lines_ && !jwt_verifier_;
   }
@@ -89,7 +93,7 @@ class AccessRules {
  private:
   friend class Grant;
 
-  /// A pattern of names.
+  /// A pattern for names.
   struct NamePattern {
     std::string text;
     std::vector<std::string> segments;  ///< empty: compared with the whole name
@@ -109,7 +113,8 @@ class AccessRules {
   };
   using Digest = std::array<unsigned char, 32>;
   struct Rule {
-    Digest token;  ///< SHA-256. All digests have the same length: comparing does not leak it
+    Digest
+        token;  ///< SHA-256. All digests have the same length, so the comparison does not leak it
     std::string name;
     Patterns patterns;
   };
@@ -127,35 +132,36 @@ class AccessRules {
   std::set<std::string, std::less<>> revoked_links_{};  ///< first digits of signatures
   Patterns anyone_;
   std::string link_key_;
-  uint64_t id_ = 0;         ///< of these rules; no others of this process have it
+  uint64_t id_ = 0;         ///< of these rules; unique in this process
   bool has_lines_ = false;  ///< a token file was given: even an empty one closes the server
 };
 
-/// The name of the token that is not one of the file.
+/// The name of the token that is not in the token file.
 inline constexpr std::string_view kServerToken = "ISOSPLAT_TOKEN";
 
 /// What one client may read.
 class Grant {
  public:
-  /// Whether a volume may be read. The time does not depend on whether there is such a volume.
+  /// Whether the client may read a volume. The time does not depend on whether the volume exists.
   bool may_read(std::string_view name, const VolumeIdentity& identity) const;
 
-  /// Whether everyone may read it, so that shared caches may keep it.
+  /// Whether every client may read the volume, so that shared caches may store it.
   bool is_public(std::string_view name, const VolumeIdentity& identity) const;
 
-  /// The name of the token that was valid, "user:" and the name of an identity, "link" for a link;
-  /// empty for none.
+  /// The name of the valid token, "user:" and the name of an identity, or "link" for a link; empty
+  /// if there is none.
   std::string client() const;
 
-  /// Whom rates and shares count for: the same name if it is that of a token of the file or of an
-  /// identity. Empty for others, which count for their addresses: many may have the server's own
-  /// token (kServerToken), or a link.
+  /// The client for rates and shares: the same name, for a token of the file or an identity. Empty
+  /// for others, which count by address, since many clients may have the server's own token
+  /// (kServerToken) or a link.
   std::string quota_client() const;
 
-  /// A text that two grants share if and only if they admit to the same volumes by the same rules.
+  /// A text that is equal for two grants if and only if they give access to the same volumes by the
+  /// same rules.
   std::string key() const;
 
-  /// Whether a token or link was valid, or none is needed for anything.
+  /// Whether a token or link was valid, or none is needed for any volume.
   bool is_known() const { return is_known_; }
 
   /// Whether a token was valid.
@@ -177,7 +183,7 @@ class Grant {
   bool has_identity_ = false;
 };
 
-/// The signature of a link: HMAC-SHA-256 of the volume's name and the time, as 64 hexadecimal
+/// The signature of a link: the HMAC-SHA-256 of the volume's name and the time, as 64 hexadecimal
 /// digits.
 std::string sign_link(std::string_view key, std::string_view volume, std::string_view expires);
 

@@ -19,7 +19,7 @@ std::string_view take(std::string_view& text, char separator) {
   return part;
 }
 
-/// The value of a parameter that occurs once; else empty.
+/// The value of a parameter that occurs exactly once; else empty.
 std::string_view parameter(const Target& target, std::string_view key) {
   std::string_view value;
   size_t count = 0;
@@ -36,7 +36,7 @@ bool is_below_volumes(const Target& target) {
          target.segments[1] == "volumes";
 }
 
-/// The signed link in a query; without signature if there is none.
+/// The signed link in a query; its signature is empty if there is none.
 Credentials::Link link_of(const Target& target) {
   const bool is_data = is_below_volumes(target);
   return {is_data ? std::string_view(target.segments[2]) : parameter(target, "volume"),
@@ -61,7 +61,7 @@ void add_cookies(std::string_view field, std::string_view cookie, Credentials& c
   }
 }
 
-/// Text for a query: everything else than letters, digits and "-._~,:" is escaped.
+/// Text for a query: all characters except letters, digits and "-._~,:" are escaped.
 std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : text) {
@@ -77,7 +77,7 @@ std::string escaped(std::string_view text) {
 
 std::string cookie_field(std::string_view name, std::string_view value,
                          const CookieOptions& options) {
-  // Strict: requests that other sites cause do not have it.
+  // Strict: browsers do not send it with requests that other sites cause.
   return fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict{}", name, value,
                      options.is_secure ? "; Secure" : "");
 }
@@ -161,7 +161,7 @@ void set_link_cookie(const Target& target, const std::shared_ptr<const AccessRul
   const Credentials::Link link = link_of(target);
   if (link.signature.empty() || !rules || rules->is_open()) return;
   if (!AccessRules::grant(rules, {.tokens = {}, .links = {link}}, now).is_known()) return;
-  // The signature is valid: name, time and signature are text of this server.
+  // The signature is valid, so this server has written name, time and signature.
   response.set("Set-Cookie",
                cookie_field(fmt::format("{}{}{}", options.name, kLinkCookie, link.volume),
                             fmt::format("{}.{}", link.expires, link.signature), options));

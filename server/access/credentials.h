@@ -16,36 +16,37 @@ inline constexpr std::string_view kExpiresParameter = "exp";
 inline constexpr std::string_view kTokenParameter = "token";
 
 /// The credentials of a request: Authorization: Bearer, cookies, and a signed link in its query.
-/// `cookie`: the name of the cookie with a token; cookies with links are called `cookie`, "-link-"
-/// and the volume's name. A browser sends cookies to every port of a host: the name has the
-/// server's. At most kMaxCredentials of each kind; further ones are ignored.
+/// `cookie`: the name of the cookie with a token; names of cookies with links are `cookie`,
+/// "-link-" and the volume's name. Browsers send cookies to every port of a host, so the name
+/// contains the server's port. At most kMaxCredentials of each kind; further ones are ignored.
 Credentials credentials_of(const Request& request, const Target& target, std::string_view cookie);
 inline constexpr size_t kMaxCredentials = 16;
 
-/// Takes a signed link out of the query of a data request, whose other parameters the route checks.
-/// 401 if it is not valid, also where none is needed: each wrong link would be another URL of the
-/// same resource. Without rules there are no links: the query stays as it is.
+/// Removes a signed link from the query of a data request; the route checks the other parameters.
+/// Returns 401 if the link is not valid, even if none is needed: otherwise each invalid link would
+/// be another URL of the same resource. Without rules there are no links, and the query is not
+/// changed.
 std::optional<Response> take_link(Target& target, const std::shared_ptr<const AccessRules>& rules,
                                   uint64_t now);
 
 struct CookieOptions {
   std::string name;
-  bool is_secure = false;  ///< the connection has TLS: the cookies are for such connections only
+  bool is_secure = false;  ///< whether the connection has TLS: cookies are then sent over TLS only
 };
 
 /// For a page request with tokens in its query, unless the rules are open: a redirection to the
-/// same page without them, which sets the cookie to the first valid one, so that neither history
-/// nor bookmarks hold a token. 401 if none is valid. `now`: seconds since 1970.
+/// same page without tokens, which sets the cookie to the first valid token, so that neither
+/// history nor bookmarks contain a token. 401 if none is valid. `now`: seconds since 1970.
 std::optional<Response> exchange_token(const Target& target,
                                        const std::shared_ptr<const AccessRules>& rules,
                                        const CookieOptions& options, uint64_t now);
 
 /// For a page request with a valid link: sets its cookie in `response`, so that the page's requests
-/// have it. The address keeps the link, which is made to be passed on.
+/// have the link. The address keeps the link, so that users can pass it on.
 void set_link_cookie(const Target& target, const std::shared_ptr<const AccessRules>& rules,
                      const CookieOptions& options, uint64_t now, Response& response);
 
-/// 401: a token is needed, or none of those given is valid.
+/// 401: the request needs a token, or has no valid one.
 Response unauthorized_response();
 
 /// A target for the log: the values of tokens and signatures are replaced by "*".

@@ -15,14 +15,14 @@ bool is_letter_or_digit(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
 }
 
-/// A host of host_of() that can be a name or an address.
+/// Whether a result of host_of() has the form of a name or an address.
 bool is_host(std::string_view host) {
   return !host.empty() && std::ranges::all_of(host, [](char c) {
     return is_letter_or_digit(c) || std::string_view("-._:[]").find(c) != std::string_view::npos;
   });
 }
 
-/// The path and query of a target, in the characters that an address has: all others are escaped.
+/// The path and query of a target; characters that are not allowed in a URL are escaped.
 std::string path_of(std::string_view target) {
   if (!target.starts_with('/')) {
     const size_t host = target.find("//");

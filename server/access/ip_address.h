@@ -28,8 +28,8 @@ struct IpAddress {
 
   std::string text() const;
 
-  /// What limits, rates and logs count as one client: an IPv4 address, or the /64 network of an
-  /// IPv6 address, which one subscriber usually has.
+  /// The key by which limits, rates and logs identify a client: an IPv4 address, or the /64 network
+  /// of an IPv6 address, which usually belongs to one subscriber.
   std::string client_key() const;
 
   friend bool operator==(const IpAddress&, const IpAddress&) = default;

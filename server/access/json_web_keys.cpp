@@ -25,13 +25,13 @@ const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());
 }
 
-/// A member that is a text; empty if there is none.
+/// A member that is a string; empty if there is none.
 std::string text_of(const Json& object, const char* name) {
   const auto member = object.find(name);
   return member != object.end() && member->is_string() ? member->get<std::string>() : "";
 }
 
-/// A public key of these parameters; null if they are none.
+/// A public key from these parameters; null if they are invalid.
 EVP_PKEY* key_of(const char* type, OSSL_PARAM_BLD* builder) {
   const Owned<OSSL_PARAM, OSSL_PARAM_free> parameters(OSSL_PARAM_BLD_to_param(builder));
   const Owned<EVP_PKEY_CTX, EVP_PKEY_CTX_free> context(
@@ -80,7 +80,7 @@ EVP_PKEY* p256_key(const std::string& x, const std::string& y) {
   return key_of("EC", builder.get());  // fails if the point is not on the curve
 }
 
-/// The signature of ES256, two numbers of 32 bytes, in the form that OpenSSL takes.
+/// The signature of ES256, two numbers of 32 bytes, in the DER encoding that OpenSSL expects.
 std::string der_of(std::string_view signature) {
   constexpr int kNumberBytes = 32;
   if (signature.size() != 2 * kNumberBytes) return {};
@@ -100,7 +100,7 @@ std::string der_of(std::string_view signature) {
   return result;
 }
 
-/// The key of an item; without `key` if it is for something else.
+/// The key of an item; `key` is null if it has another purpose.
 Result<JsonWebKey> parse_key(const Json& item, size_t number) {
   JsonWebKey key;
   const std::string type = text_of(item, "kty"), algorithm = text_of(item, "alg");
@@ -185,7 +185,8 @@ std::optional<std::string> decode_base64url(std::string_view text) {
     count -= 8;
     bytes += static_cast<char>(bits >> count & 0xff);
   }
-  // What is left over must be zero bits, fewer than a character has: one text for each value.
+  // The remaining bits must be zero, and fewer than a character has, so that each value has one
+  // text.
   if (count >= 6 || (bits & ((1u << count) - 1)) != 0) return std::nullopt;
   return bytes;
 }

@@ -25,13 +25,13 @@ struct JsonWebKey {
   JwtAlgorithm algorithm = JwtAlgorithm::rs256;
   std::unique_ptr<EVP_PKEY, Free> key;
 
-  /// Whether `signature`, as a token has it, is one of `text`.
+  /// Whether `signature`, in the encoding of tokens, is a valid signature of `text`.
   bool verifies(std::string_view text, std::string_view signature) const;
 };
 
-/// The keys of a JSON Web Key Set that can check RS256 (RSA, 2048 to 8192 bits) or ES256 (P-256);
-/// at most 64. Others are skipped. Errors (invalid_argument): not a key set, a key that contradicts
-/// itself, or none that can be used.
+/// The keys of a JSON Web Key Set that can verify RS256 (RSA, 2048 to 8192 bits) or ES256 (P-256);
+/// at most 64. Others are skipped. Errors (invalid_argument): not a key set, a key with
+/// contradictory members, or no usable key.
 Result<std::vector<JsonWebKey>> parse_json_web_keys(std::string_view text);
 
 /// Decodes base64url without padding (RFC 7515, 2). No value if malformed.

@@ -20,7 +20,7 @@ tl::unexpected<Error> refused(const char* message) {
   return fail(Status::invalid_argument, message);
 }
 
-/// The object in a part of a token; null if it is none.
+/// The JSON object in a part of a token; null if there is none.
 Json object_in(std::string_view part) {
   const auto text = decode_base64url(part);
   if (!text) return nullptr;
@@ -108,14 +108,14 @@ bool JwtVerifier::is_jwt(std::string_view token) {
   return token.size() <= kMaxBytes && std::ranges::count(token, '.') == 2;
 }
 
-/// Whether a key of the set has signed `text`. The key decides which algorithm is used; that of the
-/// header only has to be the same.
+/// Whether a key of the set has signed `text`. The key determines the algorithm; that of the header
+/// must be equal.
 bool JwtVerifier::State::is_signed(const Json& header, std::string_view text,
                                    std::string_view signature) const {
   const std::string algorithm = text_of(header, "alg"), id = text_of(header, "kid");
   const bool has_id = header.contains("kid");
   size_t tried = 0;
-  constexpr size_t kMostTried = 4;  // of those that a token without "kid" may mean
+  constexpr size_t kMostTried = 4;  // keys to try for a token without "kid"
   for (const JsonWebKey& key : keys) {
     if (algorithm != (key.algorithm == JwtAlgorithm::rs256 ? "RS256" : "ES256")) continue;
     if (has_id && key.id != id) continue;
@@ -136,7 +136,8 @@ Result<JwtVerifier::State::Valid> JwtVerifier::State::check(std::string_view tok
   if (header.is_null() || claims.is_null() || !signature) {
     return refused("token: expected three parts in base64url, two of them objects of JSON");
   }
-  // "crit" names extensions that must be understood; none is (RFC 7515, 4.1.11).
+  // "crit" names extensions that the receiver must support; this one supports none (RFC 7515,
+  // 4.1.11).
   if (header.contains("crit")) return refused("token: expected no critical extension");
   const std::optional<double> until = time_of(claims, "exp");
   if (!until || !(static_cast<double>(now) < *until)) return refused("token: it has expired");
@@ -169,7 +170,7 @@ Result<Identity> JwtVerifier::verify(std::string_view token, uint64_t now) const
   }
   Result<State::Valid> valid = state_->check(token, now);
   if (!valid) return tl::unexpected(valid.error());
-  // At most 8 MiB. Which one goes does not matter: it is checked again.
+  // At most 8 MiB. Any token may be dropped, since it can be verified again.
   constexpr size_t kMostKnown = 1024;
   const std::lock_guard lock(state_->mutex);
   if (state_->known.size() >= kMostKnown) state_->known.erase(state_->known.begin());

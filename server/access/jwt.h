@@ -11,13 +11,13 @@
 
 namespace isosplat::server {
 
-/// Who a client is, as an identity provider or a trusted proxy says.
+/// The identity of a client, as stated by an identity provider or a trusted proxy.
 struct Identity {
   std::string user;
   std::vector<std::string> groups;
 };
 
-/// Whom to believe, and what to take of a token.
+/// Which tokens are valid, and which of their claims are used.
 struct JwtOptions {
   std::string issuer;    ///< "iss"; empty: any
   std::string audience;  ///< "aud" must contain it
@@ -25,9 +25,9 @@ struct JwtOptions {
   std::string groups_claim = "groups";
 };
 
-/// Checks JSON Web Tokens (RFC 7519), signed with RS256 or ES256 by a key of a JSON Web Key Set
-/// (RFC 7517). Nothing else is accepted: not "none", no symmetric signature, no key that the token
-/// itself brings. Thread-safe.
+/// Checks JSON Web Tokens (RFC 7519) that are signed with RS256 or ES256 by a key of a JSON Web Key
+/// Set (RFC 7517). Rejects all others: "none", symmetric signatures, and keys in the token itself.
+/// Thread-safe.
 class JwtVerifier {
  public:
   /// `keys`: the key set. Keys for other purposes and algorithms are skipped; RSA keys must have
@@ -40,12 +40,12 @@ class JwtVerifier {
   /// Whether a bearer token has the form of a JWT: three parts, separated by dots.
   static bool is_jwt(std::string_view token);
 
-  /// The identity that a token states, if it is valid at `now` (seconds since 1970): its signature,
-  /// "exp" (required), "nbf", "iss" and "aud". Tokens that were valid are remembered until they
-  /// expire, since each request brings one. Errors (invalid_argument); messages have no secrets.
+  /// The identity that a token states, if it is valid at `now` (seconds since 1970). Checks the
+  /// signature, "exp" (required), "nbf", "iss" and "aud". Valid tokens are remembered until they
+  /// expire, since each request has one. Errors (invalid_argument); messages contain no secrets.
   Result<Identity> verify(std::string_view token, uint64_t now) const;
 
-  /// Longer tokens are refused before anything of them is read.
+  /// Longer tokens are refused before they are parsed.
   static constexpr size_t kMaxBytes = 8192;
 
  private:

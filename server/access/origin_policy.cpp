@@ -52,16 +52,16 @@ std::string without_default_port(const Authority& authority) {
   return text;
 }
 
-/// Whether a page of another origin made the request, as far as the browser tells.
+/// Whether a page of another origin made the request, according to the fields of the browser.
 bool is_cross_origin(const Request& request) {
   // Browsers that send Sec-Fetch-Site set it themselves. A page on another port of localhost is
-  // "same-site": another program's page, which must not read volumes either.
+  // "same-site": it belongs to another program, and must not read volumes either.
   if (!request.sec_fetch_site.empty()) {
     return request.sec_fetch_site != "same-origin" && request.sec_fetch_site != "none";
   }
   if (request.origin.empty()) return false;
   const Authority origin = authority_of_url(request.origin);
-  // Behind a proxy with TLS the page's scheme is https, while this request's is http.
+  // Behind a proxy with TLS, the scheme of the page is https, but that of this request is http.
   return origin.text.empty() ||
          without_default_port(origin) != without_default_port({origin.scheme, request.host});
 }
@@ -150,7 +150,8 @@ std::optional<Response> OriginPolicy::refuse(const Request& request, bool is_dat
 }
 
 void OriginPolicy::add_page_fields(const Request& request, Response& response) const {
-  if (!cross_origin_.origins.empty()) response.set("Vary", "Origin");  // beside Accept-Encoding
+  if (!cross_origin_.origins.empty())
+    response.set("Vary", "Origin");  // in addition to Accept-Encoding
   const std::string* const listed = listed_origin(request);
   if (!cross_origin_.any && !listed) return;
   response.set("Access-Control-Allow-Origin", listed ? std::string_view(*listed) : "*");

@@ -10,8 +10,8 @@
 
 namespace isosplat::server {
 
-/// The pages of other origins that may read data responses (CORS). By default none: only pages that
-/// the server sent itself.
+/// The pages of other origins that may read data responses (CORS). By default only pages of this
+/// server may.
 struct CrossOrigin {
   bool any = false;                  ///< every page: Access-Control-Allow-Origin: *
   std::vector<std::string> origins;  ///< or the pages of these origins, such as "https://a.example"
@@ -21,12 +21,12 @@ struct CrossOrigin {
 /// (invalid_argument) name the item.
 Result<CrossOrigin> parse_cross_origin(std::string_view text);
 
-/// The host names that a request may be for. A page of an attacker can give its own name the
-/// address of this server (DNS rebinding): a browser then takes the server for a part of that page.
-/// Its requests name the attacker's host.
+/// The host names that requests may have. An attacker can make the name of a page resolve to the
+/// address of this server (DNS rebinding), so that browsers treat the server as the same origin as
+/// the page. The requests of such a page name the attacker's host.
 struct AllowedHosts {
   bool any = false;
-  bool any_address = false;        ///< every IP address: no name that an attacker could own
+  bool any_address = false;        ///< every IP address, since an attacker cannot own one as a name
   std::vector<std::string> names;  ///< in lower case, without a port; IPv6 addresses in brackets
 };
 
@@ -34,8 +34,8 @@ struct AllowedHosts {
 /// malformed.
 std::string host_of(std::string_view authority);
 
-/// The host, and perhaps port, that a request is for: that of an absolute target counts, not the
-/// field (RFC 9112, 3.2.2).
+/// The host and optional port of a request. An absolute target takes precedence over the field (RFC
+/// 9112, 3.2.2).
 std::string_view authority_of(const Request& request);
 
 /// Decides which hosts a request may name, and which pages may read data. Immutable.
@@ -50,16 +50,16 @@ class OriginPolicy {
   /// The same hosts, and no pages of other origins.
   OriginPolicy for_own_pages() const { return {hosts_, CrossOrigin{}}; }
 
-  /// 403 for a request that names a host that is not allowed, and, if `is_data`, for one that a
-  /// page of another origin made that may not read data. Requests without Host (HTTP/1.0) and
-  /// without Origin and Sec-Fetch-Site are not from a page in a browser.
+  /// 403 for a request that names a host that is not allowed. If `is_data`, also 403 for a request
+  /// of a page of another origin that may not read data. Requests without Host (HTTP/1.0), and
+  /// without Origin and Sec-Fetch-Site, do not come from a page in a browser.
   std::optional<Response> refuse(const Request& request, bool is_data) const;
 
-  /// Adds the fields that say which pages of other origins may run and read a file of the page: its
-  /// script `isosplat-viewer.js` is for them, too. The same origins as for data.
+  /// Adds the fields that allow pages of other origins to run and read a file of the page, since
+  /// they may use its script `isosplat-viewer.js`. The origins are the same as for data.
   void add_page_fields(const Request& request, Response& response) const;
 
-  /// Adds the fields that say which pages may read this data response.
+  /// Adds the fields that state which pages may read this data response.
   void add_fields(const Request& request, Response& response) const;
 
   /// The same for a response to a request that was not read.

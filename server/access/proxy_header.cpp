@@ -47,7 +47,7 @@ ProxyHeader parse_version_1(std::string_view received) {
   header.bytes = end + 2;
   std::string_view rest = received.substr(kSignature1.size(), end - kSignature1.size());
   const std::string_view family = take_word(rest);
-  if (family == "UNKNOWN") return header;  // what follows is ignored
+  if (family == "UNKNOWN") return header;  // the rest is ignored
   if (family != "TCP4" && family != "TCP6") return malformed();
   const auto source = IpAddress::parse(take_word(rest));
   const auto destination = IpAddress::parse(take_word(rest));

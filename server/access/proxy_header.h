@@ -8,18 +8,18 @@
 
 namespace isosplat::server {
 
-/// A header of the PROXY protocol, version 1 or 2, in the bytes that a connection begins with.
+/// A header of the PROXY protocol, version 1 or 2, at the beginning of a connection.
 struct ProxyHeader {
   enum class State {
     partial,   ///< more bytes are needed
     complete,  ///< the header is the first `bytes` bytes
-    malformed  ///< none, or one that must close the connection
+    malformed  ///< not a header, or one for which the connection must be closed
   };
   State state = State::partial;
   size_t bytes = 0;
 
-  /// The client. No value if the proxy does not know it (UNKNOWN, AF_UNSPEC, AF_UNIX), or speaks
-  /// for itself.
+  /// The client. No value if the proxy does not know it (UNKNOWN, AF_UNSPEC, AF_UNIX), or if the
+  /// proxy itself is the client.
   std::optional<IpAddress> source;
 
   /// The proxy opened the connection itself, for a health check (the command LOCAL).
@@ -42,7 +42,7 @@ struct ProxyHeader {
 /// PROXY protocol, versions 1 & 2, W. Tarreau, sections 2.1 and 2.2.
 ProxyHeader parse_proxy_header(std::string_view received);
 
-/// The longest header that is accepted, in bytes: addresses, and room for the TLVs of TLS.
+/// The longest accepted header, in bytes: addresses, and space for the TLVs of TLS.
 inline constexpr size_t kMaxProxyHeader = 4096;
 
 }  // namespace isosplat::server

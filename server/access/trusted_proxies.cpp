@@ -15,8 +15,8 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(0, text.find_last_not_of(kBlanks) + 1);
 }
 
-/// Removes and returns the text behind the last `separator` that is not within quotes. Quotes are
-/// matched from the right: one that a client left open, further to the left, does not matter.
+/// Removes and returns the text behind the last `separator` outside of quotes. Quotes are matched
+/// from the right, so that a quote that a client left open further to the left has no effect.
 std::string_view take_last(std::string_view& text, char separator) {
   bool is_quoted = false;
   for (size_t at = text.size(); at > 0; --at) {
@@ -60,7 +60,7 @@ std::optional<IpAddress> parse_node(std::string_view node) {
 
 /// An item of Forwarded: pairs such as for="[2001:db8::7]:47011";proto=https.
 struct ForwardedItem {
-  std::optional<IpAddress> address;  ///< none if "for" is missing, repeated, or no address
+  std::optional<IpAddress> address;  ///< no value if "for" is missing, repeated, or not an address
   bool has_tls = false;
 };
 
