@@ -105,7 +105,7 @@ Response begin_response(const Request& request, const std::string& etag, CachePo
                           "If-Match: the content has another ETag: request it without If-Match");
   }
   Response response;
-  response.headers.reserve(384);  // most responses have no more
+  response.headers.reserve(384);  // enough for most responses
   response.set("ETag", etag);
   response.set("Cache-Control", policy == CachePolicy::immutable
                                     ? (is_private ? "private, max-age=31536000, immutable"

@@ -23,7 +23,7 @@ struct ByteRange {
 };
 
 enum class RangeKind {
-  whole,          ///< no Range, or an ignored one: malformed, another unit, several ranges
+  whole,          ///< no Range field, or one to ignore: malformed, another unit, several ranges
   part,           ///< the range in `range`
   unsatisfiable,  ///< begins past the end, or selects the last 0 bytes
 };
@@ -37,8 +37,8 @@ struct ParsedRange {
 /// bits are beyond the end.
 ParsedRange parse_range(std::string_view field, uint64_t size);
 
-/// The byte range that is requested. Range has an effect only for GET, and only if If-Range is
-/// absent or equals the ETag.
+/// The requested byte range. Range applies only to GET, and only if If-Range is absent or equals
+/// the ETag.
 ParsedRange requested_range(const Request& request, std::string_view etag, uint64_t size);
 
 enum class CachePolicy : uint8_t {

@@ -55,7 +55,7 @@ TextCompressor::Compressed TextCompressor::find(const std::string& hash) const {
 }
 
 void TextCompressor::keep(const std::string& hash, Compressed file) {
-  // A scan of the list, and a place in it, have to be worth it.
+  // Limits the time of a search through the list.
   constexpr size_t kMaxKept = 64;
   const std::lock_guard lock(mutex_);
   kept_bytes_ += file->size();

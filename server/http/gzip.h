@@ -9,25 +9,25 @@
 
 namespace isosplat::server {
 
-/// These bytes as a gzip file. `level`: of zlib, 1 (fast) to 9 (small). Empty if zlib has no
-/// memory. The same bytes give the same file.
+/// These bytes as a gzip file. `level`: of zlib, 1 (fast) to 9 (small). Empty if zlib cannot
+/// allocate memory. The same bytes always give the same file.
 std::string gzipped(std::string_view bytes, int level);
 
-/// Compresses texts that are made for each request, such as the list of volumes, and keeps those
-/// that it compressed last: many clients ask for the same one. Thread-safe.
+/// Compresses texts that are generated for each request, such as the list of volumes. Caches the
+/// most recent results, since many clients request the same text. Thread-safe.
 class TextCompressor {
  public:
   using Compressed = std::shared_ptr<const std::string>;
 
-  /// The text as a gzip file. `hash`: names the text, such as its ETag. Null if it must be sent as
-  /// it is: one long text is compressed at a time, so that clients cannot keep more than one core
-  /// busy with it, however many they are and whatever they ask for.
+  /// The text as a gzip file. `hash`: identifies the text, for example its ETag. Null if the text
+  /// must be sent uncompressed: only one long text is compressed at a time, so that compression
+  /// occupies at most one core, no matter how many clients request which texts.
   Compressed compress(std::string_view text, const std::string& hash);
 
   /// Whether compress() would take so long that a connection's thread should not do it.
   bool is_slow(std::string_view text, const std::string& hash) const;
 
-  /// Texts below are sent as they are: they fit in one packet or two.
+  /// Shorter texts are sent uncompressed: they fit in one or two packets.
   static constexpr size_t kMinBytes = 1400;
 
  private:

@@ -31,27 +31,28 @@ struct Request {
   std::string_view if_none_match;
   std::string_view if_range;
   std::string_view range;
-  std::string_view request_id;  ///< as the client or a proxy gave it: not checked
+  std::string_view request_id;  ///< as sent by the client or a proxy; not validated
   /// The other end of the connection is on this machine: the client, or a proxy.
   bool is_from_this_machine = false;
-  bool is_forwarded = false;  ///< a proxy says so
-  /// The connection has TLS, or that of the client does, as a trusted proxy says.
+  bool is_forwarded = false;  ///< whether a proxy forwarded the request, by its fields
+  /// Whether the connection has TLS, or a trusted proxy states that the client's connection has it.
   bool has_tls = false;
   /// The server has TLS, but this connection came to the port that only redirects to it.
   bool is_to_redirect = false;
-  // Who the client is, as a trusted proxy says; empty: nobody.
+  // The identity of the client, as stated by a trusted proxy; empty: none.
   std::string_view user;
   std::string_view groups;  ///< separated by commas
 };
 
-/// The threads that produce responses, and what they may do besides what is in memory.
+/// The kinds of threads that produce responses, and the slow work that each may do.
 enum class ThreadKind : uint8_t {
-  connection,  ///< neither wait for disks nor compute: it serves other connections as well
-  disk,        ///< wait for disks
-  computing    ///< compute
+  connection,  ///< may neither wait for disks nor compute, since it serves other connections as
+               ///< well
+  disk,        ///< may wait for disks
+  computing    ///< may compute
 };
 
-/// A body that is too large for memory: it is produced while it is sent.
+/// A body that is too large to keep in memory, and is therefore produced while it is sent.
 class BodyStream {
  public:
   virtual ~BodyStream() = default;
@@ -62,28 +63,30 @@ class BodyStream {
   enum class Step {
     more,   ///< call next() again after these bytes are sent
     last,   ///< the body is complete
-    broken  ///< send these bytes, then close the connection: the rest cannot be produced. If there
-            ///< are none at the begin of the body, the response becomes an error instead
+    broken  ///< send these bytes, then close the connection, since the rest cannot be produced. If
+            ///< no bytes of the body were sent before, the response becomes an error instead
   };
 
-  /// The most memory that sending it needs, in bytes.
+  /// The maximum memory needed to send the body, in bytes.
   virtual uint64_t memory() const { return uint64_t{128} << 10; }
 
-  /// Appends the next bytes to `out` (empty), at least one unless broken, or unless the first one
-  /// needs the disk and `no_wait` is given (null: may wait): call again without it. Sets `error` if
-  /// broken. The first call appends nothing before it has read something: the response can become
-  /// an error only until the first bytes are sent.
+  /// Appends the next bytes to `out`, which must be empty. Appends at least one byte, with two
+  /// exceptions: the stream is broken, or the first byte needs the disk and `no_wait` is given. In
+  /// the latter case, call again without `no_wait` (null: may wait). Sets `error` if broken. The
+  /// first call must read something before it appends bytes, since the response can become an error
+  /// only until the first bytes are sent.
   virtual Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) = 0;
 
-  /// For the bodies of routes that compute, after next() has said that it needs the disk: reads
-  /// what it needs, and keeps it for the next call. Called on a thread that may wait for disks.
+  /// For bodies of routes that compute. After next() has reported that it needs the disk, reads the
+  /// bytes that next() needs, and keeps them for its next call. Called on a thread that may wait
+  /// for disks.
   virtual Result<void> fetch() { return {}; }
 };
 
 struct Route;
 
-/// A response. `headers` never contain text that a client sent, except a request id that was
-/// checked (is_request_id).
+/// A response. `headers` must not contain text of a client, except a validated request id
+/// (is_request_id).
 struct Response {
   int status = 200;
   const Route* route = nullptr;  ///< null: the request was refused before it had one
@@ -101,7 +104,7 @@ struct Response {
     return bytes.data() != nullptr ? bytes.size() : text.size();
   }
 
-  /// The memory that sending it needs, in bytes.
+  /// The memory needed to send the body, in bytes.
   uint64_t memory() const { return stream ? stream->memory() : body_size(); }
 
   void set(std::string_view name, std::string_view value) {

@@ -7,7 +7,8 @@
 namespace isosplat::server {
 namespace {
 
-/// Whether the first `length` bytes of a text are one character that a line may have as it is.
+/// Whether the first `length` bytes of a text are one character that may appear unescaped in a
+/// line.
 bool is_printable(std::string_view text, size_t length) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   switch (length) {

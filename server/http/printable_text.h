@@ -6,12 +6,12 @@
 
 namespace isosplat::server {
 
-/// Length of the UTF-8 sequence at the begin of `text` (not empty); 0 if it is invalid.
+/// Length of the UTF-8 sequence at the beginning of `text` (not empty); 0 if it is invalid.
 size_t utf8_length(std::string_view text);
 
-/// Text for one line of a log or a terminal: what would end the line, control the terminal or turn
-/// the direction of the text (control characters, bytes that are not UTF-8, U+2028 to U+202E,
-/// U+2066 to U+2069) becomes \xNN for each of its bytes, and so does the backslash.
+/// Escapes text for one line of a log or a terminal. Each byte that could end the line, control the
+/// terminal or change the direction of the text becomes \xNN: control characters, bytes that are
+/// not UTF-8, U+2028 to U+202E, U+2066 to U+2069, and the backslash.
 std::string printable_text(std::string_view text);
 
 }  // namespace isosplat::server

@@ -8,8 +8,8 @@
 
 namespace isosplat::server {
 
-/// A parameter of a route's query. The table of routes has them; requests are checked against it,
-/// and the OpenAPI document is made of it.
+/// A parameter of a route's query, in the table of routes. Requests are checked against this table,
+/// and the OpenAPI document is generated from it.
 struct QueryParameter {
   std::string_view name;
   bool is_required = false;
@@ -19,8 +19,8 @@ struct QueryParameter {
   std::string_view example{};    ///< JSON; empty: none
 };
 
-/// Checks that the query of a target has all parameters that are required, each at most once, and
-/// no others. `subject`: begins the message. Errors: invalid_argument, with what was expected.
+/// Checks that the query of a target has all required parameters, each at most once, and no others.
+/// `subject`: begins the message. Errors: invalid_argument, with the expected form.
 Result<void> check_query(const Target& target, std::span<const QueryParameter> parameters,
                          std::string_view subject);
 

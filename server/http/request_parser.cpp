@@ -58,7 +58,7 @@ HeaderScan scan_header(std::string_view received, size_t scanned, size_t max_byt
                        size_t max_target_bytes) {
   using State = HeaderScan::State;
   if (received.empty()) return {};
-  // Anything else is not HTTP, such as a TLS greeting, which has no end of a header.
+  // All other bytes are not HTTP, such as a TLS greeting, which has no end of a header.
   const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
   if (!is_letter(received.front())) {
     return {State::refused, 0, bad_request("expected an HTTP/1.1 request")};
@@ -89,15 +89,16 @@ struct RequestParser::State {
 
 RequestParser::RequestParser() : state_(std::make_unique<State>()) {
   state_->parser.header_limit(std::numeric_limits<uint32_t>::max());
-  // Any: bodies are refused below. (Boost 1.74 refuses Content-Length: 0 where there is no limit.)
+  // No limit here: bodies are refused below. (Boost 1.74 refuses Content-Length: 0 if there is a
+  // limit.)
   state_->parser.body_limit(std::numeric_limits<uint64_t>::max());
 }
 
 RequestParser::~RequestParser() = default;
 
 std::optional<Response> RequestParser::parse(std::string_view header) {
-  // Beast joins the lines of a folded field. Others take the second line for a field of its own, or
-  // refuse it, as RFC 9112 (5.2) wants.
+  // Beast joins the lines of a folded field. Other programs treat the second line as a separate
+  // field, or refuse it, as RFC 9112 (5.2) requires.
   for (const std::string_view fold : {"\r\n ", "\r\n\t"}) {
     if (header.find(fold) != std::string_view::npos) {
       return bad_request("expected each header field on one line");
@@ -174,7 +175,8 @@ std::string_view RequestParser::method_text() const {
 }
 
 bool RequestParser::keep_alive() const {
-  // Not that of the message, which takes the first of several Connection fields for all of them.
+  // Do not use the function of the message: it takes the first of several Connection fields for
+  // all.
   return state_->parser.is_header_done() && state_->parser.keep_alive();
 }
 

@@ -23,7 +23,7 @@ struct HeaderScan {
 };
 
 /// Looks for the end of the header in `received`, which must not begin with a line break.
-/// `scanned`: how many bytes an earlier call with the result `partial` has scanned.
+/// `scanned`: the number of bytes that an earlier call with the result `partial` has scanned.
 ///
 /// The size limit is checked here, because Beast 1.81 applies its limit to each piece of input
 /// separately, so that a header of many small fields is not limited. A line feed without carriage

@@ -20,10 +20,10 @@ constexpr uint64_t frame_bytes(uint64_t chunk_bytes) {
          (chunk_bytes + kFrameAlignment - 1) / kFrameAlignment * kFrameAlignment;
 }
 
-/// Chunks as frames, in the given order (HTTP.md shows the layout). Uses memory for one piece:
+/// Chunks as frames, in the given order (HTTP.md shows the layout). Needs memory for one piece:
 /// kPieceBytes, or one frame if that is larger. If a chunk cannot be read, or its checksum differs,
-/// the stream ends with a frame that has the status and no chunk, unless it is the first one. The
-/// response is then shorter than its Content-Length, so no cache keeps it.
+/// the stream ends with a frame that has the status and no chunk, unless it is the first frame. The
+/// response is then shorter than its Content-Length, so no cache stores it.
 class FrameStream final : public BodyStream {
  public:
   FrameStream(std::shared_ptr<const StoreFile> store, std::vector<ChunkRef> chunks);
@@ -39,7 +39,7 @@ class FrameStream final : public BodyStream {
   uint64_t largest_ = 0;  ///< frame
 };
 
-/// A byte range of the store file. Checksums are not compared here: the client does it.
+/// A byte range of the store file. Checksums are not verified here: the client verifies them.
 class FileStream final : public BodyStream {
  public:
   FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes);
@@ -57,7 +57,7 @@ class FileStream final : public BodyStream {
 inline constexpr size_t kBootstrapHeaderBytes = 32;
 
 /// The bootstrap of a volume: content id, header, and the byte range StoreFile::bootstrap (HTTP.md
-/// shows the layout). Checksums are not compared, as in FileStream.
+/// shows the layout). Checksums are not verified, as in FileStream.
 class BootstrapStream final : public BodyStream {
  public:
   explicit BootstrapStream(std::shared_ptr<const StoreFile> store);

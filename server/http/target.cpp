@@ -20,8 +20,8 @@ int hex_digit(char c) {
 /// since encodeURIComponent escapes the slashes of "0/1.2.3/4".
 enum class EscapedSlash { refused, allowed };
 
-/// Whether letters and digits may be escaped, which no client needs. Each choice of escapes would
-/// be another URL of the same resource, of which caches keep another copy.
+/// Whether letters and digits may be escaped. No client needs this, and each choice of escapes
+/// would be another URL of the same resource, so that caches would keep another copy.
 enum class EscapedLetters { refused, allowed };
 
 bool is_letter_or_digit(char c) {
@@ -142,7 +142,7 @@ Result<Target> parse_target(std::string_view raw) {
   }
 
   Target target;
-  target.segments.reserve(8);  // as many as a chunk's address has
+  target.segments.reserve(8);  // as many as the URL of a chunk has
   const size_t mark = std::min(raw.find('?'), raw.size());
   std::string_view path = raw.substr(0, mark);
   std::string_view query = raw.substr(std::min(mark + 1, raw.size()));
@@ -160,8 +160,8 @@ Result<Target> parse_target(std::string_view raw) {
     path.remove_prefix(slash + 1);
   }
 
-  // The page's program parses the page's query and reports errors. The server only looks for the
-  // volume's name, and for tokens and links, in it.
+  // The page's program parses the page's query and reports errors. The server only reads the
+  // volume's name, tokens and links from it.
   const bool is_for_page = !is_data(target);
   const auto letters = is_for_page ? EscapedLetters::allowed : EscapedLetters::refused;
   if (!is_for_page && mark + 1 == raw.size()) return no_empty_parameter();

@@ -30,18 +30,18 @@ struct Target {
 
 /// Parses origin form ("/path?query") and absolute form ("http://host/path?query").
 ///
-/// Errors (invalid_argument): a character that is not allowed in a target, a fragment, "%" without
-/// two hexadecimal digits, an escaped "/", "\" or control character, and the segments "." and "..",
-/// escaped or not, which clients must resolve. "+" is not decoded. So that each resource has one
-/// URL, and caches keep one copy of it, paths and the queries of data have no escaped letter or
-/// digit, and the queries of data no empty item. The query of the page belongs to its program:
-/// items that cannot be decoded are omitted.
+/// Errors (invalid_argument): a character that is not allowed in a target; a fragment; "%" without
+/// two hexadecimal digits; an escaped "/", "\" or control character; and the segments "." and "..",
+/// escaped or not, which clients must resolve. "+" is not decoded. Each resource has one URL, so
+/// that caches keep one copy of it. Therefore an escaped letter or digit in a path or in the query
+/// of data is an error as well, and so is an empty item in the query of data. The page's program
+/// interprets the query of the page: items that cannot be decoded are omitted.
 Result<Target> parse_target(std::string_view raw);
 
 /// Whether a target belongs to the data interface; all other targets belong to the page.
 bool is_data(const Target& target);
 
-/// A client's text for an error message: in quotes, shortened to 40 bytes.
+/// Text of a client for an error message: in quotes, shortened to 40 bytes.
 std::string quoted(std::string_view text);
 
 /// A decimal number of at most `max`, without sign, leading zero or other characters. Each number
