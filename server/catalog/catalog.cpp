@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The limit of folders in folders. It bounds the work of a scan.
+/// The maximum depth of nested folders. It bounds the work of a scan.
 constexpr int kMaxDepth = 32;
 
-/// The first scan logs one line for more stores than this.
+/// If there are more stores than this, the first scan logs one line for all.
 constexpr size_t kManyStores = 100;
 
-/// A file that was created without a report of its end, such as by a link to a nameless file, is
-/// complete when nobody has written to it for this long.
+/// Some files are created without a report of their completion, for example by a link to a nameless
+/// file. Such a file counts as complete once nobody has written to it for this long.
 constexpr std::chrono::seconds kSettled{2};
 
 const std::string kThumbnailExtension = std::string(kStoreExtension) + ".png";
@@ -36,7 +36,7 @@ fs::path real_path(const fs::path& path) {
   return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
 }
 
-/// The number of the folder at a path; null if there is none.
+/// The identity of the folder at a path; null if there is none.
 std::optional<FileIdentity> folder_identity(const fs::path& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) return std::nullopt;
@@ -44,7 +44,7 @@ std::optional<FileIdentity> folder_identity(const fs::path& path) {
                       0};
 }
 
-/// Whether the same folder may be readable a moment later.
+/// Whether the error is temporary, so that the same folder may be readable a moment later.
 bool is_passing(const std::error_code& error) {
   const int code = error.value();
   return code == EMFILE || code == ENFILE || code == EIO || code == ENOMEM || code == EINTR;
@@ -83,7 +83,7 @@ bool Catalog::follow(std::chrono::milliseconds longest) {
   const std::lock_guard follow_lock(follow_mutex_);
   const FolderWatch::Changes changes = watch_.wait(longest);
   const std::lock_guard lock(mutex_);
-  // Where changes are not reported, scanning takes at most a twentieth of the time.
+  // Where changes are not reported, scanning may take at most a twentieth of the time.
   const bool is_due = !is_all_watched_ && Clock::now() - last_scan_ > 20 * scan_time_;
   if (changes.is_incomplete || is_due || are_sources_replaced()) {
     scan_now();
@@ -128,7 +128,7 @@ void Catalog::list_source(const NamedSource& source, FoundStores& found) {
     folder.unaltered = {source.unaltered};
   }
   if (!source.is_folder) {
-    // Only links to its folder are resolved: the file itself may be a link.
+    // Only links to its folder are resolved, since the file itself may be a link.
     const fs::path absolute = fs::absolute(source.path);
     folder.canonical = folder.root = real_path(absolute.parent_path()).string();
     const auto [listed, is_new] = folders_.try_emplace("file " + path, std::move(folder));
@@ -146,7 +146,7 @@ void Catalog::list_source(const NamedSource& source, FoundStores& found) {
   list_folder(path, std::move(folder), found);
 }
 
-/// Logs what is wrong with a folder, if it is news; empty: nothing.
+/// Logs an error of a folder, unless it was logged before; an empty message: no error.
 void Catalog::report_folder(const std::string& path, const std::string& message) {
   std::string& last = folder_errors_[path];
   if (message != last && !message.empty()) log_(fmt::format("folder {}: {}", path, message));
@@ -156,8 +156,8 @@ void Catalog::report_folder(const std::string& path, const std::string& message)
 
 void Catalog::list_folder(const std::string& path, StoreFolder its, FoundStores& found) {
   const auto [folder, is_new] = folders_.try_emplace(path, std::move(its));
-  if (!is_new) return;  // of two sources
-  // Before its files are listed: what appears in between is reported.
+  if (!is_new) return;  // two sources contain it
+  // Watch the folder before its files are listed, so that changes in between are reported.
   if (!watch_.add(path)) is_all_watched_ = false;
   std::error_code error;
   fs::directory_iterator file(path, error);
@@ -178,7 +178,7 @@ void Catalog::list_folder(const std::string& path, StoreFolder its, FoundStores&
     }
   }
   if (error && is_passing(error)) {
-    // Its stores stay, and the next scan lists it.
+    // Its stores stay in the catalog, and the next scan lists the folder.
     is_all_watched_ = false;
     entries_.find_below(path, folder->second, found);
   }
@@ -234,7 +234,7 @@ void Catalog::apply(const FolderChange& change) {
   }
 }
 
-/// Lists a folder anew that came, went, or was renamed.
+/// Lists a folder again that appeared, disappeared, or was renamed.
 void Catalog::renew_folder(const std::string& path, const StoreFolder& parent,
                            const std::string& name) {
   const std::string below = path + '/', end = path + static_cast<char>('/' + 1);
@@ -249,7 +249,8 @@ void Catalog::renew_folder(const std::string& path, const StoreFolder& parent,
   for (const auto& [file, folder] : found) look_at(file, *folder);
 }
 
-/// Looks at files whose changes are not reported, and at those whose writing has ended silently.
+/// Examines files whose changes are not reported, and files whose writing has ended without a
+/// report.
 void Catalog::look_at_unwatched() {
   const auto folder_of = [this](const std::string& path) {
     const auto source = folders_.find("file " + path);
@@ -281,7 +282,7 @@ void Catalog::look_at_unwatched() {
   }
 }
 
-/// Whether a source that is a folder came, went, or is another one than before.
+/// Whether a folder of the sources appeared, disappeared, or was replaced.
 bool Catalog::are_sources_replaced() const {
   return std::ranges::any_of(sources_, [this](const NamedSource& source) {
     if (!source.is_folder) return false;

@@ -22,22 +22,22 @@ class Catalog {
   using Log = CatalogEntries::Log;
   using OutsideLinks = CatalogEntries::OutsideLinks;
 
-  /// `sources`: store files, and folders with *.isosplat files in them and in their subfolders,
-  /// named as named_sources() says. Files and folders whose names begin with "." are left out, and
-  /// links to folders are not followed. Looks at nothing but the kinds of the sources before the
-  /// first scan().
+  /// `sources`: store files, and folders with *.isosplat files in them and in their subfolders.
+  /// named_sources() determines the names. Files and folders whose names begin with "." are left
+  /// out, and links to folders are not followed. Before the first scan(), examines only the kinds
+  /// of the sources.
   Catalog(const std::vector<std::filesystem::path>& sources, Log log,
           OutsideLinks links = OutsideLinks::followed);
 
-  /// Looks at all sources. Errors do not end a scan: they are logged once. Waits for a follow() in
+  /// Scans all sources. Errors do not end a scan: they are logged once. Waits for a follow() in
   /// progress. Thread-safe.
   void scan();
 
-  /// Waits for changes, but not longer than this and not after wake(), and applies them: files that
-  /// were renamed to their place or closed by who wrote them, their thumbnails, and folders that
-  /// came, went or were renamed. Files that are named as sources, links, and folders whose changes
-  /// the system does not report are looked at in each call. Returns whether the snapshot has
-  /// changed. Thread-safe.
+  /// Waits for changes, at most for this time and until wake(), and applies them: files that were
+  /// renamed or closed by their writer, their thumbnails, and folders that appeared, disappeared or
+  /// were renamed. Some changes are not reported by the system; each call therefore also examines
+  /// files that are named as sources, links, and folders without reports. Returns whether the
+  /// snapshot has changed. Thread-safe.
   bool follow(std::chrono::milliseconds longest);
 
   /// Ends the wait of follow(). Thread-safe.
@@ -64,9 +64,9 @@ class Catalog {
 
   std::mutex follow_mutex_;  // before mutex_
   FolderWatch watch_;        // guarded by follow_mutex_, except for wake()
-  std::mutex mutex_;         // guards what follows, as far as snapshot_mutex_
+  std::mutex mutex_;         // guards the following members, up to snapshot_mutex_
   CatalogEntries entries_;
-  /// By path; that of a file source by "file " + path.
+  /// By path; the key of a file source is "file " + path.
   std::map<std::string, StoreFolder> folders_;
   std::set<std::string> unwatched_files_;               ///< links, and sources that are files
   std::set<std::string> begun_;                         ///< created, and perhaps not complete

@@ -14,13 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The content of an entry, or the last one that is known of its path.
+/// The content of an entry, or the last known content of its path.
 std::string content_of(const CatalogEntry& entry) {
   const auto summary = entry.summary.get();
   return summary && !summary->content.empty() ? summary->content : entry.content_before;
 }
 
-/// In the order of paths, the end of those below a folder.
+/// The end of the paths below a folder, in the order of paths.
 std::string end_of(const std::string& folder) {
   return folder + static_cast<char>('/' + 1);
 }
@@ -87,12 +87,13 @@ void CatalogEntries::look_at(const std::string& path, const StoreFolder& folder,
   has_changed_ = true;
 }
 
-/// The file that a link leads to, if it is below the folder of the source; else logs it once.
+/// The target file of a link, if it is below the folder of the source. Otherwise logs the link
+/// once.
 std::optional<FileIdentity> CatalogEntries::look_at_link(const std::string& path,
                                                          const StoreFolder& folder) {
   std::error_code error;
   const fs::path target = fs::canonical(path, error);
-  // What the target leads to now is compared with what is opened later.
+  // The identity of the present target is compared with the file that is opened later.
   struct stat status {};
   const bool is_file = !error && ::lstat(target.c_str(), &status) == 0 && S_ISREG(status.st_mode);
   if (is_file && target.native().starts_with(folder.root + '/')) {
@@ -112,7 +113,7 @@ void CatalogEntries::forget(const std::string& path) {
 
 void CatalogEntries::forget(ByPath::iterator entry) {
   log_(fmt::format("volume {} was removed: {}", entry->second->name, entry->first));
-  // Another store that comes under this name is worth a line.
+  // If another store appears under this name, it is logged.
   if (gone_.size() >= kMaxStores) gone_.clear();
   if (std::string content = content_of(*entry->second); !content.empty()) {
     gone_.insert_or_assign(entry->first, std::move(content));

@@ -18,25 +18,25 @@
 
 namespace isosplat::server {
 
-/// The limit of stores that are served. It bounds the work of a scan.
+/// The maximum number of stores that are served. It bounds the work of a scan.
 inline constexpr size_t kMaxStores = 100'000;
 
-/// A store file as it was when it was last looked at. A file that was replaced or modified, or
-/// whose thumbnail was, has another entry.
+/// A store file, as of its last examination. If the file or its thumbnail is replaced or modified,
+/// a new entry replaces this one.
 struct CatalogEntry : VolumeIdentity {
   uint64_t id = 0;   ///< of this entry; never used again
   std::string name;  ///< as in URLs: segments of letters, digits, "-", "_" and ".", and "~" between
                      ///< them; unique
   std::filesystem::path path;
   std::string content_before;             ///< the last content id of this path; empty: not known
-  bool must_be_identity = false;          ///< what is opened must be the file of `identity`
+  bool must_be_identity = false;          ///< the opened file must be the file of `identity`
   std::optional<FileIdentity> identity;   ///< absent: there is no such file, or it is not a file
   std::optional<FileIdentity> thumbnail;  ///< of the picture beside it; absent: none
-  bool is_one_of_many = false;            ///< found with many others: not worth a line in the log
-  SummaryCell summary;                    ///< what its header says, once somebody has read it
+  bool is_one_of_many = false;            ///< found with many others: not logged in a separate line
+  SummaryCell summary;                    ///< a summary of its header, once it has been read
 };
 
-/// The stores at one moment, by name. Each request uses one snapshot from begin to end.
+/// The stores at one moment, by name. Each request uses one snapshot from beginning to end.
 using CatalogSnapshot = std::map<std::string, std::shared_ptr<const CatalogEntry>, std::less<>>;
 
 /// A folder with stores.
@@ -54,7 +54,7 @@ struct StoreFolder {
 /// Store files that a listing found, by path, with the folder that they are in.
 using FoundStores = std::map<std::string, const StoreFolder*>;
 
-/// The entries of the store files that exist. Its user lists files and learns of changes. Not
+/// The entries of the store files that exist. The caller lists files and reports changes. Not
 /// thread-safe.
 class CatalogEntries {
  public:
@@ -68,10 +68,10 @@ class CatalogEntries {
   size_t size() const { return entries_.size(); }
   bool contains(const std::string& path) const { return entries_.contains(path); }
 
-  /// Makes an entry for a file that is new or was replaced. Logs a link that is not followed, once.
+  /// Adds an entry for a file that is new or was replaced. Logs a link that is not followed, once.
   void look_at(const std::string& path, const StoreFolder& folder, bool is_one_of_many);
 
-  /// Removes the entry of a path, if it has one, and logs that.
+  /// Removes the entry of a path, if there is one, and logs this.
   void forget(const std::string& path);
 
   /// Removes the entries that were not found.

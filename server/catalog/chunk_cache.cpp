@@ -25,8 +25,8 @@ void ChunkCache::add(const Store& store, uint64_t offset, Bytes bytes) {
   const uint64_t size = bytes->size();
   if (size > capacity_ / 8) return;
   const Key key{store.get(), offset};
-  std::list<Kept> dropped;  // after the lock: freeing may take long
-  std::list<Kept> added;    // before the lock: there may be no memory
+  std::list<Kept> dropped;  // destroyed after the lock is released: freeing may take long
+  std::list<Kept> added;    // before the lock: the allocation may fail
   added.push_front({key, store, std::move(bytes)});
   const std::lock_guard lock(mutex_);
   if (const auto found = positions_.find(key); found != positions_.end()) {

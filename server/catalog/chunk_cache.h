@@ -12,19 +12,18 @@
 
 namespace isosplat::server {
 
-/// The chunks that were sent last, after their checksums were verified. Many clients ask for the
-/// same ones, which are then sent as they are: not read, not verified and not copied again.
-/// Thread-safe.
+/// The most recently sent chunks, with verified checksums. Many clients request the same chunks; a
+/// cached chunk is sent without reading, verifying or copying it again. Thread-safe.
 class ChunkCache {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
   using Store = std::shared_ptr<const StoreFile>;
 
-  /// `capacity`: the most bytes of chunks to keep; those that were used least recently are dropped.
+  /// `capacity`: the maximum bytes of chunks to keep. The least recently used chunks are dropped.
   explicit ChunkCache(uint64_t capacity) : capacity_(capacity) {}
 
-  /// The chunk of this store that begins at this offset of its file; null if it is not kept. The
-  /// file may have been changed since (StoreFile::check_unchanged).
+  /// The chunk of this store at this offset of its file; null if it is not cached. The caller must
+  /// check whether the file was changed since (StoreFile::check_unchanged).
   Bytes find(const Store& store, uint64_t offset);
 
   /// Keeps a chunk, unless it is larger than an eighth of the capacity.
@@ -44,7 +43,7 @@ class ChunkCache {
   };
   struct Kept {
     Key key;
-    std::weak_ptr<const StoreFile> store;  ///< another one may be at the same address by now
+    std::weak_ptr<const StoreFile> store;  ///< another store may have the same address by now
     Bytes bytes;
   };
   using Position = std::list<Kept>::iterator;

@@ -19,17 +19,17 @@
 namespace isosplat::server {
 namespace {
 
-/// Changes that belong together, such as those of a folder that is copied, arrive within this time.
+/// Related changes, such as those of copying a folder, arrive within this time.
 constexpr std::chrono::milliseconds kCollected{20};
 
-/// In one call of wait(); the next call returns the others.
+/// Maximum number of changes per call of wait(); the next call returns the others.
 constexpr size_t kMaxChanges = 65536;
 
 constexpr uint32_t kEvents = IN_CREATE | IN_CLOSE_WRITE | IN_MOVED_FROM | IN_MOVED_TO | IN_DELETE |
                              IN_ATTRIB | IN_MODIFY | IN_ONLYDIR;
 
-// File systems whose changes may be made elsewhere, without this system's knowledge. Magic numbers
-// that linux/magic.h lacks: statfs(2).
+// File systems that other machines may change without this system's knowledge. The numbers are
+// those that linux/magic.h lacks: statfs(2).
 bool reports_changes(const std::string& folder) {
   constexpr std::array<uint64_t, 9> kRemote = {NFS_SUPER_MAGIC, SMB_SUPER_MAGIC,  0xff534d42,
                                                0xfe534d42,      FUSE_SUPER_MAGIC, V9FS_MAGIC,
@@ -63,13 +63,13 @@ bool FolderWatch::add(const std::string& folder) {
   const int watch = ::inotify_add_watch(inotify_, folder.c_str(), kEvents);
   if (watch < 0) return false;
   const auto before = watches_.find(folder);
-  if (before != watches_.end() && before->second != watch) {  // another folder is there now
+  if (before != watches_.end() && before->second != watch) {  // another folder has this path now
     ::inotify_rm_watch(inotify_, before->second);
     folders_.erase(before->second);
     watches_.erase(before);
   }
-  // A folder has one watch. If it was renamed, the new name replaces the old one; if it has both
-  // names (by a link or a mount), the changes are reported for the first one.
+  // A folder has one watch. If the folder was renamed, the new name replaces the old one. If it has
+  // both names (by a link or a mount), changes are reported for the first one.
   if (const auto other = folders_.find(watch); other != folders_.end() && other->second != folder) {
     if (is_same_folder(other->second, folder)) return false;
     watches_.erase(other->second);
@@ -137,7 +137,7 @@ void FolderWatch::read_events(Changes& changes) {
         folders_.erase(folder);
         continue;
       }
-      if (event.len == 0) continue;  // of the folder itself
+      if (event.len == 0) continue;  // a change of the folder itself
       FolderChange change{FolderChange::Kind::file, folder->second, name};
       if (event.mask & IN_ISDIR) {
         if (event.mask & IN_ATTRIB) continue;

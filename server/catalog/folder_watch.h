@@ -7,7 +7,7 @@
 
 namespace isosplat::server {
 
-/// A change in a folder that is watched.
+/// A change in a watched folder.
 struct FolderChange {
   enum class Kind {
     file,    ///< a file appeared, was closed after it was written, was replaced or removed
@@ -15,7 +15,7 @@ struct FolderChange {
     folder,  ///< a folder appeared, or was renamed or removed
   };
   Kind kind = Kind::file;
-  std::string folder;  ///< as it was given to add()
+  std::string folder;  ///< as given to add()
   std::string name;    ///< in this folder
 };
 
@@ -27,12 +27,12 @@ class FolderWatch {
   FolderWatch(const FolderWatch&) = delete;
   FolderWatch& operator=(const FolderWatch&) = delete;
 
-  /// Watches a folder (not those in it). False if the system does not report its changes: it is on
-  /// a network or user-space file system, the limit of watches is reached, or the same folder is
-  /// watched by another path.
+  /// Watches a folder, without its subfolders. Returns false if the system does not report its
+  /// changes: it is on a network or user-space file system, the limit of watches is reached, or the
+  /// same folder is already watched by another path.
   bool add(const std::string& folder);
 
-  /// Ends watching a folder and all folders below it.
+  /// Stops watching a folder and all folders below it.
   void remove(const std::string& folder);
 
   struct Changes {
@@ -40,7 +40,7 @@ class FolderWatch {
     bool is_incomplete = false;  ///< too many for the system: anything may have changed
   };
 
-  /// Waits for changes, but not longer than this, and not after wake().
+  /// Waits for changes, at most for this time, and until wake().
   Changes wait(std::chrono::milliseconds longest);
 
   /// Ends the wait in progress, or the next one. Thread-safe.

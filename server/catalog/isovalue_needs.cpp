@@ -8,8 +8,8 @@ namespace isosplat::server {
 std::vector<IsovalueNeeds> isovalue_needs(std::span<const double> isovalues,
                                           const ValueMapping& mapping,
                                           std::span<const ChunkRef> chunks) {
-  // In ascending order, a chunk is needed by consecutive isovalues: it is added at the first one
-  // and subtracted after the last one, and prefix sums give the needs of each.
+  // The isovalues that need a chunk are consecutive in ascending order. The chunk is added at the
+  // first one and subtracted after the last one, and prefix sums give the needs of each isovalue.
   std::vector<float> quantized;
   for (const double isovalue : isovalues) {
     quantized.push_back(mapping.quantized_isovalue(isovalue));

@@ -8,7 +8,7 @@
 
 namespace isosplat::server {
 
-/// What an isovalue needs of a level.
+/// The chunks that an isovalue needs of a level.
 struct IsovalueNeeds {
   double isovalue = 0;
   uint64_t chunks = 0;
@@ -16,8 +16,8 @@ struct IsovalueNeeds {
   uint64_t cells = 0;  ///< in the chunks; some may not be active at this isovalue
 };
 
-/// The needs of these isovalues, from the chunks of the level (at least those that one of them
-/// needs).
+/// The needs of these isovalues, computed from the chunks of the level (at least those that one of
+/// the isovalues needs).
 std::vector<IsovalueNeeds> isovalue_needs(std::span<const double> isovalues,
                                           const ValueMapping& mapping,
                                           std::span<const ChunkRef> chunks);

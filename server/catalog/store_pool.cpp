@@ -12,7 +12,7 @@
 namespace isosplat::server {
 namespace {
 
-/// Replaces the path by the file's name: clients may read the message, and must not see folders.
+/// Replaces the path by the file's name: clients may read the message, and must not learn folders.
 Error with_file_name(Error error, const std::filesystem::path& path) {
   const std::string full = path.string(), name = path.filename().string();
   size_t at = 0;
@@ -23,14 +23,14 @@ Error with_file_name(Error error, const std::filesystem::path& path) {
   return error;
 }
 
-/// Whether the program may open another file at the moment.
+/// Whether the program can open another file at this moment.
 bool has_descriptors() {
   const int file = ::open("/", O_PATH | O_CLOEXEC);
   if (file >= 0) ::close(file);
   return file >= 0 || (errno != EMFILE && errno != ENFILE);
 }
 
-/// Whether the same file may be readable a moment later: then the error is not kept.
+/// Whether the error is temporary, so that it must not be kept.
 bool is_passing(const Error& error) {
   return error.status == Status::io_error || error.status == Status::out_of_memory;
 }
@@ -102,7 +102,7 @@ Result<std::shared_ptr<const StoreFile>> StorePool::open(const CatalogEntry& ent
   auto store = open_file(entry);
   if (const auto summary = remember(entry, store); !store) return tl::unexpected(*summary->error);
   ++opened_;
-  std::list<Open> closed;  // after the lock: closing a file may take long
+  std::list<Open> closed;  // destroyed after the lock is released: closing a file may take long
   const std::lock_guard lock(mutex_);
   const auto [position, is_new] = positions_.try_emplace(entry.id);
   if (!is_new) return position->second->store;  // another thread was faster

@@ -15,37 +15,39 @@
 
 namespace isosplat::server {
 
-/// Opens stores when they are asked for, and keeps those open that were used last. Thread-safe.
+/// Opens stores when they are requested, and keeps the most recently used ones open. Thread-safe.
 class StorePool {
  public:
   using Log = std::function<void(std::string_view)>;
 
   struct Limits {
-    size_t stores = 256;                                 ///< open at a time, besides those in use
+    size_t stores = 256;  ///< maximum number of open stores, in addition to those in use
     uint64_t directory_bytes = uint64_t{64} << 20;       ///< directory pages in memory, per store
     uint64_t all_directory_bytes = uint64_t{512} << 20;  ///< those of all stores, after trim()
   };
   StorePool(Limits limits, Log log) : limits_(limits), log_(std::move(log)) {}
 
-  /// The store of an entry. Whoever holds it can read it to its end, also if its file is replaced
-  /// or removed. With `no_wait`, fails and says so in it if the store is not open. Errors: those of
-  /// StoreFile::open, with the file's name but not its folder; out_of_memory if the system has no
-  /// file descriptors left, in which case others were closed.
+  /// Returns the store of an entry, opened. Its holder can read it to its end, even if its file is
+  /// replaced or removed. With `no_wait`, fails if the store is not open, and sets
+  /// no_wait->needs_disk. Errors: those of StoreFile::open, with the file's name but not its
+  /// folder; out_of_memory if the system has no file descriptors left, in which case other stores
+  /// were closed.
   Result<std::shared_ptr<const StoreFile>> open(const CatalogEntry& entry,
                                                 NoWait* no_wait = nullptr);
 
-  /// What the header of an entry's store says; read once, without keeping the store open. Null if
-  /// that must wait, in which case `no_wait` says so. Never null without `no_wait`.
+  /// Returns a summary of the header of an entry's store. The header is read once, and the store
+  /// does not stay open. Null if this must wait for the disk and `no_wait` is given, which is then
+  /// set.
   std::shared_ptr<const StoreSummary> summary(const CatalogEntry& entry, NoWait* no_wait = nullptr);
 
-  /// Closes stores that are not in the snapshot (any more), and the least recently used ones above
-  /// the limit of directory pages. Call it regularly.
+  /// Closes stores that are no longer in the snapshot, and the least recently used ones above the
+  /// limit of directory pages. Call it regularly.
   void trim(const CatalogSnapshot& snapshot);
 
   size_t size() const;                         ///< stores that are open now
   uint64_t opened() const { return opened_; }  ///< how often a store was opened for a request
 
-  /// A number that changes when something new is known of a store.
+  /// A number that changes with each new summary of a store.
   uint64_t news() const { return news_; }
 
  private:

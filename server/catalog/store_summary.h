@@ -10,7 +10,7 @@
 
 namespace isosplat::server {
 
-/// What the server keeps of a store whose header it has read: a few KB at most.
+/// The data that the server keeps of a store whose header it has read: a few KB at most.
 struct StoreSummary {
   std::string content;         ///< hexadecimal content id; empty if there is an error
   std::string title;           ///< with small letters a to z; empty if it has none
@@ -18,11 +18,11 @@ struct StoreSummary {
   std::optional<Error> error;  ///< why it cannot be served, without the names of folders
 };
 
-/// What is known of a store.
+/// The state of a store, as far as it is known.
 enum class StoreState {
-  unread,  ///< nobody has looked yet
+  unread,  ///< not read yet
   served,  ///< its header was read, and is valid
-  broken   ///< it could not be served when somebody looked last
+  broken   ///< it could not be served at the last attempt
 };
 
 /// A summary that is set once. Thread-safe.
@@ -48,8 +48,8 @@ class SummaryCell {
     return true;
   }
 
-  /// For an error that may pass, and is therefore not kept. Returns whether its message is another
-  /// one than the last time.
+  /// For a temporary error, which is not kept. Returns whether its message differs from the last
+  /// one.
   bool set_passing(const std::string& message) const {
     const std::lock_guard lock(mutex_);
     if (message == passing_) return false;

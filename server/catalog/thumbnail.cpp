@@ -20,7 +20,7 @@ constexpr size_t kHeaderBytes = 13;     // of the data of IHDR
 constexpr size_t kChunkOverhead = 12;   // length, type and checksum
 constexpr size_t kMaxLength = 1 << 30;  // of a chunk
 
-/// Where the text chunk begins, and the bytes up to its end.
+/// Offset of the text chunk, and the number of bytes up to its end.
 constexpr size_t kTextBegin = 8 + kChunkOverhead + kHeaderBytes;
 constexpr size_t kTextEnd = kTextBegin + kChunkOverhead + kKey.size() + kContentDigits;
 
@@ -57,7 +57,7 @@ std::optional<PngChunk> take_chunk(std::string_view& rest) {
   return chunk;
 }
 
-/// Pictures of 8 bits per channel, not interlaced, of a size that a list may show.
+/// Whether a picture has 8 bits per channel, is not interlaced, and has a size suitable for lists.
 bool is_header(const PngChunk& chunk) {
   if (chunk.type != "IHDR" || chunk.data.size() != kHeaderBytes) return false;
   const auto is_size = [](uint32_t pixels) { return pixels >= 1 && pixels <= kMaxThumbnailSize; };

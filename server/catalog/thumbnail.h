@@ -28,12 +28,12 @@ std::filesystem::path thumbnail_path(const std::filesystem::path& store);
 std::vector<std::byte> with_content_id(std::span<const std::byte> png, std::string_view content);
 
 /// The content id that a PNG file names, from its first bytes; empty if there is no such file, or
-/// if it names none. Says nothing about the rest of the file: read_thumbnail() does.
+/// if it names none. Does not check the rest of the file: read_thumbnail() does.
 std::string thumbnail_content(const std::filesystem::path& png);
 
-/// The bytes of a store's thumbnail. Checks all of its structure: sizes, checksums, and that it has
-/// only chunks that a picture needs. Errors: not_found (no file, of another content, or not such a
-/// PNG).
+/// The bytes of a store's thumbnail. Checks its whole structure: sizes, checksums, and that it has
+/// only chunks that a picture needs. Errors: not_found (no file, a picture of another content, or a
+/// PNG that fails these checks).
 Result<std::vector<std::byte>> read_thumbnail(const std::filesystem::path& store,
                                               std::string_view content);
 

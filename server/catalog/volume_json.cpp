@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Metadata with deeper nesting is omitted: writing JSON is recursive, and a store may be hostile.
+/// Deeper nested metadata is omitted: writing JSON is recursive, and a store may be hostile.
 constexpr int kMaxMetadataDepth = 32;
 
 Json parse_metadata(const std::string& text) {
@@ -53,15 +53,15 @@ Json short_histogram(const Json& histogram, size_t max_bins) {
     if (!(*counts)[i].is_number()) return nullptr;
     sums[i / step] += (*counts)[i].get<double>();
   }
-  // The last bin may be the sum of fewer bins: scale it, so that it does not look like a dip.
+  // The last bin may be the sum of fewer bins. Scale it, so that it does not look like a dip.
   if (const size_t rest = counts->size() % step; rest != 0) {
     sums.back() *= static_cast<double>(step) / static_cast<double>(rest);
   }
   return {{"low", *low}, {"high", *high}, {"counts", sums}};
 }
 
-/// The cells of level 0 that are active at the middle of the bin that has the isovalue, from the
-/// table of the metadata; null if it has none.
+/// The number of cells of level 0 that are active at the middle of the bin that contains the
+/// isovalue, from the table of the metadata; null if there is no table.
 Json active_cells_near(const Json& metadata, double isovalue) {
   const auto table = metadata.find("active_cells");
   if (table == metadata.end() || !table->is_object()) return nullptr;
@@ -105,7 +105,7 @@ void add_short_metadata(Json& json, const StoreInfo& info) {
   }
 }
 
-/// What a list says of a store, except its name and address.
+/// The description of a store in lists, except its name and URL.
 void add_summary(Json& json, const std::string& content, const StoreInfo& info) {
   json["contentId"] = content;
   json["fileBytes"] = info.file_bytes;

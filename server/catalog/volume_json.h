@@ -11,10 +11,10 @@
 
 namespace isosplat::server {
 
-/// A text with the letters A to Z as a to z; others as they are.
+/// Converts the letters A to Z to lower case, and keeps all others.
 std::string small_letters(std::string_view text);
 
-/// What a list says of a store.
+/// The summary of a store for lists.
 StoreSummary summary_of(const std::string& name, const StoreFile& store);
 
 /// The same for a store that cannot be served. `error`: without the names of folders.
@@ -29,7 +29,7 @@ struct PublishedVolume {
   std::string thumbnail = {};  ///< file of the picture, relative to the site; empty: none
 };
 
-/// The catalog of a static site: the same as /v1/volumes, but each volume has `file` in place of
+/// The catalog of a static site. It equals /v1/volumes, but each volume has `file` in place of
 /// `url`, and the file of its picture as `thumbnail`. Begins with {"isosplat":"site 1".
 std::string published_catalog_json(std::span<const PublishedVolume> published);
 

@@ -23,7 +23,7 @@ bool is_name_character(char c) {
          c == '_' || c == '.';
 }
 
-/// What remains of a text, at most `longest` characters.
+/// The characters of a text that a name keeps, at most `longest` of them.
 std::string name_characters(std::string_view text, size_t longest) {
   std::string name;
   for (const char c : text) {
@@ -39,7 +39,7 @@ std::string name_characters(std::string_view text, size_t longest) {
   return name.empty() ? "volume" : name;
 }
 
-/// Whether a text ends as a name that was altered does.
+/// Whether a text ends in a hash, as a converted name does.
 bool has_hash(std::string_view text) {
   if (text.size() < kHashMark.size() + kHashDigits) return false;
   const std::string_view end = text.substr(text.size() - kHashMark.size() - kHashDigits);
@@ -49,15 +49,14 @@ bool has_hash(std::string_view text) {
          });
 }
 
-/// A name with a hash of a text.
+/// A name followed by a hash of a text.
 std::string with_hash(std::string_view name, std::string_view text) {
   const auto hash = static_cast<uint32_t>(XXH3_64bits(text.data(), text.size()));
   const std::string suffix = fmt::format("{}{:08x}", kHashMark, hash);
   return name_characters(name, kMaxSegment - suffix.size()) + suffix;
 }
 
-/// Absolute, without "." and "..", and without a "/" at the end. Links stay, except where their
-/// target is asked for.
+/// An absolute path, without "." and "..", and without a "/" at the end. Links are not resolved.
 fs::path plain_path(const fs::path& path) {
   std::error_code ignored;
   fs::path plain = fs::absolute(path, ignored).lexically_normal();
@@ -70,7 +69,7 @@ fs::path with_links_resolved(const fs::path& path) {
   return fs::weakly_canonical(path, ignored);
 }
 
-/// Whether the listing of a folder finds a path: it is below it, and nothing on the way is hidden.
+/// Whether the listing of a folder finds a path: the path is below it, and no part of it is hidden.
 bool lists(const fs::path& folder, const fs::path& path, bool is_folder) {
   const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   if (end != folder.end()) return false;
@@ -81,8 +80,8 @@ bool lists(const fs::path& folder, const fs::path& path, bool is_folder) {
 
 struct Source {
   NamedSource named;
-  fs::path real;          ///< with links resolved; of a file: those of its folder
-  fs::path label_folder;  ///< whose name is the label
+  fs::path real;          ///< with links resolved; for a file, those of its folder
+  fs::path label_folder;  ///< the folder whose name is the label
 };
 
 std::vector<Source> without_nested(const std::vector<fs::path>& given) {
