@@ -91,7 +91,7 @@ bool is_request_id(std::string_view given) {
 
 std::string request_id(std::string_view given) {
   if (is_request_id(given)) return std::string(given);
-  // Ids are no secrets: they have to differ, also from those of the last start.
+  // Ids need not be secret, but must be unique, also across restarts.
   static std::atomic<uint64_t> next{(uint64_t{std::random_device{}()} << 32) |
                                     std::random_device{}()};
   return fmt::format("{:016x}", next.fetch_add(1, std::memory_order_relaxed));

@@ -22,7 +22,7 @@ constexpr const char* kStandardOutput = "-";
 
 Result<int> open_to_append(const std::filesystem::path& path) {
   if (path == kStandardOutput) return STDOUT_FILENO;
-  // O_NONBLOCK: opening a pipe without a reader is an error, and does not wait; nor does a write.
+  // With O_NONBLOCK, opening or writing a pipe without a reader fails instead of waiting.
   const int file =
       ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOCTTY | O_NONBLOCK, 0640);
   if (file < 0) return file_error(errno, path.string(), "opened");
@@ -36,8 +36,8 @@ std::shared_ptr<const int> shared_descriptor(int descriptor) {
           }};
 }
 
-/// Blocks all signals for the calling thread, and for those that it starts, while it exists. A
-/// write to a pipe without a reader is then an error, and does not end the program (SIGPIPE).
+/// While it exists, blocks all signals for the calling thread and for the threads that it starts. A
+/// write to a pipe without a reader then fails, and does not end the program (SIGPIPE).
 class BlockedSignals {
  public:
   BlockedSignals() {
@@ -60,13 +60,13 @@ struct LogFile::State {
   std::condition_variable changed;
   std::string waiting;              // guarded by mutex
   uint64_t dropped = 0;             // guarded by mutex
-  std::shared_ptr<const int> file;  // guarded by mutex; closes the descriptor at last
+  std::shared_ptr<const int> file;  // guarded by mutex; the last owner closes the descriptor
   bool is_closing = false;          // guarded by mutex
   bool has_ended = false;           // guarded by mutex
   std::atomic<bool> is_abandoned{false};
-  bool is_within_line = false;  ///< of the writer: the last write ended within a line
+  bool is_within_line = false;  ///< for the writer: the last write ended within a line
 
-  /// Writes the lines; returns how many of them were not written, or not to their end.
+  /// Writes the lines; returns the number of lines that were not written completely.
   uint64_t write(int descriptor, std::string_view lines);
   void write_until_closed();
 };
@@ -87,7 +87,7 @@ uint64_t LogFile::State::write(int descriptor, std::string_view lines) {
     } else if (count < 0 && errno == EAGAIN) {
       pollfd ready{descriptor, POLLOUT, 0};
       ::poll(&ready, 1, 50);
-      if (ready.revents & (POLLERR | POLLNVAL)) break;  // the reader is gone
+      if (ready.revents & (POLLERR | POLLNVAL)) break;  // there is no reader any more
     } else if (count == 0 || errno != EINTR) {
       break;
     }
@@ -146,7 +146,7 @@ LogFile::~LogFile() {
     state_->is_abandoned =
         !state_->changed.wait_for(lock, kClosingTime, [this] { return state_->has_ended; });
   }
-  // A write that the system does not end must not keep the program from ending.
+  // A write that the system does not complete must not keep the program from ending.
   state_->is_abandoned ? writer_.detach() : writer_.join();
 }
 

@@ -12,20 +12,20 @@
 
 namespace isosplat::server {
 
-/// A log that a thread of its own writes: to a file, a pipe, or the program's standard output or
-/// error. Those who log never wait for it, and nothing that happens to it ends the program: lines
-/// that it does not take (a full disk, a pipe without a reader, a reader that is slow for long) are
-/// dropped and counted. Thread-safe.
+/// A log that a separate thread writes: to a file, a pipe, or the program's standard output or
+/// error. Callers never wait for it, and no error of it ends the program: lines that cannot be
+/// written (a full disk, a pipe without a reader, a reader that is slow for long) are dropped and
+/// counted. Thread-safe.
 class LogFile {
  public:
-  /// Opens the file, to append to it; others than its owner and group cannot read it. "-": the
-  /// standard output. Errors: io_error.
+  /// Opens the file for appending. Only its owner and group can read it. "-": the standard output.
+  /// Errors: io_error.
   static Result<std::unique_ptr<LogFile>> open(const std::filesystem::path& path);
 
   static std::unique_ptr<LogFile> standard_output();
   static std::unique_ptr<LogFile> standard_error();
 
-  /// Writes what is left, for at most kClosingTime.
+  /// Writes the remaining lines, for at most kClosingTime.
   ~LogFile();
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;
@@ -33,14 +33,14 @@ class LogFile {
   /// Adds a line, given without its line break.
   void add(std::string_view line);
 
-  /// Opens the path anew, after the file was moved away. If that fails, the old one stays. Errors:
-  /// io_error.
+  /// Opens the path again, after the file was moved away. If this fails, the previous file stays in
+  /// use. Errors: io_error.
   Result<void> reopen();
 
   /// Lines that were dropped so far.
   uint64_t dropped() const;
 
-  /// Lines wait in memory up to this size.
+  /// The maximum bytes of lines that wait in memory.
   static constexpr size_t kMaxBytes = 1 << 20;
   static constexpr std::chrono::milliseconds kClosingTime{1000};
 
@@ -48,8 +48,8 @@ class LogFile {
   struct State;
   LogFile(std::filesystem::path path, int descriptor);
 
-  const std::filesystem::path path_;  ///< empty: it was not opened by this class
-  std::shared_ptr<State> state_;      ///< with the thread, which a file may hold up for ever
+  const std::filesystem::path path_;  ///< empty: the file was not opened by this class
+  std::shared_ptr<State> state_;      ///< with the thread, which a file may block for ever
   std::thread writer_;
 };
 

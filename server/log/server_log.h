@@ -18,7 +18,7 @@ namespace isosplat::server {
 /// The logs of a server: of stores, the page and faults, and of responses. Thread-safe.
 class ServerLog {
  public:
-  /// Where the lines of one log go, without a line break.
+  /// The destination of the lines of one log, without a line break.
   struct Output {
     std::function<void(std::string_view line)> call;  ///< one call at a time; empty: none
     std::shared_ptr<LogFile> file;                    ///< null: none
@@ -29,14 +29,14 @@ class ServerLog {
   ServerLog(Output log, Output access_log)
       : log_(std::move(log)), access_log_(std::move(access_log)) {}
 
-  /// Logs a line about stores or the page. Names of files in it may be anything: what is not
-  /// printable is escaped (printable_text).
+  /// Logs a line about stores or the page. It may contain arbitrary names of files: characters that
+  /// are not printable are escaped (printable_text).
   void line(std::string_view text) {
     if (log_) write(log_, printable_text(text));
   }
 
-  /// Logs a fault. Limited to a few lines per second, since a client can request a broken store as
-  /// often as it likes; the others are dropped.
+  /// Logs a fault. At most a few per second are logged, since a client can request a broken store
+  /// any number of times; the others are dropped.
   void fault(std::string_view text) {
     if (!log_) return;
     constexpr uint32_t kLinesPerSecond = 10;

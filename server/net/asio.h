@@ -1,6 +1,6 @@
 #pragma once
 
-// Boost 1.74 uses std::exchange in awaitable.hpp without its header.
+// Boost 1.74 uses std::exchange in awaitable.hpp without including its header.
 #include <utility>
 
 #include <boost/asio/awaitable.hpp>
@@ -27,7 +27,7 @@ using Awaitable = boost::asio::awaitable<T, Executor>;
 
 constexpr boost::asio::use_awaitable_t<Executor> kAwait;
 
-/// co_await then sets the error code, and does not throw. (Boost 1.74 has no as_tuple.)
+/// With this token, co_await sets the error code and does not throw. (Boost 1.74 has no as_tuple.)
 inline auto await(boost::system::error_code& error) {
   return boost::asio::redirect_error(kAwait, error);
 }

@@ -28,7 +28,7 @@ constexpr unsigned kMostSockets = 64;
 
 bool has_predecessor = false;
 
-/// Descriptors that are closed at the end.
+/// Descriptors that are closed in the destructor.
 struct Descriptors : std::vector<int> {
   Descriptors() = default;
   Descriptors(const Descriptors&) = delete;
@@ -38,7 +38,7 @@ struct Descriptors : std::vector<int> {
   }
 };
 
-/// The file that this process runs, or the one that has replaced it since.
+/// The file that this process runs, or the file that has replaced it at its path.
 std::string program_path() {
   std::error_code error;
   std::string path = std::filesystem::read_symlink("/proc/self/exe", error).string();
@@ -47,7 +47,7 @@ std::string program_path() {
   return path;
 }
 
-/// Texts that each end in a zero byte, as main() and exec have them.
+/// Pointers to zero-terminated texts, in the form of the arguments of main() and exec.
 std::vector<char*> pointers_to(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
   for (std::string& text : texts) pointers.push_back(text.data());
@@ -81,8 +81,8 @@ Result<Successor> start_successor(const ListeningSockets& sockets) {
   std::vector<int> given = {pipe[1]};
   std::ranges::copy(sockets.serving, std::back_inserter(given));
   std::ranges::copy(sockets.redirecting, std::back_inserter(given));
-  // Copies above all numbers that the successor gets, so that none is overwritten before it is
-  // used.
+  // Duplicate the descriptors to numbers above all those that the successor gets, so that none is
+  // overwritten before it is used.
   Descriptors copies;
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
@@ -98,8 +98,8 @@ Result<Successor> start_successor(const ListeningSockets& sockets) {
     error = ::posix_spawn_file_actions_adddup2(&actions, copy, kReadyPipe + static_cast<int>(i));
   }
   ::close(pipe[1]);
-  // Asio's sockets stay open in new processes: clients would wait for the end of connections that
-  // this process has closed.
+  // Child processes inherit Asio's sockets. If they stayed open there, clients would not see the
+  // end of connections that this process has closed.
   if (error == 0) {
     error = ::posix_spawn_file_actions_addclosefrom_np(&actions,
                                                        kReadyPipe + static_cast<int>(given.size()));

@@ -8,11 +8,11 @@
 #include "shared/core/base/status.h"
 
 // A running server starts its successor, the program at the same path with the same arguments, and
-// gives it its listening sockets. No connection is refused meanwhile: both processes accept from
-// the same sockets, until the successor says that it is ready.
+// passes it its listening sockets. No connection is refused meanwhile: both processes accept from
+// the same sockets until the successor reports that it is ready.
 //
-// The successor has the variable ISOSPLAT_HAND_OVER=N:M, and as descriptors 3 a pipe to its
-// predecessor, then N sockets to serve and M sockets to redirect from.
+// The successor has the environment variable ISOSPLAT_HAND_OVER=N:M. Its descriptor 3 is a pipe to
+// its predecessor; N sockets to serve and M sockets to redirect from follow.
 namespace isosplat::server {
 
 struct ListeningSockets {
@@ -22,8 +22,8 @@ struct ListeningSockets {
 
 struct Successor {
   pid_t process = -1;
-  /// Reads one byte when the successor is ready, and the end of the file if it ends before. The
-  /// caller closes it.
+  /// Delivers one byte when the successor is ready, or the end of the file if the successor ends
+  /// before. The caller closes it.
   int ready = -1;
 };
 
@@ -31,11 +31,11 @@ struct Successor {
 /// be started.
 Result<Successor> start_successor(const ListeningSockets& sockets);
 
-/// The sockets that the predecessor of this process gave it; no value if there is none. Takes the
-/// variable out of the environment, so that a second call returns none. Not thread-safe.
+/// The sockets that the predecessor passed to this process; no value if there is none. Removes the
+/// variable from the environment, so that a second call returns none. Not thread-safe.
 std::optional<ListeningSockets> take_handed_sockets();
 
-/// Tells the predecessor, if there is one, that this process serves now.
+/// Reports to the predecessor, if there is one, that this process serves now.
 void notify_predecessor();
 
 }  // namespace isosplat::server

@@ -10,9 +10,9 @@
 namespace isosplat::server {
 
 struct HttpGetOptions {
-  std::chrono::milliseconds timeout{10'000};  ///< for all of it
+  std::chrono::milliseconds timeout{10'000};  ///< for the whole request
   size_t max_bytes = 1 << 20;                 ///< of the body
-  /// https: the certificate must be valid for the host, by the certificates that the system trusts.
+  /// For https: the certificate must be valid for the host, and trusted by the system.
   bool verifies_certificate = true;
 };
 
@@ -21,8 +21,9 @@ struct HttpAnswer {
   std::string body;
 };
 
-/// Requests http://HOST[:PORT]/PATH or https://…, and waits for the answer; follows no redirection.
-/// Errors: invalid_argument (not such an address), io_error (no answer, or a longer one).
+/// Requests http://HOST[:PORT]/PATH or https://…, and waits for the response. Follows no
+/// redirection. Errors: invalid_argument (not such a URL), io_error (no response, or a body above
+/// the limit).
 Result<HttpAnswer> http_get(std::string_view url, const HttpGetOptions& options);
 
 }  // namespace isosplat::server

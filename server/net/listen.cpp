@@ -28,7 +28,8 @@ Result<std::vector<Acceptor>> listen(asio::io_context& context, const std::strin
     acceptor.open(endpoint.protocol(), error);
     if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
     if (!error && endpoint.address().is_v6()) {
-      // "::" accepts IPv4 too. Other names, such as "localhost", have an address of each kind.
+      // "::" accepts IPv4 as well. Other names, such as "localhost", resolve to an address of each
+      // kind.
       acceptor.set_option(asio::ip::v6_only(!endpoint.address().is_unspecified()), error);
     }
     if (!error) acceptor.bind(endpoint, error);
@@ -39,7 +40,7 @@ Result<std::vector<Acceptor>> listen(asio::io_context& context, const std::strin
                               endpoint.address().to_string(), error.message()));
     }
     if (error) {
-      last_error = error;  // such as an IPv6 address on a machine without IPv6
+      last_error = error;  // for example an IPv6 address on a machine without IPv6
       continue;
     }
     port = acceptor.local_endpoint(error).port();

@@ -15,7 +15,7 @@ namespace isosplat::server {
 Result<std::vector<Acceptor>> listen(boost::asio::io_context& context, const std::string& host,
                                      uint16_t port);
 
-/// Takes over listening sockets of TCP. Errors (io_error): one is none.
+/// Takes over listening TCP sockets. Errors (io_error): a descriptor is not one.
 Result<std::vector<Acceptor>> take_over(boost::asio::io_context& context,
                                         const std::vector<int>& sockets);
 

@@ -12,8 +12,8 @@
 #include <ctime>
 #include <string>
 
-// The two protocols are a few lines, and stable (systemd's Interface Portability and Stability
-// Promise): libsystemd would bring a dependency for them.
+// The two protocols take a few lines, and are stable (systemd's Interface Portability and Stability
+// Promise), so they are not worth the dependency on libsystemd.
 
 namespace isosplat::server {
 namespace {

@@ -11,7 +11,7 @@ namespace {
 
 // Of the kernel's tcp_states.h.
 constexpr uint8_t kClosed = 7;     // TCP_CLOSE: after a reset
-constexpr uint8_t kCloseWait = 8;  // TCP_CLOSE_WAIT: the other end has ended its side
+constexpr uint8_t kCloseWait = 8;  // TCP_CLOSE_WAIT: the other end has closed its sending side
 
 tcp_info information_of(int socket) {
   tcp_info information{};
@@ -29,7 +29,7 @@ uint64_t acknowledged_bytes(int socket) {
 uint64_t unacknowledged_bytes(int socket) {
   int bytes = 0;
   if (::ioctl(socket, SIOCOUTQ, &bytes) != 0 || bytes <= 0) return 0;
-  // After a reset, the system still counts what it has dropped.
+  // After a reset, the system still counts the bytes that it has dropped.
   return information_of(socket).tcpi_state == kClosed ? 0 : static_cast<uint64_t>(bytes);
 }
 

@@ -13,8 +13,8 @@ namespace {
 
 using boost::system::error_code;
 
-/// Chooses http/1.1 of the protocols that the client offers. A client that offers only others, such
-/// as h2, is refused (RFC 7301, 3.2).
+/// Selects http/1.1 from the protocols that the client offers. A client that offers only others,
+/// such as h2, is refused (RFC 7301, 3.2).
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* chosen_bytes,
                     const unsigned char* offered, unsigned int offered_bytes, void*) {
   constexpr std::string_view kHttp11 = "http/1.1";
@@ -49,13 +49,13 @@ Result<std::shared_ptr<TlsContext>> load_tls(const std::filesystem::path& certif
     return fail(Status::io_error, fmt::format("TLS: OpenSSL has no {}", what));
   };
   if (SSL_CTX_set_min_proto_version(native, TLS1_2_VERSION) != 1) return failed("TLS 1.2");
-  // Those of TLS 1.3 are all of this kind.
+  // All ciphers of TLS 1.3 have these properties.
   if (SSL_CTX_set_cipher_list(native, "ECDHE+AESGCM:ECDHE+CHACHA20") != 1) {
     return failed("cipher with forward secrecy");
   }
   SSL_CTX_set_options(
       native, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION | SSL_OP_IGNORE_UNEXPECTED_EOF);
-  // Many idle connections take little memory.
+  // Reduces the memory of idle connections.
   SSL_CTX_set_mode(native, SSL_MODE_RELEASE_BUFFERS);
   constexpr std::string_view kSessions = "isosplat";
   SSL_CTX_set_session_id_context(native, reinterpret_cast<const unsigned char*>(kSessions.data()),

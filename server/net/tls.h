@@ -18,7 +18,8 @@ using TlsContext = boost::asio::ssl::context;
 Result<std::shared_ptr<TlsContext>> load_tls(const std::filesystem::path& certificate,
                                              const std::filesystem::path& key);
 
-/// When the server's certificate ends, in seconds since 1970; 0 if it has none.
+/// The expiry time of the server's certificate, in seconds since 1970; 0 if there is no
+/// certificate.
 int64_t certificate_end(TlsContext& context);
 
 }  // namespace isosplat::server
