@@ -14,7 +14,7 @@
 namespace isosplat::server {
 namespace {
 
-/// Part of the ETags of responses in frames. Change it with the layout of frames.
+/// Part of the ETags of responses in frames. Change it whenever the layout of frames changes.
 constexpr std::string_view kFrameVersion = "frames1";
 
 constexpr std::string_view kBinary = "application/octet-stream";
@@ -33,8 +33,8 @@ Response with_bytes(Response response, std::vector<std::byte> bytes,
                     std::make_shared<const std::vector<std::byte>>(std::move(bytes)), type);
 }
 
-/// A chunk's bytes, verified, of a file that is still as it was when it was opened. Errors: those
-/// of StoreFile::read_chunk.
+/// The verified bytes of a chunk, from a file that has not changed since it was opened. Errors:
+/// those of StoreFile::read_chunk.
 Result<ChunkCache::Bytes> read_chunk(const RouteCall& call, const ChunkRef& chunk) {
   const std::shared_ptr<const StoreFile>& store = call.volume->store;
   ChunkCache::Bytes kept = call.chunks.find(store, chunk.offset);
@@ -200,7 +200,7 @@ Response file_response(const RouteCall& call) {
 
 Response thumbnail_response(const RouteCall& call) {
   if (call.no_wait) {
-    call.no_wait->needs_disk = true;  // always: opening the file may wait as well
+    call.no_wait->needs_disk = true;  // always: opening the file may wait for the disk as well
     return {};
   }
   const StoreFile& store = *call.volume->store;

@@ -10,8 +10,8 @@ namespace isosplat::server {
 /// 400 invalid_argument.
 Response invalid_argument(std::string_view message);
 
-/// An ETag of the store's content. `version`: of the layout, for responses that are not bytes of
-/// the store.
+/// An ETag of the store's content. `version`: of the layout, for responses whose bytes are not
+/// taken from the store as they are.
 std::string etag_of(const StoreFile& store, std::string_view version = {});
 
 // Handlers of the routes below /v1/volumes/{name}/{content}, whose bytes never change.
@@ -29,8 +29,8 @@ Response batch_response(const RouteCall& call);
 /// The store file, or a range of it.
 Response file_response(const RouteCall& call);
 
-/// The picture beside the store, if it is one of this content. Another picture of the same content
-/// has the same URL, but another ETag.
+/// The picture beside the store, if it shows this content. Another picture of the same content has
+/// the same URL, but another ETag.
 Response thumbnail_response(const RouteCall& call);
 
 }  // namespace isosplat::server

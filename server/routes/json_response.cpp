@@ -8,13 +8,13 @@
 namespace isosplat::server {
 namespace {
 
-/// `etag` of the compressed form.
+/// The ETag of the compressed form.
 std::string gzip_etag(const std::string& etag) {
   return etag.substr(0, etag.size() - 1) + "-gzip\"";
 }
 
-/// Whether a condition of the request names this ETag: a client that has the text as it is goes on
-/// with that.
+/// Whether a condition of the request names this ETag. A client that has the uncompressed text
+/// continues to use that form.
 bool names(const Request& request, const std::string& etag) {
   const auto has = [&](std::string_view field, bool weak) {
     return field != "*" && names_etag(field, etag, weak);

@@ -8,14 +8,13 @@
 
 namespace isosplat::server {
 
-/// The response with this text of JSON, for a resource with this ETag: conditions are evaluated as
-/// in begin_response(), and the text is compressed for clients that admit gzip. The compressed form
-/// has an ETag of its own, since it has other bytes. A long text is compressed on a thread that may
-/// wait (NoWait::needs_disk).
+/// A JSON response for a resource with this ETag. Evaluates conditions as in begin_response(), and
+/// compresses the text for clients that admit gzip. The compressed form has a separate ETag, since
+/// its bytes differ. A long text is compressed on a thread that may wait (NoWait::needs_disk).
 Response json_response(const RouteCall& call, std::string text, const std::string& etag,
                        CachePolicy policy);
 
-/// The same with an ETag of the text, revalidated.
+/// The same, revalidated, with a hash of the text as ETag.
 Response json_response(const RouteCall& call, std::string text);
 
 }  // namespace isosplat::server

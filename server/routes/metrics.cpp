@@ -14,7 +14,7 @@
 namespace isosplat::server {
 namespace {
 
-// A memory order is not needed: the counters guard nothing.
+// No memory order is needed, since the counters guard no other data.
 constexpr auto kRelaxed = std::memory_order_relaxed;
 
 void declare(std::string& text, std::string_view name, std::string_view type,

@@ -27,8 +27,8 @@ struct ReadyProgress : CatalogProgress {
   uint32_t tried = 0;
 };
 
-/// Whether no store can be read. If none has been read so far, reads headers, until one is valid or
-/// many are not; no value if that must wait, or needs another turn.
+/// Whether no store can be read. If no header has been read so far, reads headers until one is
+/// valid or many are invalid. No value if this must wait, or needs another turn.
 std::optional<bool> are_all_broken(const RouteCall& call) {
   constexpr uint32_t kTried = 64;
   if (call.catalog->empty() || call.counts.served > 0) return false;
@@ -51,7 +51,7 @@ Response ready_response(const RouteCall& call) {
     reason = "the server is stopping";
   } else {
     const std::optional<bool> is_broken = are_all_broken(call);
-    if (!is_broken) return {};  // the connection asks again where it may wait
+    if (!is_broken) return {};  // the connection calls again where it may wait
     if (*is_broken) reason = "no store can be read";
   }
   if (reason) {

@@ -4,9 +4,9 @@
 
 namespace isosplat::server {
 
-// Handlers of the routes for those who operate the server.
+// Handlers of the routes for operators.
 
-/// Whether the server can serve now: 200 or 503.
+/// Whether the server can serve at this time: 200 or 503.
 Response ready_response(const RouteCall& call);
 
 /// Counters for Prometheus.

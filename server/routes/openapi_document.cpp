@@ -17,7 +17,7 @@ Json reference(std::string_view kind, std::string_view name) {
   return {{"$ref", fmt::format("#/components/{}/{}", kind, name)}};
 }
 
-/// Its parameters in the path, in the query and in the header.
+/// The operation's parameters in the path, in the query and in the header.
 Json parameters_of(const Route& route, const Json& operation) {
   Json parameters = Json::array();
   std::string_view rest = route.pattern;
@@ -39,8 +39,8 @@ Json parameters_of(const Route& route, const Json& operation) {
   return parameters;
 }
 
-/// The responses that its operation states, and those that every route has, or every one of a
-/// volume.
+/// The responses that the operation states, and the common responses of all routes and of routes
+/// with a volume.
 Json responses_of(const Route& route, const Json& operation) {
   // Sorted by their status.
   std::map<std::string, Json> responses;

@@ -5,8 +5,8 @@
 
 namespace isosplat::server {
 
-/// The description of the routes for programs (OpenAPI 3.1): paths and parameters of the table of
-/// routes, and what openapi_parts.json says of their responses. Made at the first call.
+/// The description of the routes for programs (OpenAPI 3.1). Paths and parameters come from the
+/// table of routes, descriptions of responses from openapi_parts.json. Generated at the first call.
 const std::string& openapi_document();
 
 /// The text of openapi_parts.json: the document with `operations` (summary and responses, by

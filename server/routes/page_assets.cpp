@@ -97,7 +97,7 @@ std::map<std::string, fs::path> files_below(const fs::path& root, const PageAsse
   for (size_t seen = 0; !error && seen < kMaxFiles && entry != fs::recursive_directory_iterator();
        ++seen, entry.increment(error)) {
     std::error_code ignored;
-    // Such as .git and .env; but /.well-known is for clients (RFC 8615).
+    // Skips .git and .env, for example; but /.well-known is for clients (RFC 8615).
     const std::string name = entry->path().filename().string();
     if (name.starts_with('.') && !(name == ".well-known" && entry.depth() == 0)) {
       entry.disable_recursion_pending();

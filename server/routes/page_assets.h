@@ -28,8 +28,8 @@ struct Asset {
   std::vector<AssetVariant> variants;  ///< ascending in size; one is identity
 };
 
-/// The files of the built page, in memory. They are the regular files inside of the folder after
-/// links are resolved, so no request can read files outside of it.
+/// The files of the built page, in memory. After links are resolved, they are the regular files
+/// inside the folder, so no request can read files outside of it.
 class PageAssets {
  public:
   using Log = std::function<void(std::string_view)>;
@@ -47,14 +47,14 @@ class PageAssets {
   /// removed or written.
   static uint64_t signature(const std::filesystem::path& root);
 
-  /// Hashed names, such as "/assets/index-x7Hd9aK2.js", that an HTML file of the page refers to but
-  /// that do not exist: the page is still being built, or its copy is incomplete.
+  /// Hashed names, such as "/assets/index-x7Hd9aK2.js", to which an HTML file of the page refers
+  /// but which do not exist. The page is then still being built, or its copy is incomplete.
   std::vector<std::string> missing() const;
 
-  /// Keeps files with hashed names of the page `before` that this page no longer has, since
+  /// Keeps files with hashed names from the page `before` that this page no longer has, since
   /// browsers that have loaded the old page may still request them. They are kept for at least
-  /// `kept_for`, until the next change of the page after that. Files that `before` has kept retain
-  /// their time. Keeps at most `max_bytes`, the newest files first.
+  /// `kept_for`, and until the next change of the page after that. For files that `before` already
+  /// kept, the time continues. Keeps at most `max_bytes`, the newest files first.
   void keep_hashed(const PageAssets& before, uint64_t max_bytes, std::chrono::seconds kept_for);
 
  private:

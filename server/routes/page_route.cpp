@@ -11,9 +11,10 @@ namespace isosplat::server {
 namespace {
 
 /// The page runs only its own scripts, WASM and workers, and fetches stores from any host (?src=…).
-/// 'unsafe-inline' is for styles only: components of the page set style attributes. Other pages may
-/// frame it: there is no frame-ancestors. The built page states the same (vite.config.ts), for
-/// hosts that send no such header; tests/web/page_policy.spec.ts compares them.
+/// 'unsafe-inline' is for styles only: components of the page set style attributes. There is no
+/// frame-ancestors, so other pages may show it in a frame. The built page states the same policy
+/// (vite.config.ts), for hosts that do not send this header; tests/web/page_policy.spec.ts compares
+/// them.
 constexpr std::string_view kContentSecurityPolicy =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; manifest-src 'self'; "
@@ -29,7 +30,7 @@ void preload_volume(Response& response, const RouteCall& call) {
     if (key != "volume") continue;
     const CatalogEntry* const entry = call.readable(value);
     if (!entry) return;
-    // Names of the catalog need no escaping.
+    // Names in the catalog need no escaping.
     response.set("Link", fmt::format("<v1/volumes/{}/bootstrap>; rel=preload; as=fetch; "
                                      "crossorigin=anonymous",
                                      entry->name));
@@ -47,7 +48,7 @@ const AssetVariant& choose_variant(const Asset& asset, std::string_view accept_e
 
 Response asset_response(const RouteCall& call, const Asset& asset) {
   const AssetVariant& variant = choose_variant(asset, call.request.accept_encoding);
-  // HTML names a volume that the client may read; it may set a cookie, too.
+  // The HTML response depends on the volumes that the client may read, and may set a cookie.
   const bool is_html = asset.mime_type.starts_with("text/html");
   Response response =
       begin_response(call.request, variant.etag,
@@ -72,7 +73,7 @@ Response page_response(const RouteCall& call) {
   const Asset* asset = call.page ? call.page->find(path) : nullptr;
   Response response;
   if (asset && asset->immutable && !call.target.query.empty()) {
-    // Caches would keep a copy for each query.
+    // Otherwise caches would keep a copy for each query.
     response =
         error_response(400, status_name(Status::invalid_argument),
                        "expected no parameter: a file with a hash in its name never changes");

@@ -13,12 +13,13 @@ namespace isosplat::server {
 
 enum class PointField : uint8_t { positions, normals, values };
 
-/// A record per point with some fields, little-endian and without padding: an array of NumPy.
-/// Positions are three numbers in double or single precision, normals three and values one in
-/// single precision.
+/// One record per point with the chosen fields, little-endian and without padding, as in an array
+/// of NumPy. Positions are three numbers in double or single precision. Normals are three numbers
+/// and values are one, in single precision.
 class PointRecords {
  public:
-  /// "positions,normals,values": some of them, in any order, each once. Errors: invalid_argument.
+  /// `fields`: some of "positions,normals,values" in any order, each once. Errors:
+  /// invalid_argument.
   static Result<PointRecords> parse(std::string_view fields, bool double_positions);
 
   bool has(PointField field) const;
@@ -26,11 +27,12 @@ class PointRecords {
   /// Size of a record in bytes.
   size_t bytes() const;
 
-  /// The type as NumPy writes it: a list of fields, also if it is only one.
+  /// The dtype in NumPy's notation: a list of fields, even if there is only one.
   std::string dtype() const;
 
-  /// The header of a .npy file (version 1.0) for `count` records, before the records. One field: an
-  /// array of the shape (count, 3), or (count) for values; several: a structured array.
+  /// The header of a .npy file (version 1.0) for `count` records; the records follow it. One field
+  /// gives an array of the shape (count, 3), or (count) for values; several fields give a
+  /// structured array.
   std::string npy_header(uint64_t count) const;
 
   /// Appends a record for each point. `points` must have the arrays of the fields.

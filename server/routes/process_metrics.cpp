@@ -40,7 +40,7 @@ void add_descriptors(std::string& text) {
   }
   if (!error && count > 0) {
     add(text, "process_open_fds", "gauge", "Open file descriptors.",
-        std::to_string(count - 1));  // without that of the iterator
+        std::to_string(count - 1));  // without the descriptor of the iterator
   }
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;

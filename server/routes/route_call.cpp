@@ -6,7 +6,7 @@ const CatalogEntry* RouteCall::readable(std::string_view name) const {
   static const VolumeIdentity none;
   auto found = catalog->lower_bound(name);
   const bool exists = found != catalog->end() && found->first == name;
-  // The rules are compared with a neighbour if there is none.
+  // If there is no such volume, compares the rules with a neighbouring name, to take the same time.
   if (found == catalog->end() && !catalog->empty()) --found;
   const VolumeIdentity& identity =
       catalog->empty() ? none : static_cast<const VolumeIdentity&>(*found->second);

@@ -19,12 +19,12 @@
 
 namespace isosplat::server {
 
-/// Limits of one request; ServerLimits has the same, except those of points.
+/// Limits of one request. ServerLimits has the same limits, except those of points.
 struct RouterLimits {
   uint64_t query_bytes = uint64_t{64} << 20;
   uint32_t query_chunks = 65536;
   uint64_t query_directory_bytes = uint64_t{256} << 20;
-  uint64_t query_cells = uint64_t{16} << 20;         ///< of the chunks that points are computed of
+  uint64_t query_cells = uint64_t{16} << 20;  ///< of the chunks from which points are computed
   uint64_t query_border_bytes = uint64_t{64} << 20;  ///< PointLimits::border_bytes
   uint32_t query_isovalues = 1024;                   ///< in one table of isovalues
   size_t target_bytes = 8 * 1024;
@@ -37,7 +37,7 @@ class ChunkCache;
 class Metrics;
 class TextCompressor;
 
-/// What the routes for operators report. The pointers outlive the router.
+/// The data that the routes for operators report. The pointers must outlive the router.
 struct Monitor {
   const Metrics* metrics = nullptr;  ///< null: none are counted
   const std::atomic<bool>* stopping = nullptr;
@@ -45,14 +45,14 @@ struct Monitor {
   bool is_stopping() const { return stopping && *stopping; }
 };
 
-/// How many volumes there were when somebody looked last, about a second ago at most.
+/// Numbers of volumes, counted at most about a second ago.
 struct VolumeCounts {
-  uint64_t open_to_all = 0;                     ///< that anyone may read
+  uint64_t open_to_all = 0;                     ///< that every client may read
   uint64_t open_to_all_broken = 0;              ///< those of them that cannot be served
   uint64_t served = 0, broken = 0, unread = 0;  ///< of all, by StoreState
 };
 
-/// A volume that a request names, with its store, which stays the same until the response is sent.
+/// The volume of a request, with its store, which stays open until the response is sent.
 struct OpenVolume {
   std::string_view name;
   std::shared_ptr<const StoreFile> store;
@@ -75,8 +75,8 @@ struct RouteCall {
   VolumeViews& views;
   VolumeCounts counts;
 
-  /// The response depends on who asks: only the client's own cache may keep it. Without a volume:
-  /// whether there are tokens or links.
+  /// Whether the response depends on the client's rights, so that only the client's own cache may
+  /// store it. Without a volume: whether there are tokens or links.
   bool is_private = false;
 
   /// The path's segments for the placeholders {…} of the pattern, in order.
@@ -85,11 +85,11 @@ struct RouteCall {
   /// For routes with {name}: the volume, which the client may read.
   std::optional<OpenVolume> volume{};
 
-  /// For handlers with more to read than a thread for disks should do at once; null: do all of it.
+  /// For handlers that read more than a thread for disks should read at once; null: read all.
   WorkTurn* turn = nullptr;
 
-  /// The volume of this name if the client may read it, else null. One that it may not read takes
-  /// the same time as one that does not exist.
+  /// The volume of this name if the client may read it, else null. A volume that it may not read
+  /// takes the same time as one that does not exist.
   const CatalogEntry* readable(std::string_view name) const;
 };
 

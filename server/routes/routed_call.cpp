@@ -29,7 +29,7 @@ Response options_response(bool is_data) {
   return response;
 }
 
-/// Whether a target is for the operator of the server, and for no page of another origin.
+/// Whether a target is for the operator of the server. Pages of other origins may not read it.
 bool is_for_operators(const Result<Target>& target) {
   return target && target->segments[0] == "metrics";
 }
@@ -50,7 +50,8 @@ RoutedCall::RoutedCall(const Router& router, const Request& request, const Admit
   if (!refusal_) refusal_ = find_handler(admit);
 }
 
-/// The response to a request that needs no handler, or must not have one, whoever sends it.
+/// The response to a request that needs no handler, or must not have one, whichever client sends
+/// it.
 std::optional<Response> RoutedCall::check_request() {
   if (auto refusal = policy_.refuse(request_, has_data())) return refusal;
   if (request_.is_to_redirect) return router_.https_.redirect(request_);
@@ -73,7 +74,7 @@ std::optional<Response> RoutedCall::check_request() {
   return std::nullopt;
 }
 
-/// Sets who asks, the route and the call; or returns a response without a handler.
+/// Sets the client's rights, the route and the call; or returns a response without a handler.
 std::optional<Response> RoutedCall::find_handler(const AdmitClient& admit) {
   auto [page, access, counts] = router_.current();
   access_ = std::move(access);
@@ -118,8 +119,8 @@ std::optional<Response> RoutedCall::find_handler(const AdmitClient& admit) {
   return refusal;
 }
 
-/// For routes with {name}: looks the volume up. A volume that the client may not read is answered
-/// exactly as one that does not exist.
+/// For routes with {name}: finds the volume. The response for a volume that the client may not read
+/// equals that for a volume that does not exist.
 std::optional<Response> RoutedCall::find_volume() {
   if (call_->arguments.empty()) return std::nullopt;
   volume_ = call_->readable(call_->arguments[0]);
@@ -129,7 +130,7 @@ std::optional<Response> RoutedCall::find_volume() {
 }
 
 /// For routes with {name}: opens the volume, and compares its content id with {content}. Returns an
-/// error response if there is no store that can be served.
+/// error response if no store can be served.
 std::optional<Response> RoutedCall::open_volume() {
   if (!volume_) return std::nullopt;
   RouteCall& call = *call_;
@@ -158,7 +159,8 @@ Response RoutedCall::handle() {
   std::optional<Response> error;
   if (!is_open_) {
     error = open_volume();
-    // Behind access: a volume that the client may not read is answered as one that does not exist.
+    // Check this after access: a volume that the client may not read looks like one that does not
+    // exist.
     if (!error && !route_->operation.empty()) {
       const Result<void> checked = check_query(*target_, route_->parameters, route_->operation);
       if (!checked) error = error_response(checked.error());

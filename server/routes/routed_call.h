@@ -18,14 +18,14 @@ namespace isosplat::server {
 
 class Router;
 
-/// Called once it is known who sends a request (Grant::quota_client), before anything is done for
-/// it. Returns the response of a client that must wait.
+/// Called once the client is known (Grant::quota_client), before any work for the request. Returns
+/// a response if the client must wait.
 using AdmitClient = std::function<std::optional<Response>(const std::string& client)>;
 
-/// A request that was routed: its target is parsed, the policies and the rules of access have
-/// admitted it, and its handler is found; or it was refused. respond() runs the handler alone: a
-/// request that waits for a disk or computes calls it more than once. The router and the request
-/// must outlive it. For one thread at a time.
+/// A routed request: its target is parsed, the policies and the access rules have admitted it, and
+/// its handler is found; or it was refused. respond() runs only the handler, and is called more
+/// than once for a request that waits for a disk or computes. The router and the request must
+/// outlive the call. For one thread at a time.
 class RoutedCall {
  public:
   RoutedCall(const RoutedCall&) = delete;
@@ -34,10 +34,10 @@ class RoutedCall {
   /// Null if the request was refused before it had a route.
   const Route* route() const { return route_; }
 
-  /// Runs the handler on a thread of this kind. If it sets no_wait->needs_disk, the result is of no
-  /// use: call again without `no_wait`, on a thread that may wait for the disk; for a route that
-  /// computes, as RouteWork says. The same holds if it sets turn->is_unfinished: call again with
-  /// this turn, after other work.
+  /// Runs the handler on a thread of this kind. If it sets no_wait->needs_disk, discard the result
+  /// and call again without `no_wait`, on a thread that may wait for the disk; for a route that
+  /// computes, see RouteWork. If it sets turn->is_unfinished, discard the result and call again
+  /// with this turn, after other work.
   Response respond(ThreadKind thread = ThreadKind::computing, NoWait* no_wait = nullptr,
                    WorkTurn* turn = nullptr);
 
@@ -62,7 +62,7 @@ class RoutedCall {
   std::optional<Response> refusal_;       ///< the response, without a handler
   const Route* route_ = nullptr;          ///< null only with a refusal
   const CatalogEntry* volume_ = nullptr;  ///< of routes with {name}; in the call's catalog
-  bool is_open_ = false;                  ///< the volume, and the query is checked
+  bool is_open_ = false;                  ///< whether the volume is opened and the query checked
   std::optional<RouteCall> call_;         ///< absent only with a refusal
 };
 

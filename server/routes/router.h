@@ -20,7 +20,8 @@
 
 namespace isosplat::server {
 
-/// Makes the responses to requests; HTTP.md lists the routes. Independent of sockets. Thread-safe.
+/// Computes the responses to requests; HTTP.md lists the routes. Independent of sockets.
+/// Thread-safe.
 class Router {
  public:
   /// Both must outlive the router.
@@ -36,30 +37,30 @@ class Router {
   /// Sets the name of the cookies. Not thread-safe, as above.
   void set_cookie_name(std::string name) { cookie_name_ = std::move(name); }
 
-  /// Sets what clients without TLS are told. Not thread-safe, as above.
+  /// Sets the redirections and fields that make clients use TLS. Not thread-safe, as above.
   void set_https(HttpsPolicy https) { https_ = https; }
 
-  /// Sets what the routes for operators report. Not thread-safe, as above.
+  /// Sets the data that the routes for operators report. Not thread-safe, as above.
   void set_monitor(Monitor monitor) { monitor_ = monitor; }
 
-  /// Sets who may read which volumes, for the following requests; null: everyone may read all.
+  /// Sets the access rules for the following requests; null: every client may read every volume.
   void set_access(std::shared_ptr<const AccessRules> access);
 
   /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
 
-  /// Counts the volumes for /healthz, /readyz and /metrics, and makes the list of those that anyone
-  /// may read, if that may have changed: so that these requests need no time for each store. Call
-  /// it regularly, from one thread at a time.
+  /// Counts the volumes for /healthz, /readyz and /metrics, and lists those that every client may
+  /// read, if these have changed. The time of such requests then does not grow with the number of
+  /// stores. Call it regularly, from one thread at a time.
   void count_volumes();
 
   /// Routes a request, which must outlive the call. Needs no disk. `admit` is called once, unless
-  /// the response does not depend on who asks.
+  /// the response does not depend on the client.
   RoutedCall route(const Request& request, const AdmitClient& admit = {}) const {
     return RoutedCall(*this, request, admit);
   }
 
-  /// Does all of it at once.
+  /// Routes the request and runs its handler, in one call.
   Response respond(const Request& request) const { return route(request).respond(); }
 
  private:
@@ -86,7 +87,7 @@ class Router {
   mutable ChunkCache chunks_{kKeptChunkBytes};
   mutable VolumeViews views_;
 
-  // What count_volumes() has counted.
+  // The results of count_volumes().
   std::shared_ptr<const AccessRules> counted_access_;
   std::shared_ptr<const CatalogSnapshot> counted_catalog_;
   uint64_t counted_news_ = 0;

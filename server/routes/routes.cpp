@@ -96,7 +96,7 @@ constexpr auto kRoutes = std::to_array<Route>({
 
 constexpr std::string_view kAnySegments = "/…";
 
-/// The number of segments of each route's pattern: most are no match because of it.
+/// The number of segments of each route's pattern, which excludes most routes at once.
 constexpr auto kSegments = [] {
   std::array<size_t, kRoutes.size()> counts{};
   std::ranges::transform(kRoutes, counts.begin(), [](const Route& route) {

@@ -13,24 +13,24 @@
 
 namespace isosplat::server {
 
-/// What the response of a route needs besides what is in memory, and which threads do it.
+/// The slow work that a route's response needs, and the threads that do it.
 enum class RouteWork : uint8_t {
-  reads,  ///< reads of a store: threads for disks
+  reads,  ///< reads of a store, on threads for disks
 
-  /// Headers of many stores, a few in each turn (RouteCall::turn): a part of the threads for disks,
-  /// so that these are never all kept by it.
+  /// Reads of headers of many stores, a few in each turn (RouteCall::turn). Only a part of the
+  /// threads for disks does this work, so that it never occupies all of them.
   reads_headers,
 
-  /// Much processor time. On the connection's thread, the handler only says so
-  /// (NoWait::needs_disk). It is called again on a thread that computes; if this lacks something of
-  /// a disk, on one for disks, where it only reads it, and then again on one that computes. Its
-  /// stream is called on these threads alone (BodyStream::fetch).
+  /// Much processor time. On the connection's thread, the handler only reports this
+  /// (NoWait::needs_disk), and is called again on a computing thread. If it lacks bytes there, it
+  /// is called on a thread for disks, where it only reads them, and then again on a computing
+  /// thread. Its stream is called on these threads alone (BodyStream::fetch).
   computes
 };
 
 /// A route. HTTP.md has a table of the same routes in the same order, with their parameters.
 struct Route {
-  /// HEAD has the route of GET; its body is not sent. The router handles OPTIONS for all paths.
+  /// HEAD uses the route of GET; its body is not sent. The router handles OPTIONS for all paths.
   Method method;
 
   /// Segments, each after a "/". A segment that begins with "{" matches any text; "…" at the end
@@ -39,8 +39,8 @@ struct Route {
 
   Response (*handler)(const RouteCall&);
 
-  /// Its operation in openapi_parts.json, which begins error messages as well; empty: not a part of
-  /// the document, and any query is admitted.
+  /// The name of its operation in openapi_parts.json; error messages begin with it as well. Empty:
+  /// the route is not in the document, and accepts any query.
   std::string_view operation{};
 
   /// All parameters that its query may have. The router checks them before the handler runs.
@@ -52,7 +52,7 @@ struct Route {
 /// All routes. The first route whose pattern matches a path handles it.
 std::span<const Route> routes();
 
-/// Its index in routes(). Requires one of these.
+/// The index of this route in routes(). Requires a route of that list.
 size_t index_of(const Route& route);
 
 /// The route of a path, or null. Sets `arguments` to the segments of its placeholders.

@@ -19,11 +19,11 @@
 namespace isosplat::server {
 namespace {
 
-/// Part of the ETags. Change it when the same request gets other bytes.
+/// Part of the ETags. Change it whenever the same request gets other bytes.
 constexpr std::string_view kSamplesVersion = "samples1";
 constexpr std::string_view kIsovaluesVersion = "isovalues1";
 
-/// Points as records, after the header of a .npy file or none. Computes one chunk or more at a
+/// Points as records, optionally after the header of a .npy file. Computes at least one chunk at a
 /// time.
 class SampleStream final : public BodyStream {
  public:
@@ -62,7 +62,8 @@ class SampleStream final : public BodyStream {
   Result<void> fetch() override { return points_->fetch_next(); }
 
  private:
-  /// Size of the pieces: larger than those of other streams, since each uses another thread.
+  /// Size of the pieces: larger than those of other streams, since each piece switches to another
+  /// thread.
   static constexpr size_t kComputedBytes = 512 * 1024;
 
   void append_header(std::vector<std::byte>& out) {
@@ -158,7 +159,7 @@ Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid
   if (shading && *shading != "smooth" && *shading != "exact") {
     return invalid("shading: expected smooth or exact");
   }
-  // The borders of blocks are needed by smooth normals alone.
+  // Only smooth normals need the borders of blocks.
   request.query.smooth_normals = shading != "exact" && request.records.has(PointField::normals);
   request.query.values = request.records.has(PointField::values);
   if (format && *format != "npy" && *format != "raw") {
@@ -192,7 +193,7 @@ Response isovalues_response(const RouteCall& call) {
   const ValueMapping& mapping = store.info().mapping;
   const auto [low, high] = std::ranges::minmax(*isovalues);
   ChunkBudget budget = call.limits.chunk_budget();
-  budget.bytes = UINT64_MAX;  // none of them are read
+  budget.bytes = UINT64_MAX;  // no limit, since none of them are read
   const auto selection = store.chunks_for(*level, mapping.quantized_isovalue(low),
                                           mapping.quantized_isovalue(high), budget, call.no_wait);
   if (!selection) return error_response(selection.error());

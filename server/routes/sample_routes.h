@@ -4,9 +4,9 @@
 
 namespace isosplat::server {
 
-// Handlers of routes for programs that want numbers, not chunks.
+// Handlers of routes for programs that use numbers, not chunks.
 
-/// What some isovalues need: chunks, bytes and cells.
+/// The chunks, bytes and cells that some isovalues need.
 Response isovalues_response(const RouteCall& call);
 
 /// The points of an isosurface as arrays.

@@ -8,8 +8,8 @@
 
 namespace isosplat::server {
 
-/// How far a handler has come that goes through all volumes, in one or more turns
-/// (RouteCall::turn): those before `next` are done.
+/// The progress of a handler that iterates over all volumes, in one or more turns
+/// (RouteCall::turn). The volumes before `next` are done.
 struct CatalogProgress : WorkTurn::Progress {
   explicit CatalogProgress(std::shared_ptr<const CatalogSnapshot> its_catalog)
       : catalog(std::move(its_catalog)), next(catalog->begin()) {}
@@ -18,7 +18,7 @@ struct CatalogProgress : WorkTurn::Progress {
   CatalogSnapshot::const_iterator next;
 };
 
-/// The handler's progress, kept in the call's turn, or in `own` if it has none.
+/// The handler's progress, stored in the call's turn, or in `own` if there is no turn.
 template <class Progress>
 Progress& progress_of(const RouteCall& call, std::unique_ptr<WorkTurn::Progress>& own) {
   std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
@@ -26,20 +26,22 @@ Progress& progress_of(const RouteCall& call, std::unique_ptr<WorkTurn::Progress>
   return static_cast<Progress&>(*progress);
 }
 
-/// The summaries of stores, as far as this turn may read them: at most kHeadersPerTurn headers that
-/// nobody has read yet.
+/// The summaries of stores, within the limit of a turn: at most kHeadersPerTurn headers that have
+/// not been read yet.
 class Summaries {
  public:
   explicit Summaries(const RouteCall& call) : call_(call) {}
 
-  /// Null if it cannot be read now: it must wait, or needs another turn, which `turn` then says.
+  /// Null if it cannot be read now: either it must wait, or it needs another turn, and `turn` then
+  /// says so.
   std::shared_ptr<const StoreSummary> of(const CatalogEntry& entry);
 
  private:
   const RouteCall& call_;
   uint32_t read_ = 0;
   uint64_t last_id_ = 0;
-  std::shared_ptr<const StoreSummary> last_;  // one with an error that may pass is not in the entry
+  std::shared_ptr<const StoreSummary>
+      last_;  // an entry does not store a summary with a temporary error
 };
 
 }  // namespace isosplat::server

@@ -23,11 +23,11 @@ class SurfacePoints::Scratch {
 
 namespace {
 
-/// Blocks are taken to be larger than they are by this part of a cell: rounding must not place a
-/// point outside of its block.
+/// Enlarges blocks by this fraction of a cell, so that rounding does not place a point outside of
+/// its block.
 constexpr double kMarginCells = 0.25;
 
-/// The corners of a box, transformed, and then the box around them.
+/// Transforms the corners of a box, and returns their bounding box.
 template <class Transform>
 WorldBox box_around(const WorldBox& box, const Transform& transform) {
   WorldBox result{{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
@@ -43,15 +43,15 @@ WorldBox box_around(const WorldBox& box, const Transform& transform) {
   return result;
 }
 
-/// The indices of blocks from `low` to `high`, in blocks, and one more at each end, of `count`
-/// blocks along an axis. Coordinates that overflow admit all.
+/// The indices of the blocks from `low` to `high` (in blocks), and one more at each end, of `count`
+/// blocks along an axis. If coordinates overflow, returns all blocks.
 std::pair<int32_t, int32_t> blocks_between(double low, double high, int32_t count) {
   const double first = std::floor(low) - 1, end = std::floor(high) + 2;
   return {first > 0 ? static_cast<int32_t>(std::min<double>(first, count)) : 0,
           end < count ? static_cast<int32_t>(std::max(end, 0.0)) : count};
 }
 
-/// The blocks that meet a box, and their neighbours.
+/// The blocks that intersect a box, and their neighbours.
 BlockRange blocks_around(const WorldBox& box, const VolumeGrid& grid, uint32_t level) {
   const double block_voxels = std::ldexp(kBlockCells, static_cast<int>(level));
   const Matrix3d dual = grid.dual_edges();
@@ -97,7 +97,7 @@ bool SurfacePoints::fetch_some(uint64_t bytes) {
   return ahead_ < parts_.size();
 }
 
-/// Returns what exceeds its limit.
+/// Returns the limit that is exceeded, or an empty text.
 Result<std::string> SurfacePoints::find_chunks(NoWait* no_wait) {
   BlockRange where;
   if (query_.box && query_.level < store_->info().levels) {
@@ -128,7 +128,7 @@ SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
   return box.contains(hull.low) && box.contains(hull.high) ? Inside::whole : Inside::partly;
 }
 
-/// Adds the chunks that are needed, in raster order. Returns what exceeds its limit.
+/// Adds the chunks that are needed, in raster order. Returns the limit that is exceeded.
 std::string SurfacePoints::add_chunks(ChunkSelection selection) {
   if (selection.over_budget) {
     return fmt::format(
@@ -180,7 +180,7 @@ Result<std::string> SurfacePoints::count_some(uint64_t cells, NoWait* no_wait) {
   return std::string();
 }
 
-/// Counts the points of a chunk, and finds its borders. Returns what exceeds its limit.
+/// Counts the points of a chunk, and computes its borders. Returns the limit that is exceeded.
 Result<std::string> SurfacePoints::count_part(size_t number, Scratch& scratch, NoWait* no_wait) {
   Part& part = parts_[number];
   if (auto decoded = decode(part.chunk, scratch, no_wait); !decoded) {

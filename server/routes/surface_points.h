@@ -22,7 +22,7 @@ struct WorldBox {
   }
 };
 
-/// Which points of which isosurface.
+/// A query for points: which isosurface, and which part of it.
 struct PointQuery {
   double isovalue = 0;
   uint32_t level = 0;
@@ -34,47 +34,48 @@ struct PointQuery {
 /// Limits of the work and memory of one query.
 struct PointLimits {
   ChunkBudget chunks;
-  uint64_t cells = UINT64_MAX;         ///< of all its chunks
+  uint64_t cells = UINT64_MAX;         ///< of all chunks of the query
   uint64_t border_bytes = UINT64_MAX;  ///< for smooth normals
 };
 
-/// The points of an isosurface, in a box, chunk by chunk, on the calling thread: those of
-/// `isosplat extract`, in raster order of blocks. Chunks are decoded twice: count_some() counts the
-/// points, and for smooth normals finds the sums of gradients at the borders of blocks, which stay
-/// in memory (16 bytes per lattice point that the surface touches there); next() computes points.
+/// The points of an isosurface in a box, chunk by chunk, on the calling thread. They equal those of
+/// `isosplat extract`, in raster order of blocks. Chunks are decoded twice. count_some() counts the
+/// points, and for smooth normals computes the sums of gradients at the borders of blocks, which
+/// stay in memory (16 bytes per lattice point that the surface touches there). next() computes the
+/// points.
 class SurfacePoints {
  public:
   struct Found {
     std::unique_ptr<SurfacePoints> points;
-    std::string over_limit;  ///< what exceeded its limit, in words; `points` is then null
+    std::string over_limit;  ///< the limit that is exceeded, in words; `points` is then null
   };
 
-  /// Finds the chunks that are needed. Call count_some() until is_counted(), then next(). Errors:
-  /// those of StoreFile, not_found (no such level); also if `no_wait` is given, and says that it
-  /// needs the disk.
+  /// Finds the chunks that are needed. Then call count_some() until is_counted(), and next() after
+  /// that. Errors: those of StoreFile, not_found (no such level). With `no_wait`, also fails if it
+  /// needs the disk, and reports this there.
   static Result<Found> find(std::shared_ptr<const StoreFile> store, const PointQuery& query,
                             const PointLimits& limits, NoWait* no_wait = nullptr);
 
-  /// Counts the points of the next chunks, of `cells` cells and perhaps one chunk more. Returns
-  /// what exceeds its limit, or nothing. Requires !is_counted(). Errors: those of StoreFile and
-  /// ChunkDecoder; as find() with `no_wait`, after which it can be called again.
+  /// Counts the points of the next chunks: chunks of `cells` cells, and possibly one chunk more.
+  /// Returns the limit that is exceeded, or an empty text. Requires !is_counted(). Errors: those of
+  /// StoreFile and ChunkDecoder; as find() with `no_wait`, after which it can be called again.
   Result<std::string> count_some(uint64_t cells, NoWait* no_wait = nullptr);
   bool is_counted() const { return counted_ == parts_.size(); }
 
-  /// Reads the next chunks that count_some() needs, of `bytes` bytes and perhaps one chunk more, so
-  /// that the system has them in memory. False after the last one, or if one cannot be read, which
-  /// count_some() reports.
+  /// Reads the next chunks that count_some() needs into the system's page cache: chunks of `bytes`
+  /// bytes, and possibly one chunk more. Returns false after the last chunk, or if a chunk cannot
+  /// be read; count_some() reports that error.
   bool fetch_some(uint64_t bytes);
 
-  uint64_t count() const { return count_; }  ///< once all are counted
+  uint64_t count() const { return count_; }  ///< once all chunks are counted
 
-  /// Cells of the largest chunk: next() returns no more points.
+  /// Cells of the largest chunk: next() returns at most this many points.
   uint32_t largest_chunk() const { return largest_chunk_; }
 
-  /// What fetch_next() keeps at most, in bytes.
+  /// The maximum bytes that fetch_next() keeps.
   uint64_t largest_chunk_bytes() const { return largest_chunk_bytes_; }
 
-  /// What it keeps in memory, in bytes.
+  /// Bytes of memory that this object uses.
   uint64_t memory() const { return memory_; }
 
   /// Memory for decoding and smooth normals: about 7 MB. For one thread; reused between calls.
@@ -83,18 +84,17 @@ class SurfacePoints {
 
   bool is_at_end() const { return next_ == parts_.size(); }
 
-  /// The points of the next chunk that has some. Requires is_counted() and
-  /// !is_at_end(). Errors: as count_some(), and
-  /// io_error if the file was changed in the meantime, or if `no_wait` says that the chunk needs
-  /// the disk: then call again after fetch_next().
+  /// The points of the next chunk that has any. Requires is_counted() and !is_at_end(). Errors:
+  /// those of count_some(); io_error if the file was changed in the meantime, or if `no_wait`
+  /// reports that the chunk needs the disk. In the latter case, call again after fetch_next().
   Result<PointArrays> next(Scratch& scratch, NoWait* no_wait = nullptr);
 
   /// Reads the next chunk, and keeps it for next(). Errors: those of StoreFile.
   Result<void> fetch_next();
 
  private:
-  /// How much of a block is in the box. Blocks without points are needed by their neighbours'
-  /// smooth normals.
+  /// How much of a block is in the box. Blocks without points are needed for the smooth normals of
+  /// their neighbours.
   enum class Inside : uint8_t { none, partly, whole };
   struct Part {
     ChunkRef chunk;
@@ -120,14 +120,14 @@ class SurfacePoints {
   std::vector<Part> parts_;  ///< in raster order of blocks
   std::optional<BlockBorders> borders_;
   uint64_t border_bytes_ = 0;
-  size_t ahead_ = 0;    ///< parts that fetch_some() has read
-  size_t counted_ = 0;  ///< parts
+  size_t ahead_ = 0;    ///< number of parts that fetch_some() has read
+  size_t counted_ = 0;  ///< number of parts that are counted
   size_t next_ = 0;
   uint64_t count_ = 0;
   uint64_t memory_ = 0;
   uint32_t largest_chunk_ = 0;
   uint64_t largest_chunk_bytes_ = 0;
-  std::vector<std::byte> fetched_;  ///< of the chunk of next(); empty: it is not fetched
+  std::vector<std::byte> fetched_;  ///< the chunk for next(); empty: it is not fetched
 };
 
 }  // namespace isosplat::server

@@ -15,7 +15,7 @@ bool has_word(std::string_view text, std::string_view word) {
   return text.find(word) != std::string_view::npos;
 }
 
-/// How far a list is. Entries before `next` are done.
+/// The progress of a list. Entries before `next` are done.
 struct ListProgress : WorkTurn::Progress {
   std::shared_ptr<const VolumeView> view;
   size_t next = 0;
@@ -23,7 +23,8 @@ struct ListProgress : WorkTurn::Progress {
   std::string items;
 };
 
-/// Whether an entry has all words in its name or its title; no value if its title is not known yet.
+/// Whether the name or the title of an entry contains all words; no value if the title is not known
+/// yet.
 std::optional<bool> matches(Summaries& summaries, const CatalogEntry& entry,
                             const std::vector<std::string>& words) {
   const std::string name = small_letters(entry.name);
@@ -45,8 +46,8 @@ bool add_item(Summaries& summaries, const CatalogEntry& entry, ListProgress& lis
   return true;
 }
 
-/// Adds the volumes of a list without words: no others are looked at. Returns false if it cannot go
-/// on in this turn.
+/// Adds the volumes of a list without words; examines no other volumes. Returns false if the list
+/// needs another turn.
 bool add_part(const RouteCall& call, const ListQuery& query, ListProgress& list) {
   Summaries summaries(call);
   const auto& entries = list.view->entries;
@@ -60,7 +61,7 @@ bool add_part(const RouteCall& call, const ListQuery& query, ListProgress& list)
   return true;
 }
 
-/// Adds the next volumes that have the words. Returns false if it cannot go on in this turn.
+/// Adds the next volumes that match the words. Returns false if the list needs another turn.
 bool add_matches(const RouteCall& call, const ListQuery& query, ListProgress& list) {
   constexpr size_t kSearchedPerTurn = 5000;
   Summaries summaries(call);
@@ -117,8 +118,8 @@ Result<ListQuery> parse_list_query(const Target& target) {
 }
 
 std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& query) {
-  // Going through many volumes takes milliseconds: other requests of this thread do not wait for
-  // it.
+  // Iterating over many volumes takes milliseconds, so other requests of this thread must not wait
+  // for it.
   constexpr size_t kFew = 1000;
   const bool are_many = call.catalog->size() > kFew;
   std::unique_ptr<WorkTurn::Progress> own;

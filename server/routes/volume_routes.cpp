@@ -16,7 +16,8 @@
 
 namespace isosplat::server {
 Response health_response(const RouteCall& call) {
-  // What was counted before: whoever asks, and how often, this waits for nothing.
+  // Uses counts from earlier, so that this request never waits, whatever its client and its
+  // frequency.
   const uint64_t broken = call.counts.open_to_all_broken;
   const uint64_t served = call.counts.open_to_all - broken;
   Response response;
@@ -37,7 +38,7 @@ Response volumes_response(const RouteCall& call) {
   const Result<ListQuery> query = parse_list_query(call.target);
   if (!query) return error_response(query.error());
   std::optional<std::string> list = list_volumes(call, *query);
-  if (!list) return {};  // the connection asks again where it may wait
+  if (!list) return {};  // the connection calls again where it may wait
   return json_response(call, std::move(*list));
 }
 

@@ -4,7 +4,7 @@
 
 namespace isosplat::server {
 
-// Handlers of the routes without a content id, whose content may change at any time.
+// Handlers of the routes without a content id, whose responses may change at any time.
 
 Response health_response(const RouteCall& call);
 

@@ -24,7 +24,7 @@ std::shared_ptr<const VolumeView> VolumeViews::make(const Catalog& catalog, cons
     if (entry->identity) made->bytes += entry->identity->bytes;
   }
   const std::lock_guard lock(mutex_);
-  // Those of older snapshots are of no use any more.
+  // Views of older snapshots are not needed any more.
   std::erase_if(kept_, [&](const Kept& kept) { return kept.view->catalog != catalog; });
   kept_.push_front({grant.key(), made});
   if (kept_.size() > kMost) kept_.pop_back();

@@ -20,16 +20,16 @@ struct VolumeView {
   uint64_t bytes = 0;                        ///< of their files
 };
 
-/// Views that were made, so that a request of whoever may call costs the same whatever the number
-/// of stores and of patterns is. Thread-safe.
+/// Caches views, so that the cost of a request does not depend on the client or on the numbers of
+/// stores and patterns. Thread-safe.
 class VolumeViews {
  public:
   using Catalog = std::shared_ptr<const CatalogSnapshot>;
 
-  /// The view of a client; null if it was not made yet.
+  /// The cached view of a client; null if there is none.
   std::shared_ptr<const VolumeView> find(const Catalog& catalog, const Grant& grant);
 
-  /// The same; makes it if needed, in a time proportional to stores and patterns.
+  /// The same; computes it if needed, in a time proportional to stores and patterns.
   std::shared_ptr<const VolumeView> make(const Catalog& catalog, const Grant& grant);
 
  private:
@@ -41,7 +41,7 @@ class VolumeViews {
   };
 
   std::mutex mutex_;
-  std::list<Kept> kept_;  // guarded by mutex_; the last used first
+  std::list<Kept> kept_;  // guarded by mutex_; most recently used first
 };
 
 }  // namespace isosplat::server
