@@ -9,8 +9,8 @@
 namespace isosplat::server {
 namespace {
 
-/// Raises the soft limit of open files to the hard limit: each store and each connection uses one.
-/// Returns the limit.
+/// Raises the soft limit of open files to the hard limit, since each store and each connection uses
+/// one. Returns the limit.
 uint64_t raise_open_file_limit() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return UINT64_MAX;
@@ -20,8 +20,8 @@ uint64_t raise_open_file_limit() {
   return limit.rlim_cur;
 }
 
-/// How many descriptors of the process stores and connections may use. The others are for its
-/// threads that read headers, its logs, what it listens on, and refused connections.
+/// The number of descriptors that stores and connections may use. The process needs the others for
+/// threads that read headers, for logs, for listening sockets, and for refused connections.
 uint64_t spare_descriptors() {
   constexpr uint64_t kOthers = 2 * uint64_t{Admission::kMostRefusals};
   const uint64_t all = raise_open_file_limit();

@@ -10,18 +10,19 @@
 
 namespace isosplat::server {
 
-// The limits of a server's parts: those of ServerLimits, within what the system allows. The soft
-// limit of open files is raised to the hard limit.
+// Derives the limits of a server's parts from ServerLimits and from the limits of the system. The
+// soft limit of open files is raised to the hard limit.
 
 StorePool::Limits pool_limits(const ServerLimits& limits);
 Admission::Limits admission_limits(const ServerLimits& limits);
 RouterLimits router_limits(const ServerLimits& limits);
 
-/// The memory of bodies that one address may take. A proxy's address is that of all clients.
+/// The maximum memory of bodies for one address. The address of a proxy stands for all of its
+/// clients.
 uint64_t bytes_of_one(const ServerLimits& limits);
 
-/// What the log says at the start if the system allows fewer open files than the limits need; else
-/// nothing.
+/// The warning to log at the start if the system allows fewer open files than the limits need;
+/// empty otherwise.
 std::string descriptor_warning(const ServerLimits& limits);
 
 }  // namespace isosplat::server

@@ -15,8 +15,8 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
-/// How much is read at a time: first as much as most requests have, since an idle connection keeps
-/// the memory for it.
+/// Number of bytes to read at a time. The first read is as long as most requests are, since an idle
+/// connection keeps this memory.
 constexpr size_t kFirstBytes = 1024;
 constexpr size_t kReadBytes = 4096;
 
@@ -46,17 +46,17 @@ void ClientLink::watch(Clock::time_point now) {
   }
 }
 
-/// The handshake of TLS, within request_time.
+/// Completes the TLS handshake within request_time.
 Awaitable<bool> ClientLink::shake_hands() {
   expires_after(limits_.request_time);
   error_code error;
   if (buffer_.size() == 0) {
-    // A client that sends nothing costs no state of TLS.
+    // Allocate no TLS state for a client that sends nothing.
     co_await socket_.async_wait(Socket::wait_read, await(error));
     if (error) co_return false;
   }
   tls_.emplace(socket_, *tls_context_);
-  // What was read behind a header of the PROXY protocol is the begin of the handshake.
+  // The bytes read behind a header of the PROXY protocol begin the handshake.
   const size_t used =
       co_await tls_->async_handshake(asio::ssl::stream_base::server, buffer_.data(), await(error));
   buffer_.consume(used);
@@ -76,10 +76,10 @@ Awaitable<error_code> ClientLink::read_some() {
   co_return error;
 }
 
-/// Sends what the system takes at once of both spans, and removes it from them: of a small response
-/// all, in one call of the system. Only once in a response, and not more than kPieceBytes, so that
-/// a fast client does not keep the thread from the others. Returns false if the connection is
-/// broken. Not a coroutine, which would need a frame.
+/// Sends as many bytes of both spans as the system accepts at once, and removes them from the
+/// spans. A small response is sent completely, with one system call. Sends at most kPieceBytes, and
+/// only once per response, so that a fast client does not occupy the thread. Returns false if the
+/// connection is broken. This is not a coroutine, to save the allocation of a frame.
 bool ClientLink::send_at_once(Bytes& first, Bytes& second) {
   if (tls_) return true;
   const Bytes slice = second.first(std::min(second.size(), kPieceBytes));
@@ -140,8 +140,8 @@ Awaitable<void> ClientLink::linger() {
   }
 }
 
-/// Waits until the client has taken what was sent, as long as it does. The system would hold it
-/// without any limit.
+/// Waits until the client has received the sent bytes, while it makes progress. The system would
+/// keep them without any time limit.
 Awaitable<void> ClientLink::drain() {
   const auto has_taken_all = [this] {
     return !socket_.is_open() || unacknowledged_bytes(socket_.native_handle()) == 0;
@@ -158,7 +158,7 @@ Awaitable<void> ClientLink::drain() {
   } while (!has_taken_all());
 }
 
-/// Twice within `patience`, while the client takes a response.
+/// Called twice within `patience`, while the client receives a response.
 void ClientLink::measure_rate(Clock::time_point now) {
   if (measured_at_ != kNever && now - measured_at_ < limits_.patience / 2) return;
   const uint64_t bytes = acknowledged_bytes(socket_.native_handle());
@@ -170,8 +170,8 @@ void ClientLink::measure_rate(Clock::time_point now) {
   measured_at_ = now;
 }
 
-/// Whether the client, which is late with something else, still takes a response that was sent, and
-/// has taken a piece of it since the last call.
+/// For a client that is late with its next request: returns whether it is still receiving a
+/// response, and has received a piece of it since the last call.
 bool ClientLink::still_takes_bytes() {
   if (unacknowledged_bytes(socket_.native_handle()) == 0) return false;
   const uint64_t bytes = acknowledged_bytes(socket_.native_handle());

@@ -18,8 +18,8 @@
 
 namespace isosplat::server {
 
-/// The socket of a connection, with TLS or without: reads and writes bytes, and closes the
-/// connection of a client that takes more time than the limits give it. For the socket's thread.
+/// The socket of a connection, with TLS or without. Reads and writes bytes, and closes the
+/// connection if the client exceeds a time limit. For the socket's thread.
 class ClientLink {
  public:
   using Clock = std::chrono::steady_clock;
@@ -33,7 +33,7 @@ class ClientLink {
         tls_context_(std::move(tls)),
         limits_(limits),
         place_(place),
-        // A header of the largest size, and one more read.
+        // the largest header, and one more read
         buffer_(limits.header_bytes + 8192) {}
 
   Socket& socket() { return socket_; }
@@ -42,10 +42,10 @@ class ClientLink {
   bool needs_tls() const { return tls_context_ != nullptr; }  ///< call shake_hands() first
   bool has_tls() const { return tls_.has_value(); }
 
-  /// What was received, and is not yet consumed.
+  /// The bytes that were received and not yet consumed.
   boost::beast::flat_buffer& received() { return buffer_; }
 
-  /// Bytes of the last response's body, as far as they were sent.
+  /// Number of bytes of the last response's body that were sent.
   uint64_t body_bytes() const { return body_bytes_; }
   void begin_response() { body_bytes_ = 0; }
 
@@ -54,26 +54,26 @@ class ClientLink {
     place_.set_state(state, now);
   }
 
-  /// The client has this time for what the connection waits for.
+  /// Sets the time limit for the client action that the connection waits for.
   void expires_after(Clock::duration time, Clock::time_point now = Clock::now()) {
     deadline_ = std::min(now + time, end_);
     late_bytes_.reset();
   }
 
-  /// The connection waits for nothing from the client.
+  /// Removes the time limit: the connection waits for no client action.
   void expires_never() { deadline_ = kNever; }
 
-  /// Nothing takes longer than this, from now on.
+  /// Limits the remaining time of the connection, whatever it does.
   void end_after(Clock::duration time) { end_ = Clock::now() + time; }
 
-  /// What waits for the client then fails. Bytes that it has not taken are dropped, if there are
-  /// any: the system would keep them as long as it takes a few now and then.
+  /// Closes the connection; pending operations fail. Drops bytes that the client has not received.
+  /// Otherwise the system would keep them for as long as the client receives a few now and then.
   void close();
 
-  /// Measures how fast the client takes a response, and closes the connection if its time is over.
+  /// Measures the client's receive rate, and closes the connection if it has exceeded a time limit.
   void watch(Clock::time_point now);
 
-  /// Reads some bytes behind those received; none if the connection ends.
+  /// Reads some bytes and appends them to those received; none if the connection ends.
   Awaitable<boost::system::error_code> read_some();
 
   // These return false if the connection must be closed.
@@ -96,12 +96,13 @@ class ClientLink {
   OpenConnection& place_;
   boost::beast::flat_buffer buffer_;
   std::optional<boost::asio::ssl::stream<Socket&>> tls_{};  ///< over `socket_`
-  Clock::time_point deadline_ = kNever;  ///< of what it waits for from the client
+  Clock::time_point deadline_ = kNever;  ///< for the client action that it waits for
   Clock::time_point end_ = kNever;       ///< of the connection, if it is refused
-  bool is_writing_ = false;  ///< the client must take a piece of the response until `deadline_`
+  bool is_writing_ = false;  ///< the client must receive a piece of the response until `deadline_`
   uint64_t body_bytes_ = 0;
 
-  /// What the client has acknowledged: at the last measurement of its rate, and when it was late.
+  /// Bytes that the client has acknowledged: at the last measurement of its rate, and at its last
+  /// time limit.
   uint64_t measured_bytes_ = 0;
   Clock::time_point measured_at_ = kNever;  ///< kNever: not yet
   std::optional<uint64_t> late_bytes_{};

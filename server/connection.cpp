@@ -26,12 +26,12 @@ using tcp = asio::ip::tcp;
 using Bytes = ClientLink::Bytes;
 using Clock = ClientLink::Clock;
 
-/// How much the system keeps for a client that is slow to read (TCP_NOTSENT_LOWAT), in bytes; by
-/// default megabytes. What is on its way to a fast client does not count.
+/// How many unsent bytes the system keeps for a slow client (TCP_NOTSENT_LOWAT); by default
+/// megabytes. Bytes in transit to a fast client do not count.
 using UnsentBytes = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 
-/// What the process must be able to allocate (has_memory_for) for any request, besides what the
-/// body takes.
+/// Bytes that the process must be able to allocate for any request (has_memory_for), in addition to
+/// the body.
 constexpr uint64_t kRequestBytes = 1 << 20;
 
 /// The body of a response without a stream.
@@ -63,9 +63,9 @@ struct Connection::State {
   ClientLink link;
   RequestReader reader{link, shared.limits, shared.stopping};
   Responder responder{shared, link};
-  IpAddress peer{};  ///< the other end, or the client that a header of the PROXY protocol names
+  IpAddress peer{};       ///< the other end, or the client named by a header of the PROXY protocol
   bool is_local = false;  ///< the peer is on this machine
-  std::string groups{};   ///< of the client of the present request, as a trusted proxy says
+  std::string groups{};   ///< of the client of the present request, as stated by a trusted proxy
 };
 
 Connection::Connection(Socket socket, std::shared_ptr<TlsContext> tls,
@@ -154,12 +154,12 @@ Awaitable<std::optional<std::string>> Connection::read_proxy_header() {
     co_return std::nullopt;
   }
   if (header.source) state.peer = *header.source;
-  // A client that the proxy does not know may be anywhere.
+  // If the proxy does not know its client, the client may be on any machine.
   state.is_local = state.peer.is_loopback() && (header.source || header.is_local);
   co_return state.peer.client_key();
 }
 
-/// Serves a request that has begun. Returns false if the connection must be closed.
+/// Serves a request whose first bytes have arrived. Returns false if the connection must be closed.
 Awaitable<bool> Connection::State::handle_request() {
   HeaderScan header = reader.scan_first();
   if (header.state == HeaderScan::State::partial) header = co_await reader.read_rest();
@@ -211,8 +211,8 @@ Awaitable<bool> Connection::State::handle_request() {
   co_return !close;
 }
 
-/// Sets the responder's address, and what the request says about its origin: of the client that a
-/// trusted proxy names, or else of the peer.
+/// Sets the responder's address and the request's origin: those of the client named by a trusted
+/// proxy, or else of the peer.
 void Connection::State::identify_client(const RequestParser& parser, Request& request) {
   request.is_from_this_machine = is_local;
   request.has_tls = link.has_tls();
@@ -233,12 +233,12 @@ void Connection::State::identify_client(const RequestParser& parser, Request& re
   responder.set_address(found.address.client_key());
 }
 
-/// `piece`: the first of the response's stream, if it has one.
+/// `piece`: the first piece of the response's stream, if it has one.
 Awaitable<bool> Connection::State::write_response(Response& response, Piece& piece, bool close,
                                                   bool http_1_0, bool head) {
   link.begin_response();
   const std::string header = response_header(response, close, http_1_0);
-  if (head) response.stream.reset();  // its memory is not within the budget
+  if (head) response.stream.reset();  // the budget does not include its memory
   Bytes unsent = std::as_bytes(std::span(header));
   Bytes body;
   if (!head) body = response.stream ? Bytes(piece.bytes) : body_of(response);
@@ -281,7 +281,8 @@ void Connection::State::write_access_log(const RequestParser& parser, const Requ
   shared.log.access(access_line(entry, shared.log_format));
 }
 
-/// Counts and logs a connection whose request was not read. `status`: 0 without a response.
+/// Counts and logs a connection that was closed before its request was read. `status`: 0 without a
+/// response.
 void Connection::State::record_refusal(int status) {
   shared.metrics.add_response(Metrics::kNoRoute, status, link.body_bytes(), {});
   if (!shared.log.has_access_log()) return;

@@ -20,15 +20,15 @@ struct ConnectionShared {
   const ServerLimits& limits;
   const std::atomic<bool>& stopping;
   ServerLog& log;
-  WorkPool& disk;       ///< for what waits for disks
-  WorkPool& headers;    ///< the same, for the routes that read headers of many stores
-  WorkPool& computing;  ///< for the routes that compute
+  WorkPool& disk;       ///< for reads that wait for disks
+  WorkPool& headers;    ///< the same, for routes that read headers of many stores
+  WorkPool& computing;  ///< for routes that compute
   Metrics& metrics;
   RateLimit& rates;
   ByteBudget& bytes_in_flight;
   LogFormat log_format;
   const TrustedProxies& proxies;
-  bool has_tls;  ///< the server: connections without TLS are only redirected
+  bool has_tls;  ///< whether the server has TLS: connections without TLS are then only redirected
 };
 
 }  // namespace isosplat::server

@@ -6,7 +6,7 @@
 
 namespace isosplat::server {
 
-/// Follows what happens to stores and page, until the server stops.
+/// Watches the files of stores and page until the server stops.
 void FileFollower::follow() {
   using Clock = std::chrono::steady_clock;
   Clock::time_point next = Clock::now();
@@ -44,9 +44,9 @@ void FileFollower::run() {
   }
 }
 
-/// Reads headers that nobody has read yet, so that searches find titles at once and the log names
-/// stores that cannot be served. For a moment only: returns whether all were read. `done`: the name
-/// up to which the last call came.
+/// Reads headers of stores that have not been read yet, so that searches find titles at once and
+/// the log names stores that cannot be served. Returns after a short time, with whether all were
+/// read. `done`: the name at which the last call stopped.
 bool FileFollower::read_headers(const CatalogSnapshot& snapshot, std::string& done) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point end = Clock::now() + std::chrono::milliseconds(50);

@@ -14,7 +14,7 @@
 
 namespace isosplat::server {
 
-/// Follows what happens to the files of stores and page, in a thread of its own.
+/// Watches the files of stores and page for changes, in a separate thread.
 class FileFollower {
  public:
   /// All must outlive it.
@@ -31,7 +31,7 @@ class FileFollower {
         stopping_(stopping) {}
   ~FileFollower() { join(); }
 
-  /// Once.
+  /// Starts the thread. Call once.
   void start() {
     thread_ = std::thread([this] { run(); });
   }

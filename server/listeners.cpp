@@ -21,7 +21,7 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
 
-/// Memory that the process must be able to allocate for another connection.
+/// Bytes that the process must be able to allocate for another connection.
 constexpr uint64_t kConnectionBytes = 256 << 10;
 
 }  // namespace
@@ -33,7 +33,7 @@ Result<void> Listeners::open(const ServerOptions& options) {
   acceptors_ = std::move(*acceptors);
   port_ = acceptors_.front().local_endpoint().port();
   if (!options.http_port) {
-    // Its predecessor had the port, its configuration has changed.
+    // The previous process had the port, but the configuration has changed.
     for (const int socket : options.redirecting_sockets) ::close(socket);
     return {};
   }
@@ -94,7 +94,8 @@ Awaitable<void> Listeners::accept_on(Acceptor& acceptor, bool has_tls) {
     try {
       is_served = !error && has_memory_for(kConnectionBytes);
       if (is_served) admit(worker, std::move(socket), peer, has_tls);
-      // Most likely out of file descriptors or memory: connections that end will free some.
+      // The likely cause is a lack of file descriptors or memory. Connections that end will free
+      // some.
       if (!is_served) admission_.make_room(std::chrono::steady_clock::now());
     } catch (const std::bad_alloc&) {
       is_served = false;
@@ -108,7 +109,7 @@ Awaitable<void> Listeners::accept_on(Acceptor& acceptor, bool has_tls) {
   }
 }
 
-/// Gives a connection to a worker, or refuses it.
+/// Passes a connection to a worker, or refuses it.
 void Listeners::admit(Worker& worker, Socket socket, const tcp::endpoint& peer, bool has_tls) {
   const IpAddress peer_address = IpAddress::of(*peer.data()).value_or(IpAddress{});
   const bool is_of_proxy = shared_.proxies.trusts(peer_address);

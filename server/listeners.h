@@ -17,8 +17,8 @@
 
 namespace isosplat::server {
 
-/// The listening sockets of a server: gives their connections to the workers by turns, as far as
-/// they are admitted. For the thread of `control`, except as stated.
+/// The listening sockets of a server. Distributes admitted connections to the workers in turn. For
+/// the thread of `control`, except as stated.
 class Listeners {
  public:
   using Workers = std::vector<std::unique_ptr<Worker>>;
@@ -28,17 +28,17 @@ class Listeners {
             TlsLoader& tls, const Workers& workers)
       : control_(control), shared_(shared), admission_(admission), tls_(tls), workers_(workers) {}
 
-  /// Binds the addresses, or takes over the sockets, of the options. Before start(). Errors:
+  /// Binds the addresses of the options, or takes over their sockets. Call before start(). Errors:
   /// io_error.
   Result<void> open(const ServerOptions& options);
 
-  /// The port that serves. Thread-safe after open().
+  /// The port for requests. Thread-safe after open().
   uint16_t port() const { return port_; }
 
   /// The port that redirects to https; 0: none. Thread-safe until close().
   uint16_t redirecting_port() const;
 
-  /// Whether only this machine can reach what serves. Before close().
+  /// Whether only this machine can reach the server. Call before close().
   bool is_local() const;
 
   /// The open sockets, for a new process.

@@ -11,8 +11,8 @@
 namespace isosplat::server {
 namespace {
 
-/// How long files of the old page are served after the page was rebuilt, to browsers that have the
-/// old page open.
+/// How long files of the old page are served after a rebuild, for browsers that have the old page
+/// open.
 constexpr std::chrono::hours kOldPageKept{1};
 
 }  // namespace

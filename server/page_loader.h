@@ -10,19 +10,20 @@
 
 namespace isosplat::server {
 
-/// Gives the router the page below a folder, and again when it has changed. Not thread-safe.
+/// Loads the page from a folder into the router, and reloads it when files have changed. Not
+/// thread-safe.
 class PageLoader {
  public:
   /// `root`: empty for no page. `max_bytes`: of all files of the page. The router and the log must
   /// outlive the loader.
   PageLoader(std::filesystem::path root, uint64_t max_bytes, Router& router, ServerLog& log);
 
-  /// Loads the page. Errors (io_error): the router keeps the page that it has.
+  /// Loads the page. If this fails (io_error), the router keeps the present page.
   Result<void> load();
 
-  /// Loads the page again if it has changed since the last load but not since the last call. While
-  /// a build writes the page, it is incomplete: the old page is served until the new one is
-  /// complete. Logs the result.
+  /// Reloads the page if files have changed since the last load, and none has changed since the
+  /// last call. The page is incomplete while a build writes it: the old page is served until the
+  /// new one is complete. Logs the result.
   void load_if_changed();
 
  private:

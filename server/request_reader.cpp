@@ -9,7 +9,7 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 using Clock = ClientLink::Clock;
 
-/// Memory for received bytes that a connection without a request keeps.
+/// Bytes of the receive buffer that a connection without a request keeps.
 constexpr size_t kIdleBytes = 1024;
 
 }  // namespace
@@ -35,7 +35,7 @@ Awaitable<bool> RequestReader::wait() {
   const Clock::time_point now = Clock::now();
   link_.set_state(OpenConnection::State::waiting, now);
   if (link_.received().size() > 0) {
-    // Other connections of this thread have their turn before the next of many requests.
+    // If a client pipelines many requests, let other connections of this thread run in between.
     co_await asio::post(kAwait);
     co_return true;
   }
@@ -48,7 +48,7 @@ Awaitable<bool> RequestReader::wait() {
   co_return !error;
 }
 
-/// Looks for the end of the header behind what an earlier call has scanned.
+/// Looks for the end of the header, behind the bytes that earlier calls have scanned.
 HeaderScan RequestReader::scan() {
   std::string_view received(static_cast<const char*>(link_.received().data().data()),
                             link_.received().size());
@@ -57,7 +57,7 @@ HeaderScan RequestReader::scan() {
     link_.received().consume(2);
     received.remove_prefix(2);
   }
-  if (received == "\r") return {};  // perhaps the begin of an empty line
+  if (received == "\r") return {};  // perhaps the beginning of an empty line
   HeaderScan scan = scan_header(received, scanned_, limits_.header_bytes, limits_.target_bytes);
   scanned_ = received.size();
   return scan;

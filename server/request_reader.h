@@ -12,10 +12,10 @@
 
 namespace isosplat::server {
 
-/// Reads the headers of a connection's requests, each within the times of the limits.
+/// Reads the headers of a connection's requests, within the time limits.
 class RequestReader {
  public:
-  /// All must outlive it. `stopping`: the server waits for no further requests.
+  /// All must outlive it. `stopping`: once set, the reader waits for no further requests.
   RequestReader(ClientLink& link, const ServerLimits& limits, const std::atomic<bool>& stopping)
       : link_(link), limits_(limits), stopping_(stopping) {}
 
@@ -30,8 +30,8 @@ class RequestReader {
   /// Ends wait().
   void stop();
 
-  /// Looks for the end of a request's header in what was received: call it once wait() has
-  /// returned, and then read_rest() if the header is partial.
+  /// Looks for the end of a request's header in the received bytes. Call it once wait() has
+  /// returned, and read_rest() after it if the header is partial.
   HeaderScan scan_first() {
     scanned_ = 0;
     return scan();
@@ -41,7 +41,7 @@ class RequestReader {
   /// connection ends before the header is complete.
   Awaitable<HeaderScan> read_rest();
 
-  /// The next `bytes` of what was received.
+  /// The next `bytes` received bytes.
   std::string_view received(size_t bytes) const {
     return {static_cast<const char*>(link_.received().data().data()), bytes};
   }

@@ -13,8 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What the process must be able to allocate (has_memory_for) for a turn that computes, besides what
-// the body takes.
+// Bytes that the process must be able to allocate for a turn of computing (has_memory_for), in
+// addition to the body.
 constexpr uint64_t kComputingBytes = 16 << 20;
 
 }  // namespace
@@ -23,10 +23,10 @@ void Responder::watch() {
   if (job_ && has_left(*pool_)) pool_->withdraw(*job_);
 }
 
-// A request is tried on this thread first: most of the time the system holds the bytes in memory,
-// and another thread would cost more than the read. What needs the disk, or much processor time, is
-// repeated in a pool. Few threads compute, so they do not wait for a disk: what they lack is read
-// by the threads for disks first.
+// Each request is first tried on this thread: most of the time the system has the bytes in its page
+// cache, and a switch to another thread would cost more than the read. If the request needs the
+// disk, or much processor time, it is repeated in a pool. The few threads that compute must not
+// wait for a disk: threads for disks first read the bytes that they need.
 
 Awaitable<Response> Responder::respond_unlimited(const Request& request) {
   NoWait no_wait;
@@ -50,8 +50,8 @@ Awaitable<Response> Responder::respond_unlimited(const Request& request) {
   co_return co_await respond_elsewhere(request, call);
 }
 
-/// From now on the request counts for the client of this name, or for its address if that is empty.
-/// Returns the response if it has used up its rate.
+/// Counts the request for the client of this name from now on, or for its address if the name is
+/// empty. Returns a response if the client has used up its rate.
 std::optional<Response> Responder::admit_client(const std::string& name) {
   client_ = name.empty() ? address_ : "client " + name;
   link_.place().set_client(client_);
@@ -60,7 +60,7 @@ std::optional<Response> Responder::admit_client(const std::string& name) {
   return rate_response(*seconds);
 }
 
-/// Runs the task in the pool, as one of the client. It is withdrawn if the client leaves.
+/// Runs the task in the pool for this client. Withdraws it if the client disconnects.
 template <class Task>
 Awaitable<WorkPool::Outcome> Responder::run_in(WorkPool& pool, WorkPool::Kind kind, Task& task) {
   WorkPool::Outcome outcome = WorkPool::Outcome::withdrawn;
@@ -82,8 +82,9 @@ Awaitable<WorkPool::Outcome> Responder::run_in(WorkPool& pool, WorkPool::Kind ki
   co_return outcome;
 }
 
-/// Whether nobody waits for what the pool does. Points are costly: a client that ends its side is
-/// taken for one that has left, although it could still read.
+/// Whether the client has disconnected, so that the work of the pool is of no use. For the costly
+/// computation of points, a client that closes its sending side counts as disconnected, although it
+/// could still read.
 bool Responder::has_left(const WorkPool& pool) {
   if (!link_.is_open()) return true;
   const TcpEnd end_of_client = tcp_end(link_.socket().native_handle());
@@ -91,7 +92,7 @@ bool Responder::has_left(const WorkPool& pool) {
          (end_of_client == TcpEnd::ended && &pool == &shared_.computing);
 }
 
-/// The response of a handler that needs a disk, or computes.
+/// The response of a handler that needs a disk or computes.
 Awaitable<Response> Responder::respond_elsewhere(const Request& request, RoutedCall& call) {
   const Route* const route = call.route();
   if (route->work == RouteWork::computes) co_return co_await compute_response(request, call);
@@ -114,7 +115,7 @@ Awaitable<Response> Responder::compute_response(const Request& request, RoutedCa
   NoWait no_wait;
   bool may_wait = false;
   auto compute = [&] {
-    // Waits where the system keeps nothing in memory of what was read.
+    // Wait for the disk if the system's page cache does not keep the bytes that were read.
     response = call.respond(ThreadKind::computing, may_wait ? nullptr : &no_wait, &turn);
   };
   auto fetch = [&] { call.respond(ThreadKind::disk, nullptr, &turn); };
@@ -139,8 +140,8 @@ Awaitable<Response> Responder::compute_response(const Request& request, RoutedCa
   }
 }
 
-/// The response if the server stops, or computes too much. One of the status 0 is not sent: the
-/// client has left.
+/// The response if the server is stopping or computes too much already. A response of status 0 is
+/// not sent, since the client has disconnected.
 Response Responder::refuse_for_now(const Request& request, const Route* route,
                                    WorkPool::Outcome outcome) const {
   const bool is_stopping = outcome == WorkPool::Outcome::stopped;
@@ -175,7 +176,8 @@ Awaitable<Response> Responder::respond(const Request& request, ByteBudget::Share
   if (memory.take(shared_.bytes_in_flight, response.memory(), client_)) {
     if (response.stream && response.body_size() > 0) {
       if (!read_in_memory(response, piece)) co_await read_elsewhere(response, piece);
-      // Nothing was sent yet: a client can tell an error from a lost connection.
+      // Nothing has been sent yet: send an error, which tells the client more than a lost
+      // connection.
       if (piece.step == BodyStream::Step::broken && piece.bytes.empty()) {
         response = error_of(piece, request, response.route);
       }
@@ -219,7 +221,7 @@ Awaitable<void> Responder::read_elsewhere(const Response& response, Piece& piece
   if (piece.outcome != WorkPool::Outcome::done) piece.step = BodyStream::Step::broken;
 }
 
-/// The same for a body that is computed.
+/// Like read_elsewhere(), for a body that is computed.
 Awaitable<void> Responder::compute_piece(BodyStream& body, Piece& piece) {
   constexpr auto kKind = WorkPool::Kind::continued;
   while (true) {
@@ -228,7 +230,7 @@ Awaitable<void> Responder::compute_piece(BodyStream& body, Piece& piece) {
     piece.outcome = co_await run_in(shared_.computing, kKind, compute);
     const bool has_run = piece.outcome == WorkPool::Outcome::done;
     if (has_run && (!no_wait.needs_disk || !piece.bytes.empty())) co_return;
-    piece.step = BodyStream::Step::broken;  // unless it goes on
+    piece.step = BodyStream::Step::broken;  // unless the task succeeds
     if (!has_run) co_return;
     Result<void> fetched;
     auto fetch = [&] { fetched = body.fetch(); };

@@ -17,11 +17,11 @@
 
 namespace isosplat::server {
 
-/// Some bytes of a body that is produced while it is sent.
+/// A piece of a body that is produced while it is sent.
 struct Piece {
   std::vector<std::byte> bytes;
   BodyStream::Step step = BodyStream::Step::more;
-  Error error;  ///< if broken; without a message: as `outcome` says
+  Error error;  ///< if broken; if it has no message, see `outcome`
   WorkPool::Outcome outcome = WorkPool::Outcome::done;
 
   void clear() {
@@ -30,38 +30,41 @@ struct Piece {
   }
 };
 
-/// Makes the responses of a connection, on its thread or in the pools of threads, within the limits
-/// of the client and of the memory of bodies. For the connection's thread.
+/// Computes the responses of a connection, on its thread or in the thread pools, within the limits
+/// of the client and of the memory for bodies. For the connection's thread.
 class Responder {
  public:
   /// Both must outlive it.
   Responder(const ConnectionShared& shared, ClientLink& link) : shared_(shared), link_(link) {}
 
-  /// The address of the client of the following requests, for whom they count.
+  /// Sets the address of the client of the following requests.
   void set_address(const std::string& address) {
     address_ = address;
     client_ = address;
   }
-  /// The next request counts for this address, until the router knows better.
+  /// Counts the next request for this address, until the router has identified its client.
   void begin_request() { client_ = address_; }
 
   const std::string& address() const { return address_; }
 
-  /// The response to a request. One of the status 0 is not sent: the client has left. `memory`:
-  /// what the response takes of the memory of bodies. `piece`: becomes the first of its stream.
+  /// The response to a request. A response of status 0 is not sent, since the client has
+  /// disconnected. `memory`: receives the response's share of the memory for bodies. `piece`:
+  /// receives the first piece of the response's stream.
   Awaitable<Response> respond(const Request& request, ByteBudget::Share& memory, Piece& piece);
 
-  /// The response if the process cannot have more memory. `piece`: what there was of another one.
+  /// The response if the process cannot allocate memory. `piece`: the piece of an abandoned
+  /// response, which is cleared.
   Response refuse_for_memory(const Request& request, const Route* route, Piece& piece) const;
 
-  /// The next bytes of a body, if they need neither a disk nor computing; `piece` is clear. Not a
-  /// coroutine, which would need a frame for each piece. Returns false for read_elsewhere().
+  /// Reads the next bytes of a body if they need neither a disk nor computing; `piece` must be
+  /// empty. Returns false if read_elsewhere() must read them. This is not a coroutine, to save the
+  /// allocation of a frame for each piece.
   bool read_in_memory(const Response& response, Piece& piece);
 
-  /// The next bytes of a body that read_in_memory() cannot read.
+  /// Reads the next bytes of a body that read_in_memory() cannot read.
   Awaitable<void> read_elsewhere(const Response& response, Piece& piece);
 
-  /// Withdraws what waits in a pool for a client that has left. Call it regularly.
+  /// Withdraws the jobs of a client that has disconnected. Call it regularly.
   void watch();
 
  private:
@@ -74,7 +77,7 @@ class Responder {
   bool has_left(const WorkPool& pool);
   std::optional<Response> admit_client(const std::string& name);
 
-  // Responses that the router has not made.
+  // Responses to requests that the router has not answered.
   Response refuse_for_now(const Request& request, const Route* route,
                           WorkPool::Outcome outcome) const;
   Response error_of(const Piece& piece, const Request& request, const Route* route) const;
@@ -85,10 +88,10 @@ class Responder {
 
   const ConnectionShared& shared_;
   ClientLink& link_;
-  std::string address_{};         ///< of the client of the present request
-  std::string client_{};          ///< whom it counts for: its token, or its address
-  WorkPool* pool_ = nullptr;      ///< in which `job_` is
-  WorkPool::Job* job_ = nullptr;  ///< what it waits for; null: nothing
+  std::string address_{};  ///< of the client of the present request
+  std::string client_{};   ///< the client that it counts for: the name of its token, or its address
+  WorkPool* pool_ = nullptr;      ///< the pool with `job_`
+  WorkPool::Job* job_ = nullptr;  ///< the job that the connection waits for; null: none
 };
 
 }  // namespace isosplat::server

@@ -40,12 +40,13 @@ namespace {
 
 namespace asio = boost::asio;
 
-/// Few: requests that read many headers wait for each other then, and others do not.
+/// Keep this number small, so that requests that read many headers queue behind each other instead
+/// of delaying all other requests.
 uint32_t header_threads(const ServerOptions& options) {
   return (options.disk_threads + 3) / 4;
 }
 
-/// Half of the cores: connections and other programs keep the others.
+/// Half of the cores; connections and other programs use the rest.
 uint32_t compute_threads() {
   return std::max(1u, std::thread::hardware_concurrency() / 2);
 }
@@ -147,7 +148,8 @@ struct Server::State {
   std::vector<std::unique_ptr<Worker>> workers;
   std::vector<std::thread> worker_threads;
 
-  // Accepting and signals have their own thread, so that they do not wait while workers read files.
+  // Accepting and signals have a separate thread, so that they do not wait while workers read
+  // files.
   asio::io_context control{1};
   Listeners listeners;
   Signals signals;
@@ -158,7 +160,7 @@ struct Server::State {
   size_t workers_running = 0;  // guarded by done_mutex
 };
 
-/// Decides who may read the data. Call when the addresses are known.
+/// Determines the policy of origins. Call once the addresses are known.
 Result<void> Server::State::choose_policy() {
   const bool is_local = listeners.is_local();
   Result<OriginPolicy> policy = origin_policy(options, is_local);
@@ -171,8 +173,8 @@ Result<void> Server::State::choose_policy() {
   return {};
 }
 
-/// Reads each of them again. Those that are wrong stay as they were, whatever becomes of the
-/// others.
+/// Reads each of them again. If one of them is invalid, keeps its previous value and still applies
+/// the others.
 Result<void> Server::State::reload() {
   std::vector<std::pair<std::string_view, Result<void>>> parts;
   parts.emplace_back("tokens and keys", access.load());
@@ -194,7 +196,7 @@ Result<void> Server::State::reload() {
   return first;
 }
 
-/// Runs the event loop of accepting and signals to its end.
+/// Runs the event loop for accepting and signals until it ends.
 void Server::State::run_control() {
   while (true) {
     try {

@@ -32,8 +32,8 @@ std::string one_line(std::string text) {
 void Signals::start(bool has_files) {
   signals_.emplace(control_);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR2}) {
-    // Without files to read again, SIGHUP ends the program: its terminal was closed. systemd
-    // sends it to reload.
+    // Without files to read again, SIGHUP ends the program, because its terminal was closed.
+    // systemd sends SIGHUP to request a reload.
     if (signal == SIGHUP && !has_files && !has_service_manager()) continue;
     struct sigaction now {};
     // Ignored signals stay ignored: a shell ignores SIGINT for its background jobs.
@@ -77,7 +77,7 @@ void Signals::handle(int signal) {
   }
 }
 
-/// Starts a new process with the listening sockets, and stops when that is ready.
+/// Starts a new process with the listening sockets, and stops this one once the new one is ready.
 void Signals::hand_over() {
   if (stopping_ || has_successor_) {
     log_.line("hand-over: this process is already stopping or handing over");
@@ -102,7 +102,7 @@ Awaitable<void> Signals::await_successor(Successor successor) {
     if (error) {
       log_.line("hand-over: this process goes on: the new one did not start");
     } else {
-      ::kill(successor.process, SIGTERM);  // as this one was told
+      ::kill(successor.process, SIGTERM);  // since this process is stopping too
     }
     ::waitpid(successor.process, nullptr, 0);
     co_return;

@@ -18,13 +18,13 @@
 
 namespace isosplat::server {
 
-/// What a server does when the process gets a signal (ServerOptions::handle_signals), and the
-/// hand-over to a new process. For the thread of `control`, except as stated.
+/// Handles signals of the process (ServerOptions::handle_signals), and the hand-over to a new
+/// process. For the thread of `control`, except as stated.
 class Signals {
  public:
   struct Actions {
     std::function<Result<void>()> reload;
-    std::function<void(std::chrono::milliseconds)> stop;         ///< Server::stop(), in this time
+    std::function<void(std::chrono::milliseconds)> stop;  ///< Server::stop(), within this time
     std::function<void(std::chrono::milliseconds)> stop_sooner;  ///< after stop()
     std::function<void()> close_connections;
   };
@@ -40,11 +40,11 @@ class Signals {
         stopping_(stopping),
         actions_(std::move(actions)) {}
 
-  /// Waits for signals. `has_files`: there are files that a reload reads. Call it before the event
-  /// loop runs.
+  /// Starts to wait for signals. `has_files`: there are files that a reload reads. Call it before
+  /// the event loop runs.
   void start(bool has_files);
 
-  /// Waits no longer.
+  /// Stops waiting for signals.
   void cancel() {
     if (signals_) signals_->cancel();
   }
@@ -63,8 +63,9 @@ class Signals {
   const std::atomic<bool>& stopping_;
   const Actions actions_;
   std::optional<boost::asio::signal_set> signals_;  ///< absent before start()
-  bool has_successor_ = false;                      ///< that is starting
-  bool is_handed_over_ = false;                     ///< and responses in progress are completed
+  bool has_successor_ = false;                      ///< a new process is starting
+  bool is_handed_over_ =
+      false;  ///< the sockets are handed over; responses in progress are being completed
 };
 
 }  // namespace isosplat::server

@@ -18,8 +18,8 @@ class TlsLoader {
   TlsLoader(const ServerOptions& options, ServerLog& log, Metrics& metrics)
       : options_(options), log_(log), metrics_(metrics) {}
 
-  /// Reads both files for the connections that follow, if the options name them. Errors: of
-  /// load_tls(); the old ones then stay.
+  /// If the options name the two files, reads them for new connections. Errors: those of
+  /// load_tls(); the previous certificate is kept then.
   Result<void> load();
 
   /// Null without TLS.

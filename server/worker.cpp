@@ -19,7 +19,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// The only response of a refused connection; null if it was admitted.
+/// The only response of a refused connection, or null if it was admitted.
 std::unique_ptr<Response> refusal_of(OpenConnection::Verdict verdict, const OriginPolicy& policy) {
   std::unique_ptr<Response> refusal;
   if (verdict == OpenConnection::Verdict::too_many) {
@@ -39,7 +39,7 @@ std::unique_ptr<Response> refusal_of(OpenConnection::Verdict verdict, const Orig
   return refusal;
 }
 
-/// An eighth of the shortest time that a client has: so much later a connection may be closed.
+/// An eighth of the shortest time limit of clients: a connection is closed at most this much late.
 std::chrono::milliseconds interval_for(const ServerLimits& limits) {
   using std::chrono::milliseconds;
   const milliseconds shortest =
@@ -50,8 +50,8 @@ std::chrono::milliseconds interval_for(const ServerLimits& limits) {
 
 }  // namespace
 
-/// Registers a connection with its worker, and removes it when its coroutine ends, also by an
-/// exception; then its place is free.
+/// Registers a connection with its worker. Removes it and releases its entry in Admission when its
+/// coroutine ends, also by an exception.
 struct Worker::Membership {
   Membership(Worker& its_worker, Socket socket, std::unique_ptr<OpenConnection> its_place,
              std::shared_ptr<TlsContext> tls)
@@ -74,7 +74,7 @@ struct Worker::Membership {
     ++(is_admitted() ? metrics.connections : metrics.connections_refused);
     ++metrics.connections_open;
   }
-  /// For a connection of a proxy: it is one of this client from now on.
+  /// For a connection of a proxy: counts it for this client from now on.
   void name(const std::string& client) {
     place->name(client);
     if (!is_admitted()) ++worker.shared_.metrics.connections_refused;
@@ -115,7 +115,8 @@ void Worker::run() {
       context_.run();
       return;
     } catch (const std::bad_alloc&) {
-      // Of a handler, whose connection was closed by that. It may have been the watch.
+      // Thrown by a handler; closing its connection has ended it. It may have been the handler that
+      // watches deadlines.
       ++shared_.metrics.out_of_memory;
       is_watch_lost = true;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -123,7 +124,7 @@ void Worker::run() {
   }
 }
 
-/// Admission has chosen a connection. Unless it has ended meanwhile.
+/// Closes the connection that Admission has chosen, unless it has ended meanwhile.
 void Worker::close_for_another(uint64_t connection, OpenConnection::State chosen) {
   const auto found = connections_.find(connection);
   if (found == connections_.end()) return;
@@ -158,7 +159,7 @@ Awaitable<void> Worker::serve(Socket socket, std::unique_ptr<OpenConnection> pla
 }
 
 void Worker::abort_all() {
-  // What is queued is for connections that end now.
+  // The queued jobs belong to connections that are being closed.
   shared_.disk.stop();
   shared_.headers.stop();
   shared_.computing.stop();

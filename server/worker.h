@@ -25,15 +25,15 @@ class Worker {
   /// Serves a connection until it ends, with TLS unless `tls` is null. Thread-safe.
   void adopt(Socket socket, std::unique_ptr<OpenConnection> place, std::shared_ptr<TlsContext> tls);
 
-  /// Closes the connections that wait for a request, and all others after this time.
-  /// Thread-safe. Set `shared.stopping` before.
+  /// Closes connections that wait for a request now, and all others after this time. Thread-safe.
+  /// Set `shared.stopping` before.
   void stop(std::chrono::milliseconds time);
 
   /// Closes all connections at once. Thread-safe. Call after stop().
   void abort();
 
-  /// Runs the event loop on the calling thread. Returns after stop(), when the last connection has
-  /// ended. What lacks memory ends its connection only.
+  /// Runs the event loop on the calling thread. Returns after stop(), once the last connection has
+  /// ended. A lack of memory ends only the affected connection.
   void run();
 
  private:
@@ -45,7 +45,8 @@ class Worker {
   void abort_all();
   void finish_if_done();
 
-  /// Closes connections whose time is over, regularly while there are any.
+  /// Closes connections that have exceeded a time limit; checks regularly while there are
+  /// connections.
   void watch_deadlines();
 
   const ConnectionShared& shared_;
