@@ -1,5 +1,9 @@
 #include "server/limits/work_pool.h"
 
+#include <boost/asio/associated_executor.hpp>
+#include <boost/asio/async_result.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
 #include <chrono>
 #include <new>
 
@@ -19,6 +23,22 @@ void WorkPool::join() {
   changed_.notify_all();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
+}
+
+Awaitable<WorkPool::Outcome> WorkPool::run(Job& job) {
+  co_await boost::asio::async_initiate<const boost::asio::use_awaitable_t<Executor>&, void()>(
+      [this, &job](auto handler) {
+        // The work guard keeps the connection's event loop running for the handler.
+        auto home = boost::asio::make_work_guard(boost::asio::get_associated_executor(handler));
+        auto shared = std::make_shared<decltype(handler)>(std::move(handler));
+        job.resume_ = [home, shared] {
+          boost::asio::post(home.get_executor(), [shared] { std::move (*shared)(); });
+        };
+        enter(job);
+      },
+      boost::asio::use_awaitable_t<Executor>{});
+  if (job.thrown_) std::rethrow_exception(job.thrown_);
+  co_return job.outcome_;
 }
 
 /// Returns whether the job may wait. Sets `displaced` to a job that must be refused instead, if

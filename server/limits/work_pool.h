@@ -1,10 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <boost/asio/associated_executor.hpp>
-#include <boost/asio/async_result.hpp>
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/post.hpp>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
@@ -79,21 +75,7 @@ class WorkPool {
   /// Runs the job's task on a thread of the pool. The coroutine continues on its own thread once
   /// the task has returned, or will not run. Exceptions of the task are rethrown there. Throws
   /// bad_alloc.
-  Awaitable<Outcome> run(Job& job) {
-    co_await boost::asio::async_initiate<const boost::asio::use_awaitable_t<Executor>&, void()>(
-        [this, &job](auto handler) {
-          // The work guard keeps the connection's event loop running for the handler.
-          auto home = boost::asio::make_work_guard(boost::asio::get_associated_executor(handler));
-          auto shared = std::make_shared<decltype(handler)>(std::move(handler));
-          job.resume_ = [home, shared] {
-            boost::asio::post(home.get_executor(), [shared] { std::move (*shared)(); });
-          };
-          enter(job);
-        },
-        boost::asio::use_awaitable_t<Executor>{});
-    if (job.thrown_) std::rethrow_exception(job.thrown_);
-    co_return job.outcome_;
-  }
+  Awaitable<Outcome> run(Job& job);
 
   /// Withdraws a job that has not begun, so that it does not run. Call it on the thread of the
   /// coroutine that waits in run().
