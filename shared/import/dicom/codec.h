@@ -23,8 +23,8 @@ Result<void> decompress(std::span<const EncodedFrame> frames, bool fill_missing,
                         uint64_t memory_bytes, std::span<std::byte> out,
                         std::vector<bool>& is_absent);
 
-/// The two ways of decompress: with GDCM, in a child process; and without a library, for
-/// WebAssembly: run lengths and lossless JPEG.
+/// The two implementations of decompress: with GDCM, in a child process; and without a library, for
+/// WebAssembly, for run lengths and lossless JPEG.
 Result<void> decompress_with_gdcm(std::span<const EncodedFrame> frames, bool fill_missing,
                                   uint64_t memory_bytes, std::span<std::byte> out,
                                   std::vector<bool>& is_absent);

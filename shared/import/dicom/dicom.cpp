@@ -26,7 +26,7 @@
 namespace isosplat::import {
 namespace {
 
-/// What is looked at to tell whether a file is DICOM.
+/// Bytes that are read to recognize DICOM.
 constexpr size_t kLookedAtBytes = 256;
 
 using namespace dicom;
@@ -45,7 +45,7 @@ std::string names_of(const std::vector<std::string>& files) {
   return text;
 }
 
-/// Checks that all parts of a concatenation are there. Errors: malformed_volume, unless gaps are
+/// Checks that all parts of a concatenation exist. Errors: malformed_volume, unless gaps are
 /// allowed.
 Result<void> check_parts(const Collection& collection, const std::vector<uint32_t>& frames,
                          const std::filesystem::path& path, const ImportOptions& options,
@@ -254,8 +254,8 @@ bool is_named_dicom(const std::filesystem::path& path) {
   return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
 }
 
-/// Whether a file ends before DICOM's prefix would, and all its bytes are 0. `beginning`: its first
-/// bytes, if they can be read.
+/// Whether a file ends before DICOM's prefix and all its bytes are 0. `beginning`: its first bytes,
+/// if they can be read.
 bool is_blank(const std::filesystem::path& path, const Result<std::string>& beginning) {
   if (!beginning) return input_state(path).value_or(InputState{1}).bytes == 0;
   return beginning->size() < 132 &&

@@ -11,7 +11,7 @@ namespace isosplat::import {
 /// Whether the first bytes of a file, up to 256 of them, are those of DICOM.
 bool is_dicom(std::string_view beginning);
 
-/// Whether the first bytes of the file at a path are. Not if it cannot be read.
+/// Whether the file at a path begins so. False if it cannot be read.
 bool is_dicom_file(const std::filesystem::path& path);
 
 /// Opens a file with several frames. Errors: those of open_volume.

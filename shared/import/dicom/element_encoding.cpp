@@ -50,7 +50,7 @@ Result<ElementHeader> read_header(ElementInput& in, Syntax syntax, uint64_t end)
   header.tag = tag_at(bytes.data(), syntax.big_endian);
   const std::string_view vr(reinterpret_cast<const char*>(bytes.data()) + 4, 2);
   const bool is_delimiter = header.tag >> 16 == 0xfffe;
-  // Some writers mix both forms: if these bytes are no VR, they are the length of the implicit
+  // Some writers mix both forms. If these bytes are not a VR, they are the length of the implicit
   // form.
   if (is_delimiter || !syntax.is_explicit || !is_vr(vr)) {
     header.length = u32_at(bytes.data() + 4, syntax.big_endian);

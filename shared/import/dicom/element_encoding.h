@@ -58,7 +58,7 @@ inline Tag tag_at(const std::byte* bytes, bool big_endian) {
 /// Reads a header. `end`: of the enclosing item. Errors: those of the input, malformed_volume.
 Result<ElementHeader> read_header(ElementInput& in, Syntax syntax, uint64_t end);
 
-/// How a value is stored, from its VR; from the registry if there is no VR.
+/// The representation of a value, from its VR, or from the registry if there is no VR.
 Kind kind_of(const ElementHeader& header, Kind registered);
 
 /// An element with the value that these bytes encode.

@@ -24,14 +24,15 @@ class ElementInput {
                std::optional<uint64_t> end)
       : file_(file), path_(path), position_(start), end_(end) {}
 
-  /// Of the next byte.
+  /// Offset of the next byte.
   uint64_t position() const { return position_; }
   void move_to(uint64_t position) { position_ = position; }
 
   /// The end of the bytes; the greatest number if it is unknown.
   uint64_t end() const { return end_.value_or(std::numeric_limits<uint64_t>::max()); }
 
-  /// Whether so many more bytes exist. If the end is unknown, large counts are checked by reading.
+  /// Whether this many more bytes exist. If the end is unknown, large counts are checked by
+  /// reading.
   Result<bool> has(uint64_t bytes);
 
   /// Copies bytes without advancing the position.
@@ -45,7 +46,7 @@ class ElementInput {
   /// The error malformed_volume at this position.
   tl::unexpected<Error> malformed(std::string_view why) const;
 
-  /// The error truncated. `needed`: bytes that the element `tag` has; 0 if its tag is not known.
+  /// The error truncated. `needed`: size of the element `tag` in bytes; 0 if its tag is not known.
   tl::unexpected<Error> ends_early(Tag tag, uint64_t needed) const;
 
  private:

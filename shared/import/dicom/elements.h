@@ -45,7 +45,7 @@ class Item {
   std::vector<Element> elements;  ///< in file order
 };
 
-/// How the pixels are stored: native pixels at an offset, encapsulated ones in fragments.
+/// The location of the pixels: native pixels at an offset, encapsulated ones in fragments.
 struct PixelPlace {
   static constexpr uint64_t kUndefined = std::numeric_limits<uint64_t>::max();
 
@@ -60,7 +60,7 @@ struct Elements {
   std::string transfer_syntax;
   PixelPlace pixels;
   bool deflated = false;        ///< `pixels.offset` is relative to the inflated data set
-  uint64_t deflated_start = 0;  ///< where the deflated data set starts in the file
+  uint64_t deflated_start = 0;  ///< offset of the deflated data set in the file
 };
 
 /// Whether a file is DICOM: it has the prefix "DICM", or begins like a data set without the prefix.

@@ -13,7 +13,7 @@ struct PositionedFrame {
   double along;  ///< position along the normal
 };
 
-/// Tolerance of positions: files round them to as little as 0.1 mm, so half of that, or a hundredth
+/// Tolerance of positions. Files round them to as little as 0.1 mm, so half of that, or a hundredth
 /// of the slice distance, is accepted. A deviation of a tenth of the distance is always an error.
 double position_tolerance(double spacing);
 
@@ -21,7 +21,7 @@ double position_tolerance(double spacing);
 std::vector<PositionedFrame> in_order(const OrderInput& in, const std::vector<uint32_t>& frames,
                                       Vec3d normal);
 
-/// The greatest distance of frames, in mm, that are at one position of a stack.
+/// The maximum distance in mm of frames that count as one position of a stack.
 double same_position(const std::vector<PositionedFrame>& positioned);
 
 /// One frame for each position.

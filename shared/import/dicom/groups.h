@@ -6,8 +6,8 @@
 
 namespace isosplat::import::dicom {
 
-/// The functional groups of a file's frames (PS3.3, C.7.6.16): sequences that the file has for each
-/// frame, or for all frames. It refers to the data set.
+/// The functional groups of a file's frames (PS3.3, C.7.6.16): sequences for single frames, or for
+/// all frames. Refers to the data set.
 class FrameGroups {
  public:
   explicit FrameGroups(const Item& data);

@@ -36,7 +36,7 @@ bool contains(const std::string_view (&names)[N], std::string_view name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
-/// What a file's pixels are; kind `none` if it is no segmentation.
+/// The meaning of a file's pixels; kind `none` if it is not a segmentation.
 Segmentation read_segmentation(const Item& data) {
   using Kind = Segmentation::Kind;
   Segmentation out;
@@ -140,7 +140,7 @@ class ImageReader {
     image_.stored = *stored;
     image_.high_bit = *high;
     image_.is_signed = data_.number(kPixelRepresentation).value_or(0) == 1;
-    // The padding of a segmentation is its background, which is a value like any other.
+    // The padding of a segmentation is its background, which is an ordinary value.
     if (image_.segmentation.kind == Segmentation::Kind::none) {
       image_.padding = padding_at(kPixelPadding);
       image_.padding_limit = padding_at(kPixelPaddingLimit);
@@ -194,7 +194,7 @@ class ImageReader {
     const uint64_t row_bytes = std::max<uint64_t>(bytes_of(columns), is_bit ? 2 : 1);
     const uint64_t needed = bytes_of(columns * static_cast<uint64_t>(image_.stored_rows) *
                                      static_cast<uint64_t>(image_.frames));
-    // The size of a deflated data set is known only after inflating it; inflates no more than
+    // The size of a deflated data set is known only after inflating it. Inflates only as much as
     // needed.
     const auto after = (*file)->count_after(image_.pixels.offset, needed + row_bytes);
     const uint64_t there = after ? 0 : (*file)->available_bytes();
@@ -253,7 +253,7 @@ void refuse_image(Image& image, Status status, std::string why) {
 }
 
 void add_note(Image& image, std::string note) {
-  constexpr size_t kMaxNotes = 32;  // one for each kind of assumption, and names that differ
+  constexpr size_t kMaxNotes = 32;  // one for each kind of assumption, and for differing names
   const auto found = std::find(image.notes.begin(), image.notes.end(), note);
   if (found == image.notes.end() && image.notes.size() < kMaxNotes)
     image.notes.push_back(std::move(note));

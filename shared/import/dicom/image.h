@@ -12,10 +12,10 @@ namespace isosplat::import::dicom {
 /// Upper limit of the number of frames in a file.
 inline constexpr double kMaxFrames = 1 << 20;
 
-/// What the pixels of a segmentation are (PS3.3, C.8.20).
+/// The meaning of the pixels of a segmentation (PS3.3, C.8.20).
 struct Segmentation {
   enum class Kind : uint8_t {
-    none,        ///< the file is no segmentation
+    none,        ///< the file is not a segmentation
     binary,      ///< each frame has one segment: 0 or 1
     fractional,  ///< each frame has one segment: from 0 to `max_fraction`, which stands for 1
     labels       ///< each pixel is the number of its segment
@@ -47,17 +47,17 @@ struct Image {
   uint64_t deflated_start = 0;
   int32_t columns = 0, rows = 0;  ///< of a slice
   int32_t frames = 1;
-  /// Of a stored frame. A mosaic has several slices in a frame, from left to right and top to
-  /// bottom.
+  /// Size of a stored frame. The frame of a mosaic contains several slices, from left to right and
+  /// top to bottom.
   int32_t stored_columns = 0, stored_rows = 0;
   int allocated = 16, stored = 16, high_bit = 15;  ///< bits of a pixel
   bool is_signed = false, is_float = false;
   bool is_encapsulated = false;
   bool cut_off = false;             ///< the file ends before its last pixel
   bool has_surplus = false;         ///< the file has pixels for at least one extra row
-  Status refusal = Status::ok;      ///< why it cannot become a volume; the reason is in `obstacle`
+  Status refusal = Status::ok;      ///< the status of a refusal; `obstacle` has the reason
   std::string obstacle;             ///< reason for the refusal; empty: none
-  std::vector<std::string> notes;   ///< about what is assumed, each once
+  std::vector<std::string> notes;   ///< assumptions, each once
   std::string instance_uid;         ///< SOP Instance UID
   std::string sop_class;            ///< SOP Class UID
   std::string frame_of_reference;   ///< Frame of Reference UID: of the positions; empty: unknown

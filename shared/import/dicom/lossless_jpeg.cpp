@@ -15,7 +15,7 @@ namespace {
 /// Huffman codes of the number of bits of differences (T.81, annex C).
 class CodeTable {
  public:
-  /// False if there are more codes of a length than it has.
+  /// Returns false if a length has more codes than possible.
   bool build(std::span<const uint8_t> counts, std::span<const uint8_t> symbols) {
     entries_.assign(size_t{1} << 16, 0);
     size_t next = 0, symbol = 0;
@@ -32,15 +32,15 @@ class CodeTable {
 
   bool is_empty() const { return entries_.empty(); }
 
-  /// Of the code that 16 bits begin with: its length in the high byte, its symbol in the low one;
-  /// 0: there is none.
+  /// The code at the beginning of 16 bits: its length in the high byte, its symbol in the low one;
+  /// 0 if there is none.
   uint16_t find(uint32_t bits) const { return entries_[bits]; }
 
  private:
   std::vector<uint16_t> entries_;
 };
 
-/// The bits of a scan. It ends at a marker; then zeros follow.
+/// The bits of a scan. It ends at a marker; zeros follow.
 class Bits {
  public:
   explicit Bits(std::span<const uint8_t> in) : in_(in) {}
@@ -66,10 +66,10 @@ class Bits {
     return static_cast<uint32_t>(hold_ >> held_) & ((1u << count) - 1);
   }
 
-  /// Whether more bits were taken than there are.
+  /// Whether more bits were taken than exist.
   bool is_overrun() const { return held_ < missing_; }
 
-  /// Passes a restart marker. False if another marker follows.
+  /// Skips a restart marker. Returns false if another marker follows.
   bool restart() {
     hold_ = held_ = missing_ = 0;
     while (at_ < in_.size() && !is_marker()) ++at_;
@@ -87,7 +87,8 @@ class Bits {
   std::span<const uint8_t> in_;
   size_t at_ = 0;
   uint64_t hold_ = 0;
-  unsigned held_ = 0, missing_ = 0;  ///< bits in hold_, and how many of them are none of the scan
+  unsigned held_ = 0,
+           missing_ = 0;  ///< number of bits in hold_, and how many of them are not of the scan
 };
 
 int predicted(int predictor, int a, int b, int c) {
@@ -172,7 +173,7 @@ class Decoder {
     return predictor_ >= 1 && predictor_ <= 7 && shift_ < bits_ && restart_samples_ % columns_ == 0;
   }
 
-  /// A difference. Nothing if no code has these bits.
+  /// A difference. Nothing if these bits are no code.
   std::optional<int> difference(Bits& bits) const {
     const uint16_t entry = table_->find(bits.peek());
     if (entry == 0) return std::nullopt;

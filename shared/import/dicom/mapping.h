@@ -9,9 +9,9 @@
 namespace isosplat::import::dicom {
 
 /// Reads the slope and intercept of frame `i`: Rescale Slope and Intercept; else Dose Grid Scaling;
-/// else a Real World Value Mapping. Adds notes to the image about what is assumed or not applied,
-/// and refuses it if its values are in tables. `quantity` becomes the label of the mapping, if
-/// there is one. Errors: malformed_volume.
+/// else a Real World Value Mapping. Adds notes to the image about assumptions and unused mappings,
+/// and refuses the image if its values are in tables. `quantity` becomes the label of the mapping,
+/// if there is one. Errors: malformed_volume.
 Result<void> read_mapping(const FrameGroups& groups, size_t i, const std::filesystem::path& path,
                           Image& image, Frame& frame, std::string& quantity);
 

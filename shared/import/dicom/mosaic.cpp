@@ -10,7 +10,7 @@ namespace {
 constexpr size_t kEntryBytes = 84, kNameBytes = 64, kItemBytes = 16;
 constexpr uint32_t kMaxEntries = 1000, kMaxItems = 100'000;
 
-/// Reads a header from front to back; all zeros behind its end.
+/// Reads a header from front to back; returns zeros behind its end.
 class CsaReader {
  public:
   explicit CsaReader(std::string_view bytes) : rest_(bytes) {}

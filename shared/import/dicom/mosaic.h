@@ -24,15 +24,15 @@ std::optional<Mosaic> read_mosaic(const Item& data);
 
 /// The numbers of an entry of a CSA header; empty if it is absent, or the header is damaged.
 ///
-///   SV10:         | "SV10" (4) | unused (4) | entries (4) | unused (4) | entry … |
-///   before SV10:  | entries (4) | unused (4) | entry … |
-///   entry:        | name (64) | multiplicity (4) | VR (4) | type (4) | items (4) | mark (4) | item
-///   … | item:         | length (4) | length (4) | mark (4) | unused (4) | text, padded to 4 bytes
-///   |
+///   SV10:        | "SV10" (4) | unused (4) | entries (4) | unused (4) | entry … |
+///   before SV10: | entries (4) | unused (4) | entry … |
+///   entry:       | name (64) | multiplicity (4) | VR (4) | type (4) | items (4) | mark (4) | …
+///   …            | item | item | …
+///   item:        | length (4) | length (4) | mark (4) | unused (4) | text, padded to 4 bytes |
 ///
 /// Numbers are little-endian. In SV10 the second length is that of the text; before SV10 it is the
-/// first length less the number of items of the first entry. (The layout is not public; this is
-/// what NiBabel documents.)
+/// first length minus the number of items of the first entry. (The layout is not public; this
+/// follows NiBabel's documentation.)
 std::vector<double> csa_numbers(std::string_view header, std::string_view name);
 
 }  // namespace isosplat::import::dicom

@@ -18,7 +18,7 @@
 namespace isosplat::import::dicom {
 namespace {
 
-/// Limit of interpolated slices (for missing ones) per existing slice.
+/// Maximum number of interpolated slices (for missing ones) per existing slice.
 constexpr double kMaxFilled = 16;
 
 /// Evenly spaced slices: existing slices, and linear interpolation between them.
@@ -71,7 +71,7 @@ Result<Arrangement> stack_up(const OrderInput& in, const std::vector<PositionedF
       return in.malformed(fmt::format("{}: add the missing slices, or interpolate them with {}",
                                       what, flag_of(Allowance::gaps)));
     }
-    // The lower median: of two distances, the larger one is a gap.
+    // The lower median: of two distances, the larger one includes a gap.
     const size_t middle = (gaps.size() - 1) / 2;
     std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(middle), gaps.end());
     count = std::max(1.0, std::round(extent / gaps[middle]));

@@ -11,7 +11,7 @@
 
 namespace isosplat::import::dicom {
 
-/// What ordering the frames of a stack needs. Frames are indices in Collection::frames.
+/// The input for ordering the frames of a stack. Frames are indices in Collection::frames.
 struct OrderInput {
   const Collection& collection;
   const std::filesystem::path& path;  ///< of the file or folder, for messages

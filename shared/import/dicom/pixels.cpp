@@ -48,7 +48,7 @@ class NativeReader {
   }
 
  private:
-  /// How many of `count` bytes, from byte `start` of the pixels on, the file has.
+  /// How many of `count` bytes, from byte `start` of the pixels on, exist in the file.
   uint64_t there(const Image& image, uint64_t start, uint64_t count) const {
     if (!fill_missing_ || !image.cut_off) return count;
     return start < image.pixels.bytes ? std::min(count, image.pixels.bytes - start) : 0;
@@ -57,7 +57,7 @@ class NativeReader {
   /// Unpacks pixels from bit `first` on (PS3.5, 8.1.1). The lowest bit of a byte is the first
   /// pixel; frames and rows follow each other without gaps.
   Result<size_t> read_bits(const Image& image, uint64_t first, std::span<std::byte> out) {
-    const uint64_t begin = first / 16 * 2;  // words, which big-endian files swap
+    const uint64_t begin = first / 16 * 2;  // 16-bit words, since big-endian files swap their bytes
     const uint64_t end =
         std::max(begin, std::min((first + out.size() + 15) / 16 * 2, image.pixels.bytes));
     const uint64_t bytes = there(image, begin, end - begin);
@@ -157,8 +157,8 @@ size_t stored_pixel_bytes(const Image& image) {
   return static_cast<size_t>(std::max(image.allocated / 8, 1));
 }
 
-/// Converts a slice of a stored frame: the whole frame, or one tile of it. Of `stored`, the first
-/// `pixels` pixels are there; the others become absent.
+/// Converts a slice of a stored frame: the whole frame, or one tile of it. The first `pixels`
+/// pixels of `stored` exist; the others become absent.
 void convert_slice(const FramePixels& frame, std::span<const std::byte> stored, size_t pixels,
                    VoxelType to, std::span<std::byte> out) {
   const Image& image = *frame.image;

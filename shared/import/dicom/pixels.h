@@ -17,11 +17,11 @@ struct FramePixels {
 };
 
 /// Reads the values of frames, one after another, as voxels of type `to` into `out`. `to` must be
-/// able to hold the values; floating-point types round to nearest. `out` has exactly the size of
-/// the frames' voxels. `memory_bytes`: the memory limit of the child process. `fill_missing`:
-/// missing pixels of a truncated file, and frames of it that cannot be decompressed, become absent
-/// (voxels/absent_voxels.h); `to` is then f32 or f64. Errors: io_error, truncated,
-/// malformed_volume, out_of_memory.
+/// able to represent the values; floating-point types round to nearest. `out` has exactly the size
+/// of the frames' voxels. `memory_bytes`: the memory limit of the child process. With
+/// `fill_missing`, missing pixels of a truncated file, and frames of it that cannot be
+/// decompressed, become absent (voxels/absent_voxels.h); `to` must then be f32 or f64. Errors:
+/// io_error, truncated, malformed_volume, out_of_memory.
 Result<void> read_frames(std::span<const FramePixels> frames, VoxelType to, bool fill_missing,
                          uint64_t memory_bytes, std::span<std::byte> out);
 

@@ -134,7 +134,7 @@ class PlaceReader {
     return {};
   }
 
-  /// Frames without an orientation get that of the letters of Patient Orientation, or x and y.
+  /// Sets missing orientations from the letters of Patient Orientation, or else to x and y.
   void assume_orientation(std::vector<Frame>& frames) {
     const std::string_view letters = data_.text(kPatientOrientation);
     const size_t middle = letters.find('\\');
@@ -343,7 +343,7 @@ class PlaceReader {
     return along;
   }
 
-  /// The stated distance between frames; may be negative. Notes what is assumed without one.
+  /// The stated distance between frames; may be negative. Without one, notes the assumption.
   double frame_distance() {
     const auto spacing = groups_.number(0, kPixelMeasuresSequence, kSpacingBetweenSlices);
     if (spacing && *spacing != 0) return *spacing;

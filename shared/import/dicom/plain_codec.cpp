@@ -23,8 +23,8 @@ uint32_t u32_at(std::span<const uint8_t> bytes, size_t at) {
   return bytes[at] | bytes[at + 1] << 8 | bytes[at + 2] << 16 | uint32_t{bytes[at + 3]} << 24;
 }
 
-/// Run lengths (PS3.5, annex G): the number of segments and the offsets of 15; then the segments.
-/// The first one has the highest bytes of all pixels.
+/// Run lengths (PS3.5, annex G): the number of segments and 15 offsets; then the segments. The
+/// first segment has the highest bytes of all pixels.
 bool expand_run_lengths(std::span<const uint8_t> in, size_t pixel, std::span<std::byte> out) {
   constexpr size_t kHeader = 64;
   if (in.size() < kHeader || u32_at(in, 0) != pixel) return false;
@@ -61,7 +61,7 @@ Result<void> decode(ByteReader& file, const EncodedFrame& frame,
                             "{}: build the store with the program (isosplat build), and open that",
                             image.file, image.transfer_syntax));
   }
-  // Lossless codes are hardly longer than the pixels.
+  // Lossless codes are hardly longer than the pixels they encode.
   size_t room = 4 * out.size() + 65536;
   std::vector<uint8_t> bytes;
   for (const Fragment& fragment : fragments) {

@@ -16,11 +16,11 @@
 namespace isosplat::import::dicom {
 namespace {
 
-/// Limit of a segmentation's slices.
+/// Maximum number of slices of a segmentation.
 constexpr double kMaxSegmentSlices = 65536;
 
-/// The number of equal steps from the first place of a segmentation to the last, so that every
-/// place is at a step: by the stated distance of slices, or else by the smallest distance.
+/// The number of equal steps from the first position of a segmentation to the last, so that every
+/// position is at a step: by the stated slice distance, or else by the smallest distance.
 Result<double> lattice_steps(const OrderInput& in, const std::vector<PositionedFrame>& places) {
   const double begin = places.front().along, extent = places.back().along - begin;
   double smallest = extent;

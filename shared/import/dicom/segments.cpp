@@ -15,7 +15,7 @@ namespace {
 
 using Kind = Segmentation::Kind;
 
-/// Number of segments that a message lists.
+/// Maximum number of segments that a message lists.
 constexpr size_t kMaxListed = 24;
 
 /// A segment of one file of the stack.
@@ -129,7 +129,7 @@ class SegmentChooser {
                             found, list()));
   }
 
-  /// Offers the segments that have frames and that an option can tell from the others.
+  /// Offers the segments that have frames and that an option can select uniquely.
   void offer_candidates() const {
     std::vector<VolumeChoice> offered;
     for (const Candidate& each : candidates_) {
@@ -176,7 +176,7 @@ class SegmentChooser {
     std::erase_if(stack_.frames, [&](uint32_t index) {
       return frame_of(index).image != chosen.image || frame_of(index).segment != chosen.number;
     });
-    // Only the frames of the same file say where this one has none.
+    // Only the frames of the same file determine where this segment is empty.
     std::erase_if(stack_.lattice,
                   [&](uint32_t index) { return frame_of(index).image != chosen.image; });
     if (candidates_.size() > 1) {

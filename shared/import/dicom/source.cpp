@@ -65,12 +65,12 @@ class DicomSource : public VolumeSource {
     const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header_.type);
     const size_t bytes = row * static_cast<size_t>(n.y);
     if (auto inside = check_slices(header_, first, count, out.size()); !inside) return inside;
-    // One child process decodes a batch of compressed slices; a batch has a few MB.
+    // One child process decodes a batch of compressed slices, of a few MB.
     const auto batch = static_cast<size_t>(std::clamp<size_t>((size_t{16} << 20) / bytes, 1, 64));
     const auto slices =
         std::span(slices_).subspan(static_cast<size_t>(first), static_cast<size_t>(count));
     for (size_t i = 0, some = 0; i < slices.size(); i += some) {
-      // Slices of background end a batch, and are none.
+      // Background slices end a batch, and are not decoded.
       const auto is_background = [&](size_t k) { return slices[k].background.has_value(); };
       for (some = 1; some < batch && i + some < slices.size(); ++some) {
         if (is_background(i) || is_background(i + some)) break;
@@ -147,7 +147,8 @@ std::unique_ptr<VolumeSource> make_dicom_source(VolumeHeader header, const Colle
   };
   std::vector<SlicePixels> slices;
   for (const Plane& plane : planes) {
-    const uint32_t second = plane.weight > 0 ? plane.second : plane.first;  // else it is not read
+    const uint32_t second =
+        plane.weight > 0 ? plane.second : plane.first;  // otherwise it is not read
     slices.push_back({pixels_of(plane.first), pixels_of(second), plane.weight, {}});
     if (plane.is_background) {
       const Segmentation& segmentation = slices.back().first.image->segmentation;

@@ -9,18 +9,18 @@
 // Position, axes and spacing of a stack, from its frames in order.
 namespace isosplat::import::dicom {
 
-/// Sets origin, axes and pixel spacing to those of the first frame; 1 mm if its spacing is unknown,
-/// which becomes a note.
+/// Sets origin, axes and pixel spacing to those of the first frame. If the spacing is unknown, it
+/// becomes 1 mm, with a note.
 void set_plane(const OrderInput& in, const Frame& frame, HeaderGeometry& geometry);
 
-/// Each slice may be shifted in its plane relative to the previous one, all by the same vector
-/// (gantry tilt). Errors: malformed_volume.
+/// Checks that all slices are shifted in their plane by the same vector relative to the previous
+/// slice (gantry tilt). Errors: malformed_volume.
 Result<void> check_shift(const OrderInput& in, const std::vector<PositionedFrame>& positioned,
                          const HeaderGeometry& geometry);
 
-/// Sets the third axis, which points from the first slice to the last, and the distance of slices.
-/// `extent`: of the positions along the normal; `count`: of the steps between them. Adds notes
-/// about a gantry tilt, and about another distance in the header.
+/// Sets the third axis, which points from the first slice to the last, and the slice distance.
+/// `extent`: extent of the positions along the normal; `count`: number of steps between them. Adds
+/// notes about a gantry tilt, and about a different distance in the header.
 void set_third_axis(const OrderInput& in, const std::vector<PositionedFrame>& positioned,
                     double extent, double count, HeaderGeometry& geometry);
 

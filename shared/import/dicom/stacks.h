@@ -11,10 +11,10 @@ namespace isosplat::import::dicom {
 
 struct Stack {
   std::vector<uint32_t> frames;  ///< indices in Collection::frames
-  /// Of a segmentation: all frames of its file. The volume has a slice at each of their positions;
-  /// where `frames` has none, the segment is empty. No frames: this is no segmentation.
+  /// For a segmentation: all frames of its file. The volume has a slice at each of their positions;
+  /// where `frames` has none, the segment is empty. Empty if the stack is not a segmentation.
   std::vector<uint32_t> lattice = {};
-  /// Of a label map: the label whose voxels become 1, and all others 0.
+  /// For a label map: voxels with this label become 1, all others 0.
   std::optional<int> label = std::nullopt;
 };
 

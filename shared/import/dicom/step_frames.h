@@ -11,9 +11,9 @@
 namespace isosplat::import::dicom {
 
 /// The frames of the time step that the options select, one for each position. `may_lack`:
-/// positions without a frame of the step are no error. Errors: invalid_argument without a valid
-/// time step; malformed_volume for frames at the same position that no attribute distinguishes, or
-/// for missing slices; no_cells for frames at a single position.
+/// positions may lack a frame of the step. Errors: invalid_argument without a valid time step;
+/// malformed_volume for frames at the same position that no attribute distinguishes, or for missing
+/// slices; no_cells for frames at a single position.
 Result<std::vector<uint32_t>> frames_of_step(const OrderInput& in,
                                              const std::vector<PositionedFrame>& positioned,
                                              bool may_lack);

@@ -10,7 +10,7 @@ namespace isosplat::import::dicom {
 
 using Tag = uint32_t;
 
-/// How an element's value is stored if the file does not give its VR (PS3.5, 6.2).
+/// The representation of an element's value if the file does not state its VR (PS3.5, 6.2).
 enum class Kind : uint8_t { text, u16, i16, u32, i32, f32, f64, sequence };
 
 inline constexpr Tag kMediaSopClass = 0x00020002;
@@ -141,8 +141,8 @@ inline constexpr Tag kFloatPixels = 0x7fe00008;
 inline constexpr Tag kDoublePixels = 0x7fe00009;
 inline constexpr Tag kPixels = 0x7fe00010;
 
-/// Private elements that the importer reads (PS3.5, 7.8). In a file, the block of a private element
-/// is free: these are the tags in block 10.
+/// Private elements that the importer reads (PS3.5, 7.8). Files may use any block for private
+/// elements; these are the tags in block 10.
 inline constexpr Tag kMosaicImages = 0x0019100a;  ///< SIEMENS MR HEADER: number of slices
 inline constexpr Tag kSiemensImage = 0x00291010;  ///< SIEMENS CSA HEADER: CSA Image Header Info
 
@@ -154,11 +154,11 @@ struct KnownTag {
   Kind kind;
 };
 
-/// How the element `tag` is stored; null for an element that the importer does not read.
+/// The representation of the element `tag`; null for an element that the importer does not read.
 const KnownTag* find_known_tag(Tag tag);
 
-/// How a private element is stored, and its tag in block 10. `creator`: the text of the element
-/// that reserves the block. Null for an element that the importer does not read.
+/// The representation of a private element, and its tag in block 10. `creator`: the text of the
+/// element that reserves the block. Null for an element that the importer does not read.
 const KnownTag* find_private_tag(std::string_view creator, Tag tag);
 
 }  // namespace isosplat::import::dicom

@@ -8,7 +8,7 @@
 
 namespace isosplat::import::dicom {
 
-/// Orders slices without positions: by their slice locations if all have different ones, else by
+/// Orders slices without positions: by their slice locations if these are all different, else by
 /// their instance numbers. Errors: malformed_volume unless the options allow it, and if the numbers
 /// are missing, duplicated or unevenly spaced; invalid_argument for a time step above 0.
 Result<Arrangement> arrange_unplaced(const OrderInput& in, std::vector<uint32_t> frames);

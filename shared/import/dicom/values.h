@@ -9,7 +9,7 @@
 
 namespace isosplat::import::dicom {
 
-/// How the pixels of all frames are read: as one type that can hold all of them.
+/// The type and mapping with which the pixels of all frames are read.
 struct Values {
   VoxelType type = VoxelType::i16;
   bool has_one_rescaling = true;
@@ -19,9 +19,9 @@ struct Values {
   std::optional<int> label;
 };
 
-/// Values stay integers if slope and intercept are integers, or if they are equal for all frames:
-/// then they become the volume's slope and intercept. Other values become floating-point numbers,
-/// of 64 bits if pixels have more than 16 bits; so do integers if some are absent.
+/// Values stay integers if slope and intercept are integers, or if they are equal for all frames,
+/// in which case they become the volume's slope and intercept. Other values become floating-point
+/// numbers, of 64 bits if pixels have more than 16 bits; so do integers if some voxels are absent.
 /// With a label, voxels are 0 and 1.
 Values find_values(const Collection& collection, std::span<const uint32_t> frames,
                    std::optional<int> label = std::nullopt);

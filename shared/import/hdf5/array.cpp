@@ -16,12 +16,12 @@ namespace {
 constexpr uint64_t kMaxLayerBytes = uint64_t{512} << 20;
 constexpr uint64_t kMaxLayerChunks = uint64_t{1} << 20;
 
-/// An axis, as the elements of a chunk lie along it.
+/// The elements of a chunk along one axis.
 struct Axis {
   uint64_t size = 1;         ///< elements that are read
   uint64_t whole = 1;        ///< elements of the array
   uint64_t chunk = 1;        ///< elements of a chunk
-  uint64_t chunks = 1;       ///< that are read
+  uint64_t chunks = 1;       ///< number of chunks to read
   uint64_t step = 0;         ///< from an element to the next one in a chunk, in elements
   uint64_t chunks_step = 0;  ///< from a chunk to the next one, in numbers of chunks
 };
@@ -63,7 +63,7 @@ class Hdf5Array : public ByteReader {
     const uint64_t row = axes_[2].size * layout_.element_bytes, slice = axes_[1].size * row;
     const uint64_t last = offset + out.size() - 1;
     const uint64_t first_z = offset / slice, last_z = last / slice;
-    // Of a part of one slice, some rows.
+    // Reads only some rows of a slice.
     const bool is_part = first_z == last_z;
     const uint64_t first_y = is_part ? offset % slice / row : 0;
     const uint64_t last_y = is_part ? last % slice / row : axes_[1].size - 1;
@@ -86,13 +86,13 @@ class Hdf5Array : public ByteReader {
   uint64_t available_bytes() override { return bytes_; }
   uint64_t resident_bytes() const override {
     const uint64_t layer = layer_.size() * (layout_.chunk_bytes() + sizeof(layer_[0]));
-    // A chunk as it is in the file, and before and after a filter.
+    // Memory for a chunk as stored, and before and after a filter.
     return layer + 3 * layout_.chunk_bytes() + chunks_.size() * sizeof(Hdf5Chunk);
   }
   std::vector<std::filesystem::path> files() const override { return {file_->path()}; }
 
  private:
-  /// The elements of a chunk; none of one that does not exist. Valid until the next call.
+  /// The elements of a chunk; empty if it does not exist. Valid until the next call.
   Result<std::span<const std::byte>> chunk_at(uint64_t cz, uint64_t cy, uint64_t cx) {
     const uint64_t in_layer = cy * axes_[2].chunks + cx;
     const uint64_t number = first_chunk_ + cz * axes_[0].chunks_step + cy * axes_[1].chunks_step +
@@ -107,7 +107,7 @@ class Hdf5Array : public ByteReader {
     }
     auto& kept = keeps_layer_ ? layer_[static_cast<size_t>(in_layer)] : single_;
     if (keeps_layer_ && !kept.empty()) return std::span<const std::byte>(kept);
-    // Filters make noise longer by less than this.
+    // Filters enlarge noise by less than this.
     const uint64_t most = layout_.chunk_bytes() + layout_.chunk_bytes() / 8 + 4096;
     if (found->bytes > most || found->bytes > file_->bytes()) {
       return file_->malformed(
@@ -137,7 +137,7 @@ class Hdf5Array : public ByteReader {
     uint64_t first_z, last_z, first_y, last_y;
   };
 
-  /// Copies what a chunk has of the bytes from `offset` on.
+  /// Copies the bytes from `offset` on that a chunk contains.
   void copy(std::span<const std::byte> elements, const std::array<uint64_t, 3>& at,
             const Range& range, uint64_t offset, std::span<std::byte> out) const {
     const auto [z, y, x] = axes_;
@@ -191,7 +191,7 @@ class Hdf5Array : public ByteReader {
   Hdf5Decoder decoder_;
 };
 
-/// An array that is not in chunks.
+/// An array that is not stored in chunks.
 class Hdf5PlainArray : public ByteReader {
  public:
   Hdf5PlainArray(std::shared_ptr<Hdf5File> file, const Hdf5Layout& layout, const Hdf5Part& part)
@@ -235,7 +235,7 @@ class Hdf5PlainArray : public ByteReader {
   std::vector<std::filesystem::path> files() const override { return {file_->path()}; }
 
  private:
-  /// Bytes of a row whose elements are apart.
+  /// Copies the bytes of a row whose elements are not adjacent.
   Result<void> gather(uint64_t begin, uint64_t in_row, std::span<std::byte> out) {
     const uint64_t first = in_row / element_, last = (in_row + out.size() - 1) / element_;
     spread_.resize(static_cast<size_t>((last - first) * steps_[2] + element_));

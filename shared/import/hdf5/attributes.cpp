@@ -91,8 +91,7 @@ std::optional<std::vector<std::byte>> heap_object(Hdf5File& file, uint64_t addre
   return std::nullopt;
 }
 
-/// What an element of variable size refers to: u32 count, address of a global heap, u32 index in
-/// it.
+/// The data of an element of variable size: u32 count, address of a global heap, u32 index in it.
 std::optional<std::vector<std::byte>> variable_element(Hdf5File& file, Hdf5Fields& values,
                                                        uint64_t each_bytes) {
   const uint64_t count = values.number(4), heap = values.address(), index = values.number(4);

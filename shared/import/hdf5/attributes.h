@@ -9,8 +9,8 @@
 
 namespace isosplat::import {
 
-/// The numbers of an attribute. Nothing if there is no such attribute, it is no numbers, or more
-/// than can be of use here.
+/// The numbers of an attribute. Nothing if it does not exist, is not numeric, or has more numbers
+/// than are useful here.
 std::optional<std::vector<double>> hdf5_numbers(const Hdf5File& file, const Hdf5Object& object,
                                                 std::string_view name);
 
@@ -31,7 +31,7 @@ std::optional<std::vector<std::vector<uint64_t>>> hdf5_references(Hdf5File& file
 std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object& object,
                                           std::string_view name);
 
-/// A number of these bytes.
+/// The number that these bytes encode.
 double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes);
 
 }  // namespace isosplat::import

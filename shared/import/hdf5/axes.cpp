@@ -39,7 +39,7 @@ class Reader {
  private:
   Hdf5Axis& axis(size_t i) { return description_.axes[part_.axes[i]]; }
 
-  /// Chooses the three axes of the volume, and the element along each other one.
+  /// Chooses the three axes of the volume, and an element along each of the others.
   Result<void> pick() {
     auto& axes = description_.axes;
     part_.at.assign(axes.size(), 0);
@@ -114,7 +114,7 @@ class Reader {
                     hdf5_advice(file_.path(), volume_)));
   }
 
-  /// Gives each axis a letter of its own.
+  /// Assigns a different letter to each axis.
   void name_axes() {
     std::string known, names;
     bool has_names = false;

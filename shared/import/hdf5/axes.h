@@ -10,17 +10,17 @@
 
 namespace isosplat::import {
 
-/// The part of an array that is a volume, and where it lies.
+/// The part of an array that is a volume, and its geometry.
 struct Hdf5Axes {
   Hdf5Part part;
   HeaderGeometry geometry;  ///< of the part: its fastest axis first; mm
   std::vector<std::string> notes;
 };
 
-/// The axes x, y and z of a described array. Axes without a letter are z, y and x in this order,
-/// with a note; of an axis of times or channels, the options choose an element. options.spacing
-/// replaces the file's. Errors: unsupported_format if other axes than three have several elements;
-/// invalid_argument if a time step or a channel has to be chosen, or does not exist.
+/// The axes x, y and z of a described array. Axes without a letter become z, y and x in this order,
+/// with a note. For axes of times or channels, the options choose an element. options.spacing
+/// replaces the file's spacing. Errors: unsupported_format if more than three axes have several
+/// elements; invalid_argument if a time step or a channel must be chosen, or does not exist.
 Result<Hdf5Axes> hdf5_axes(const Hdf5File& file, const Hdf5Volume& volume,
                            Hdf5Description description, const ImportOptions& options);
 

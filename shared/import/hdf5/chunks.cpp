@@ -12,17 +12,16 @@
 //          (key, address: a node of the level below, or a chunk) × entries, key
 //          a key: u32 bytes of the chunk, u32 mask, u64 × axes: its first element, u64 0
 // records  a B-tree of version 2 (records.h):
-//          address; with filters bytes of the chunk, u32 mask; u64 × axes: the chunk's place, in
-//          chunks
-// arrays   index.h: an entry's number counts the chunks that the array may have. In an array
-// that
-//          can grow along one axis, that axis is the slowest one.
+//          address; with filters bytes of the chunk, u32 mask;
+//          u64 × axes: the index of the chunk along each axis
+// arrays   index.h: an entry's number counts the chunks that the array may have.
+//          In an array that can grow along one axis, that axis is the slowest one.
 namespace isosplat::import {
 namespace {
 
 using Chunks = std::vector<Hdf5Chunk>;
 
-/// How many chunks an array of these sizes has.
+/// The number of chunks of an array with these sizes.
 uint64_t count_of(const Hdf5Layout& layout, const std::vector<uint64_t>& sizes) {
   uint64_t count = 1;
   for (size_t axis = 0; axis < sizes.size(); ++axis) {
@@ -33,7 +32,7 @@ uint64_t count_of(const Hdf5Layout& layout, const std::vector<uint64_t>& sizes) 
   return count;
 }
 
-/// Adds a chunk at this place, in chunks. An array that was shortened may keep others.
+/// Adds a chunk with these indices along the axes. An array that was shortened may keep others.
 void take_chunk(const Hdf5Layout& layout, std::span<const uint64_t> place, Hdf5Chunk chunk,
                 Chunks& chunks) {
   for (size_t axis = 0; axis < place.size(); ++axis) {
@@ -43,7 +42,7 @@ void take_chunk(const Hdf5Layout& layout, std::span<const uint64_t> place, Hdf5C
   chunks.push_back(chunk);
 }
 
-/// Finds the place of a chunk by its number in an array of chunks.
+/// Computes the indices of a chunk along the axes from its number in an array of chunks.
 class Places {
  public:
   explicit Places(const Hdf5Layout& layout) : place_(layout.sizes.size()) {
@@ -70,11 +69,11 @@ class Places {
 
  private:
   std::vector<size_t> order_;    ///< the axes, the slowest first
-  std::vector<uint64_t> along_;  ///< how many chunks they can have, in this order
+  std::vector<uint64_t> along_;  ///< maximum numbers of chunks along them, in this order
   std::vector<uint64_t> place_;
 };
 
-/// `level`: that the node must have; any, if it is the root's.
+/// `level`: the required level of the node; any level for the root.
 Result<void> take_tree(Hdf5File& file, const Hdf5Layout& layout, uint64_t address,
                        std::optional<uint64_t> level, Chunks& chunks) {
   const auto node = read_hdf5_tree_node(file, address, Hdf5TreeKind::array, level);

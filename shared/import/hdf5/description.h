@@ -13,15 +13,16 @@ namespace isosplat::import {
 
 /// An axis of an array.
 struct Hdf5Axis {
-  std::string name;            ///< in the file; empty: it has none
-  char letter = 0;             ///< x, y, z, t (time) or c (channel); 0: unknown
-  uint64_t size = 0;           ///< elements that belong to the volume; others are padding
-  std::optional<double> step;  ///< from an element to the next one, mm; negative: it falls
-  double first = 0;            ///< position of the first element, mm
-  bool is_downwards = false;   ///< its positions are depths
+  std::string name;   ///< in the file; empty: it has none
+  char letter = 0;    ///< x, y, z, t (time) or c (channel); 0: unknown
+  uint64_t size = 0;  ///< elements that belong to the volume; others are padding
+  std::optional<double>
+      step;          ///< from an element to the next one, mm; negative if positions decrease
+  double first = 0;  ///< position of the first element, mm
+  bool is_downwards = false;  ///< its positions are depths
 };
 
-/// What a file says about an array, by the conventions of the program that wrote it.
+/// The meaning of an array, by the conventions of the program that wrote it.
 struct Hdf5Description {
   std::vector<Hdf5Axis> axes;  ///< the slowest first
   std::array<Vec3d, 3> directions{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};  ///< of x, y, z
@@ -37,13 +38,13 @@ Result<Hdf5Description> describe_hdf5(const std::shared_ptr<Hdf5File>& file,
                                       const Hdf5Volume& volume);
 
 /// The letter of an axis with this name: "x", "nx", "pixel_x", "lon", "column", …; 0 if none.
-/// `has_width`: another axis is named so; then "height" is y.
+/// `has_width`: another axis is named "width", so that "height" is y.
 char hdf5_axis_letter(std::string_view name, bool has_width = false);
 
 /// Sets step and first from the positions along an axis. False if they are not evenly spaced.
 bool place_hdf5_axis(Hdf5Axis& axis, const std::vector<double>& positions, double millimetres);
 
-/// Millimetres per unit; 1 with a note for one that is not known. `what`: whose unit it is.
+/// Millimetres per unit; 1 with a note for an unknown unit. `what`: the owner of the unit.
 double hdf5_millimetres(std::string unit, const std::string& what, std::vector<std::string>& notes);
 
 // The conventions. Each takes a description whose axes have their sizes, and returns whether the

@@ -7,13 +7,11 @@
 
 // Arrays of electron microscopy, MATLAB and openPMD.
 //
-// EMD (Berkeley, py4DSTEM)   a group with the attribute emd_group_type: data; dim1, dim2, … (or
-// from
-//                            dim0): positions along the axes, or the first two; attributes name,
-//                            units
-// EMD (Velox)                /Data/Image/ID: Data: y, x, images; Metadata: JSON text, a column for
-// each
-//                            image
+// EMD (Berkeley, py4DSTEM)   a group with the attribute emd_group_type: data; dim1, dim2, …
+//                            (or from dim0): positions along the axes, or the first two;
+//                            attributes name, units
+// EMD (Velox)                /Data/Image/ID: Data: y, x, images; Metadata: JSON text, a column
+//                            for each image
 // MATLAB 7.3                 attribute MATLAB_class; the axes are those of MATLAB in reverse order
 // openPMD                    attributes of a mesh: axisLabels, gridSpacing, gridGlobalOffset,
 //                            gridUnitSI (metres); position of the array in a cell
@@ -26,7 +24,7 @@ std::string emd_unit(std::string unit) {
   return unit;
 }
 
-/// The value of a key in JSON text, which must be a text itself; from `at` on.
+/// The value of a key in JSON text, if it is a string. Searches from `at` on.
 std::string json_text(std::string_view json, std::string_view key, size_t at) {
   const std::string quoted = fmt::format("\"{}\"", key);
   at = json.find(quoted, std::min(at, json.size()));

@@ -14,11 +14,11 @@
 
 namespace isosplat::import {
 
-/// The address of what does not exist: all bits are set.
+/// The address of objects that do not exist: all bits are set.
 constexpr uint64_t kHdf5Undefined = ~uint64_t{0};
 
-/// Takes the fields of a structure one after another. After the end, fields are 0 and empty, and
-/// is_short() is true: one check after the last field is enough.
+/// Reads the fields of a structure one after another. After the end, fields are 0 or empty, and
+/// is_short() is true, so that one check after the last field is enough.
 class Hdf5Fields {
  public:
   Hdf5Fields(std::span<const std::byte> bytes, size_t address_bytes, size_t length_bytes)
@@ -60,23 +60,23 @@ class Hdf5File {
   size_t address_bytes() const { return address_bytes_; }
   size_t length_bytes() const { return length_bytes_; }
 
-  /// Reads a structure, of at most 256 MiB. All reads of a file together are limited to eight times
-  /// its bytes and 1 MiB, so that structures of a hostile file that refer to each other in a circle
-  /// come to an end. Errors: truncated, io_error, malformed_volume.
+  /// Reads a structure of at most 256 MiB. All reads of a file together are limited to eight times
+  /// its size plus 1 MiB. This ends the reading of a hostile file whose structures refer to each
+  /// other in a cycle. Errors: truncated, io_error, malformed_volume.
   Result<std::vector<std::byte>> read(uint64_t address, uint64_t count);
 
   Hdf5Fields fields(std::span<const std::byte> bytes) const {
     return {bytes, address_bytes_, length_bytes_};
   }
 
-  /// Reads bytes of an array as the file has them, filters not applied. They do not count towards
-  /// the limit of read(). Errors: those of ByteReader::read.
+  /// Reads stored bytes of an array, before filters. They do not count towards the limit of read().
+  /// Errors: those of ByteReader::read.
   Result<void> read_data(uint64_t address, std::span<std::byte> out) {
     return reader_->read(base_ + address, out);
   }
 
   tl::unexpected<Error> malformed(const std::string& what) const;
-  /// `found`: what the file has that is not read, such as "an external link".
+  /// `found`: the unsupported part of the file, such as "an external link".
   tl::unexpected<Error> unsupported(const std::string& found) const;
 
  private:
@@ -91,7 +91,7 @@ class Hdf5File {
 /// The text with "?" for every byte that is not printable ASCII, for messages and notes.
 std::string hdf5_printable(std::string_view text);
 
-/// Where a file's superblock is looked for. HDF5 allows each further doubling as well.
+/// The offsets at which the superblock is searched. HDF5 allows each further doubling as well.
 constexpr uint64_t kHdf5SuperblockPlaces[] = {0, 512, 1024, 2048};
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";
 

@@ -9,11 +9,11 @@
 
 namespace isosplat::import {
 
-/// Undoes the filters of chunks. It keeps the memory that decompression needs.
+/// Reverses the filters of chunks. Keeps its working memory between calls.
 class Hdf5Decoder {
  public:
-  /// The elements of a chunk from its bytes in the file. Allocates only what these can become.
-  /// Errors: malformed_volume.
+  /// The elements of a chunk, decoded from its bytes in the file. Allocates at most the memory that
+  /// these bytes can expand to. Errors: malformed_volume.
   Result<std::vector<std::byte>> decode(const Hdf5File& file, const Hdf5Layout& layout,
                                         std::vector<std::byte> stored, uint32_t mask);
 

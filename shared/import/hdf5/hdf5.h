@@ -16,7 +16,7 @@ bool is_hdf5(std::string_view beginning);
 /// Opens a file of HDF5. Errors: those of open_volume.
 Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOptions& options);
 
-/// The error of netCDF's own format, which is not that of HDF5: how to convert it.
+/// The error for netCDF's classic format, which is not HDF5. It states how to convert the file.
 Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
                                          const ImportOptions& options);
 

@@ -9,8 +9,7 @@
 
 namespace isosplat::import {
 
-/// A fractal heap: the links of groups that have many, and the attributes of objects that have
-/// many.
+/// A fractal heap. It stores the links of groups, and the attributes of objects, that have many.
 class Hdf5Heap {
  public:
   /// Errors: malformed_volume, unsupported_format, those of Hdf5File::read.
@@ -18,7 +17,7 @@ class Hdf5Heap {
 
   uint64_t id_bytes() const { return id_bytes_; }
 
-  /// The object with an id. Nothing if it is larger than a block ("huge"): those are not read.
+  /// The object with an id. Nothing if it is larger than a block ("huge"), which is not supported.
   Result<std::optional<std::vector<std::byte>>> object(Hdf5File& file,
                                                        std::span<const std::byte> id) const;
 
@@ -32,10 +31,10 @@ class Hdf5Heap {
                            int depth);
   uint64_t row_block_bytes(uint64_t row) const;
 
-  uint64_t header_ = 0;  ///< its address
+  uint64_t header_ = 0;  ///< address of the header
   uint64_t id_bytes_ = 0, offset_bytes_ = 0, size_bytes_ = 0;
   uint64_t width_ = 0, first_block_bytes_ = 0, most_block_bytes_ = 0;
-  std::vector<Block> blocks_;  ///< that have objects, ascending
+  std::vector<Block> blocks_;  ///< blocks with objects, ascending
 };
 
 }  // namespace isosplat::import

@@ -6,7 +6,8 @@
 
 namespace isosplat::import {
 
-/// A field of an array of chunks: where a chunk is. Chunks that do not exist have no address.
+/// An entry of an array of chunks: the location of a chunk. Chunks that do not exist have no
+/// address.
 struct Hdf5ChunkEntry {
   uint64_t index = 0;  ///< in the array of chunks
   uint64_t address = kHdf5Undefined, bytes = 0;

@@ -8,7 +8,7 @@
 
 namespace isosplat::import {
 
-/// A step that the bytes of a chunk go through when they are written.
+/// A filter that the bytes of a chunk pass through when they are written.
 enum class Hdf5Filter : uint16_t {
   deflate = 1,
   shuffle = 2,
@@ -17,10 +17,10 @@ enum class Hdf5Filter : uint16_t {
   lz4 = 32004,
 };
 
-/// Where the elements of an array are, in row-major order.
+/// The location of an array's elements, in row-major order.
 struct Hdf5Layout {
   enum class Index : uint8_t {
-    none,      ///< not in chunks: as they are, at `address`
+    none,      ///< not in chunks: contiguous, at `address`
     tree,      ///< a B-tree of version 1
     single,    ///< one chunk
     implicit,  ///< chunks without filters, one after another
@@ -31,11 +31,12 @@ struct Hdf5Layout {
   Index index = Index::none;
   uint64_t address = kHdf5Undefined;  ///< of the elements or of the index; undefined: none written
   std::vector<uint64_t> sizes;        ///< along the axes, the slowest first
-  std::vector<uint64_t> limits;       ///< that the sizes can grow to; kHdf5Undefined: any
+  std::vector<uint64_t> limits;       ///< maximum sizes to grow to; kHdf5Undefined: no limit
   uint64_t element_bytes = 0;
 
   // Of chunks:
-  std::vector<uint64_t> chunk;      ///< sizes of a chunk; those at the end of an axis are as large
+  std::vector<uint64_t>
+      chunk;  ///< sizes of a chunk; chunks at the end of an axis have the same size
   std::vector<Hdf5Filter> filters;  ///< in the order of writing
   std::vector<std::byte> fill;      ///< an element of chunks that do not exist; empty: 0
   bool has_plain_edges = false;     ///< chunks that cross the end of an axis have no filters
@@ -43,12 +44,12 @@ struct Hdf5Layout {
   uint32_t single_mask = 0;
 
   uint64_t chunk_bytes() const;
-  /// How many chunks there are along an axis.
+  /// The number of chunks along an axis.
   uint64_t chunks_along(size_t axis) const { return (sizes[axis] + chunk[axis] - 1) / chunk[axis]; }
 };
 
-/// The layout of an array with these sizes and elements. Errors: malformed_volume,
-/// unsupported_format with what the file uses.
+/// The layout of an array with these sizes and elements. Errors: malformed_volume;
+/// unsupported_format with the name of the unsupported part.
 Result<Hdf5Layout> read_hdf5_layout(const Hdf5File& file, const Hdf5Object& object,
                                     std::vector<uint64_t> sizes, uint64_t element_bytes);
 
