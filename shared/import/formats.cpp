@@ -24,7 +24,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// A reader that needs no more of the beginning than that it is of its format.
+/// Adapts a reader that opens a file by its path.
 template <Result<OpenVolume> (*Open)(const std::filesystem::path&, const ImportOptions&)>
 Result<OpenVolume> by_path(const FileHead& head, const ImportOptions& options) {
   return Open(head.path, options);
@@ -104,7 +104,7 @@ bool is_named_nifti(const FileHead& head, bool /*is_raw*/) {
   return has_nifti_header(head.path);
 }
 
-/// Files of MRC from before 2000 have no signature.
+/// Files of MRC from before 2000 have no signature, so their names decide.
 bool is_named_mrc(const FileHead& head, bool is_raw) {
   if (is_raw) return false;
   std::string name = lower_name(head);
@@ -127,9 +127,8 @@ bool resembles_dicom(const FileHead& head) {
   return head.packing == Packing::none && is_dicom(head.stored);
 }
 
-/// In the order in which a file's first bytes are compared. DICOM is before TIFF, since a DICOM
-/// file may begin with a TIFF header (PS3.10, 7.1). MetaImage has only words somewhere in its
-/// header.
+/// In the order in which a file's first bytes are compared. DICOM precedes TIFF, since a DICOM file
+/// may begin with a TIFF header (PS3.10, 7.1). MetaImage has only words somewhere in its header.
 constexpr Format kFormats[] = {
     {.name = "DICOM",
      .title = "DICOM",

@@ -101,7 +101,7 @@ struct Suffix {
   const char* remedy;
 };
 
-/// Files that are told by their names only.
+/// Files that are recognized only by their names.
 constexpr Suffix kSuffixes[] = {
     {".mnc", "MINC", "convert it with nibabel: nib-convert {0} {1}.nii.gz"},
     {".mgz", "FreeSurfer's format", "convert it with nibabel: nib-convert {0} {1}.nii.gz"},
@@ -120,7 +120,7 @@ KnownFile made(const char* what, const char* remedy, const std::filesystem::path
   return {what, fmt::format(fmt::runtime(remedy), shell_word(path), shell_word(stem), command)};
 }
 
-/// "ISO" of a JPEG is not text; a header is.
+/// Distinguishes a header, which is text, from a JPEG that contains "ISO".
 bool is_text(std::string_view bytes) {
   return !bytes.empty() && std::all_of(bytes.begin(), bytes.end(), [](char c) {
     return static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\r' || c == '\t';
@@ -190,7 +190,7 @@ std::optional<KnownFile> known_zip(const std::filesystem::path& path, std::strin
   return made("a ZIP archive", "unpack it with unzip {0} -d {1}, and give the volume in it", path);
 }
 
-/// The UID of a DICOMDIR is in its first elements.
+/// A DICOMDIR has its UID in its first elements.
 bool is_dicomdir(std::string_view bytes) {
   return bytes.size() > 132 && bytes.substr(128, 4) == "DICM" &&
          bytes.substr(0, 512).find("1.2.840.10008.1.3.10"sv) != bytes.npos;

@@ -7,19 +7,19 @@
 
 namespace isosplat::import {
 
-/// A file or folder that Isosplat does not read: what it is, and what to do. Both are parts of a
-/// sentence: "expected a volume, found WHAT: REMEDY". A remedy is one command where there is one,
-/// and what the command writes can be read.
+/// A file or folder that Isosplat does not read: its kind, and a remedy. Both are parts of a
+/// sentence: "expected a volume, found WHAT: REMEDY". Where a command can convert the file, the
+/// remedy is this command, and Isosplat reads its output.
 struct KnownFile {
   std::string what;
   std::string remedy;
 };
 
-/// Tells what a file is by its first bytes (up to 4096) and its name, if no reader takes it.
+/// Identifies a file by its first bytes (up to 4096) and its name, if no reader supports it.
 std::optional<KnownFile> known_file(const std::filesystem::path& path, std::string_view beginning);
 
-/// Tells what a folder is without slices of its own: a Zarr hierarchy, an empty folder, or one with
-/// other folders.
+/// Identifies a folder without slices: a Zarr hierarchy, an empty folder, or one with other
+/// folders.
 std::optional<KnownFile> known_folder(const std::filesystem::path& path);
 
 }  // namespace isosplat::import

@@ -25,7 +25,7 @@
 namespace isosplat::import {
 namespace {
 
-/// The error for a file that no reader takes.
+/// The error for a file that no reader supports.
 tl::unexpected<Error> unsupported(const FileHead& head) {
   KnownFile known{"no known signature in the file",
                   "save the volume as NRRD or NIfTI (3D Slicer and ITK-SNAP write both), or give "
@@ -38,8 +38,8 @@ tl::unexpected<Error> unsupported(const FileHead& head) {
 
 using FolderOpener = Result<OpenVolume> (*)(const std::filesystem::path&, const ImportOptions&);
 
-/// The reader of a folder: that of the format whose files are the largest in total. A DICOM scan
-/// may have a few screenshots beside it.
+/// The reader of a folder: that of the format whose files are the largest in total, since a DICOM
+/// scan may have a few screenshots beside it.
 FolderOpener folder_opener(const std::filesystem::path& path) {
   const uint64_t tiff_bytes = total_bytes(files_of_folder(path, {".tif", ".tiff"}));
   const uint64_t image_bytes = image_bytes_of_folder(path);
@@ -71,14 +71,14 @@ Result<OpenVolume> open_folder(const std::filesystem::path& path, const ImportOp
   return folder_opener(path)(path, options);
 }
 
-/// What a file is, by its beginning and its name.
+/// The kind of a file, by its beginning and its name.
 struct Kind {
   FileHead head;
-  const Format* format = nullptr;  ///< null: none, or one that is known once the file is unpacked
+  const Format* format = nullptr;  ///< null: none, or unknown until the file is unpacked
   bool must_unpack = false;        ///< before its reader can read it
 };
 
-/// `is_raw`: the options say what raw voxels it has. Errors: those of read_head.
+/// `is_raw`: the options describe raw voxels. Errors: those of read_head.
 Result<Kind> kind_of_file(const std::filesystem::path& path, bool is_raw) {
   auto head = read_head(path);
   if (!head) return tl::unexpected(head.error());
@@ -151,7 +151,7 @@ std::string_view format_of_file(const std::filesystem::path& path) {
   const auto kind = kind_of_file(path, false);
   if (!kind) return {};
   if (kind->format) return kind->format->name;
-  // A file that must be unpacked first may be anything: its opening says what it is.
+  // A file that must be unpacked first may have any format: opening it determines the format.
   return kind->must_unpack ? "compressed" : image_format_of(kind->head.bytes());
 }
 

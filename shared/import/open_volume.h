@@ -29,11 +29,11 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
 
 /// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
 /// "NumPy", "HDF5", "netCDF" (its classic format), "VTK", "TIFF", "DICOM", "raw" or "compressed";
-/// empty if no reader takes it. Reads no headers: open_volume may still refuse it.
+/// empty if no reader supports it. Reads no headers, so open_volume may still refuse the file.
 std::string_view format_of_file(const std::filesystem::path& path);
 
-/// How a file is compressed as a whole, if open_volume unpacks it before its reader reads it:
-/// "gzip", "bzip2", "xz" or "zstd"; else empty. In WebAssembly the caller unpacks it.
+/// The compression of a file as a whole, if open_volume decompresses it before its reader reads it:
+/// "gzip", "bzip2", "xz" or "zstd"; else empty. In WebAssembly the caller decompresses it.
 std::string_view packing_of_file(const std::filesystem::path& path);
 
 /// The volumes of a file that has several (HDF5: its datasets), in order. Empty if open_volume

@@ -14,13 +14,13 @@ namespace isosplat::import {
 namespace {
 
 constexpr size_t kPiece = 1 << 20;
-/// How much is written before the beginning is checked.
+/// Number of bytes that are written before the beginning is checked.
 constexpr uint64_t kBeginning = 64 << 10;
 /// The share of the free space that stays free.
 constexpr double kLeftFree = 0.1;
 
-/// A file without a path of its own, under a name in a folder of its own: readers choose by names.
-/// After a crash, the folder has a link to nothing.
+/// An unlinked file, with a symbolic link to it in a separate folder, since readers choose by
+/// names. After a crash, only a dangling link remains.
 class TemporaryFile {
  public:
   static Result<std::unique_ptr<TemporaryFile>> create(const std::filesystem::path& name) {
@@ -77,7 +77,7 @@ class TemporaryFile {
   uint64_t size_ = 0;
 };
 
-/// The text with the path of the compressed file in the place of the temporary one.
+/// Replaces the path of the temporary file in a text by the path of the compressed file.
 std::string renamed(std::string text, const std::string& from, const std::string& to) {
   for (size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size()) {
     text.replace(at, from.size(), to);

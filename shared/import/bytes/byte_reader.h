@@ -32,7 +32,7 @@ class ByteReader {
   /// Number of bytes that can be read before an error or the end. Decompresses all compressed data.
   virtual uint64_t available_bytes() = 0;
 
-  /// Memory that it may keep between reads, at most, apart from buffers below 1 MB.
+  /// The maximum memory that it keeps between reads, apart from buffers below 1 MB.
   virtual uint64_t resident_bytes() const { return 0; }
 
   /// The files from which the bytes are read.

@@ -10,9 +10,9 @@
 
 #include "shared/core/base/status.h"
 
-/// The files that volumes are read from: those of the system (system_files.cpp), or in a browser
-/// those that its user has chosen (shared/bindings/wasm/import_files.cpp). Nothing else in
-/// shared/import asks for files.
+/// The files from which volumes are read: those of the system (system_files.cpp), or in a browser
+/// those that the user has chosen (shared/bindings/wasm/import_files.cpp). All other code in
+/// shared/import opens files through these functions.
 namespace isosplat::import {
 
 /// An open file; the destructor closes it.
@@ -27,7 +27,7 @@ class InputFile {
 /// Opens a regular file. Errors: io_error, also for folders, pipes and devices.
 Result<std::unique_ptr<InputFile>> open_input(const std::filesystem::path& path);
 
-/// What changes when a file is written to.
+/// The properties of a file that change when it is written.
 struct InputState {
   uint64_t bytes = 0;
   int64_t modified_ns = 0;  ///< since 1970
@@ -38,7 +38,7 @@ Result<InputState> input_state(const std::filesystem::path& path);
 
 enum class InputKind : uint8_t { none, file, folder, other };
 
-/// What is at a path, links resolved. None if that cannot be known.
+/// The kind of the object at a path, after links are resolved. None if it cannot be determined.
 InputKind input_kind(const std::filesystem::path& path);
 
 struct FolderEntry {
@@ -46,7 +46,7 @@ struct FolderEntry {
   InputKind kind = InputKind::none;
 };
 
-/// What a folder holds, in any order; empty if it cannot be read.
+/// The entries of a folder, in any order; empty if it cannot be read.
 std::vector<FolderEntry> folder_entries(const std::filesystem::path& folder);
 
 }  // namespace isosplat::import

@@ -14,7 +14,7 @@ struct ReadableFile {
   /// Errors: those of size_of_file, io_error.
   static Result<ReadableFile> open(const std::filesystem::path& path);
 
-  /// The error `truncated`. what: of which bytes, such as "after decompression".
+  /// The error `truncated`. what: which bytes end early, such as "after decompression".
   tl::unexpected<Error> ends_early(uint64_t needed, uint64_t found, const char* what) const;
 
   std::filesystem::path path;

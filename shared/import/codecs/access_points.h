@@ -8,25 +8,25 @@
 
 namespace isosplat::import {
 
-/// A place between two blocks of deflated data, from which they can be decompressed without what
-/// precedes it (as in zlib's examples/zran.c).
+/// A position between two blocks of deflated data. From here, decompression can start without the
+/// preceding data (as in zlib's examples/zran.c).
 struct AccessPoint {
-  uint64_t output = 0;            ///< decompressed bytes before it
-  uint64_t input = 0;             ///< of the first whole byte after it, in the file
-  int bits = 0;                   ///< how many high bits of the byte before also come after it
-  uint32_t trailer_bytes = 0;     ///< of the container, after the deflated data
+  uint64_t output = 0;  ///< number of decompressed bytes before it
+  uint64_t input = 0;   ///< offset in the file of the first whole byte after it
+  int bits = 0;  ///< number of high bits of the preceding byte that belong to the data after it
+  uint32_t trailer_bytes = 0;     ///< bytes of the container after the deflated data
   std::vector<std::byte> window;  ///< the up to 32 KiB of output before it
 };
 
-/// Access points in ascending order, about evenly spaced. Their number is limited: when there are
-/// too many, every second one is dropped, and the distance doubles. So they take at most 8 MiB.
+/// Access points in ascending order, about evenly spaced. If there are too many, every second one
+/// is dropped and the distance doubles, so that they take at most 8 MiB.
 class AccessPoints {
  public:
   static constexpr uint64_t kFirstDistance = uint64_t{1} << 20;
   static constexpr size_t kMaxPoints = 256;
   static constexpr uint64_t kWindowBytes = uint64_t{32} << 10;
 
-  /// Whether a point after this many decompressed bytes would be far enough from the last one.
+  /// Whether a point after this many decompressed bytes is far enough from the last one.
   bool wants(uint64_t output) const {
     return output >= (points_.empty() ? 0 : points_.back().output) + distance_;
   }
@@ -44,7 +44,7 @@ class AccessPoints {
 
   size_t count() const { return points_.size(); }
 
-  /// The last point at or before this place of the output; null if it is before all points.
+  /// The last point at or before this offset of the output; null if it is before all points.
   const AccessPoint* before(uint64_t output) const {
     const auto after = std::upper_bound(
         points_.begin(), points_.end(), output,
@@ -52,7 +52,7 @@ class AccessPoints {
     return after == points_.begin() ? nullptr : &*(after - 1);
   }
 
-  /// The memory that points of data of this size take, at most.
+  /// The maximum memory of the points for data of this size.
   static uint64_t max_bytes(uint64_t output) {
     return std::min<uint64_t>(kMaxPoints, output / kFirstDistance) * kWindowBytes;
   }

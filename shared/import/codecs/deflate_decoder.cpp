@@ -9,15 +9,15 @@ namespace {
 
 constexpr size_t kInputBytes = size_t{64} << 10;
 constexpr size_t kPadding = 64;                   ///< zeros after the last byte of the input
-constexpr size_t kMadeBytes = size_t{128} << 10;  ///< that the buffer has room for
-/// More than the lengths of all codes of a block take: 14 + 19 · 3 + 320 · 14 bits.
+constexpr size_t kMadeBytes = size_t{128} << 10;  ///< capacity of the buffer for output
+/// An upper bound of the lengths of all codes of a block, which take 14 + 19 · 3 + 320 · 14 bits.
 constexpr size_t kHeaderBytes = 640;
 
 uint64_t mask(unsigned bits) {
   return (uint64_t{1} << bits) - 1;
 }
 
-/// Copies a match, which may overlap what it makes. May write up to 15 bytes after it.
+/// Copies a match, which may overlap its own output. May write up to 15 bytes after it.
 void copy_match(uint8_t* to, size_t distance, size_t length) {
   const uint8_t* from = to - distance;
   if (distance >= 16) {
@@ -72,8 +72,8 @@ uint64_t DeflateDecoder::input_bytes() const {
   return input_begin_ + at_ - (held_ >> 3);
 }
 
-/// Makes sure that this many bytes of the input follow, or that it has ended. False if it cannot be
-/// read.
+/// Ensures that this many bytes of the input are available, or that the input has ended. Returns
+/// false if it cannot be read.
 bool DeflateDecoder::has_input(size_t bytes) {
   if (input_failed_) return false;
   if (input_ended_ || (at_ <= input_end_ && input_end_ - at_ >= bytes)) return true;
@@ -98,7 +98,7 @@ bool DeflateDecoder::has_input(size_t bytes) {
   return true;
 }
 
-/// At least 56 bits to hold_. Requires has_input, and that the input is not overrun.
+/// Fills hold_ to at least 56 bits. Requires has_input, and that the input is not overrun.
 void DeflateDecoder::refill() {
   uint64_t next;
   std::memcpy(&next, input_.data() + at_, sizeof next);
@@ -116,7 +116,7 @@ uint32_t DeflateDecoder::bits(unsigned count) {
   return value;
 }
 
-/// Whether zeros after the end of the input were used as if they belonged to it.
+/// Whether zeros after the end of the input were used as input.
 bool DeflateDecoder::is_overrun() const {
   return input_ended_ && at_ * 8 > input_end_ * 8 + held_;
 }
@@ -134,7 +134,7 @@ DeflateDecoder::Stop DeflateDecoder::damaged(const char* why) {
   return Stop::damaged;
 }
 
-/// Moves what is still needed to the beginning of the buffer, if nothing more is to be taken.
+/// If all output was taken, moves the window to the beginning of the buffer.
 void DeflateDecoder::make_room() {
   if (taken_ < end_ || end_ <= kWindow) return;
   const size_t shift = end_ - kWindow;
@@ -267,7 +267,7 @@ DeflateDecoder::Stop DeflateDecoder::decode_codes() {
   for (;;) {
     if (buffer_.size() - end_ < kLongest) return Stop::full;
     if (!has_input(16)) return Stop::failed;
-    // The last bytes may be followed by zeros that are no input: every code is checked there.
+    // Zeros that are not input may follow the last bytes, so every code is checked there.
     const bool is_near_end = at_ + 16 > input_end_;
     if (is_near_end && is_overrun()) return Stop::short_;
     refill();
@@ -282,8 +282,8 @@ DeflateDecoder::Stop DeflateDecoder::decode_codes() {
     const auto kind_of = [](uint32_t entry) { return entry >> 8 & 0xff; };
     uint32_t entry = next(literals_);
     if (!is_near_end) {
-      // Two literals in front of the code leave 26 bits for it: enough for another literal or for a
-      // length; a distance follows after more bits were taken.
+      // Two literals before the code leave 26 bits for it: enough for another literal or for a
+      // length. A distance follows after the next refill.
       for (int i = 0; i < 2 && kind_of(entry) == HuffmanTable::kLiteral; ++i) {
         buffer_[end_++] = static_cast<uint8_t>(entry >> 16);
         hold_ = hold;

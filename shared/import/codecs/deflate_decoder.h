@@ -12,15 +12,15 @@
 
 namespace isosplat::import {
 
-/// Decompresses deflated data (RFC 1951) forwards. It pulls its input, so that it never stops
-/// inside of a code, and keeps what it has made, with the 32 KiB before it, in a buffer.
+/// Decompresses deflated data (RFC 1951) forwards. It pulls its input through a callback, so that
+/// it never stops inside a code. A buffer keeps the output, with the 32 KiB before it.
 class DeflateDecoder {
  public:
-  /// Fills bytes with what follows of the input. Returns how many: 0 at its end.
+  /// Fills the bytes with the next input. Returns their number; 0 at the end of the input.
   using Read = std::function<Result<size_t>(std::span<uint8_t>)>;
 
   enum class Stop : uint8_t {
-    full,     ///< the buffer has no room: take its bytes
+    full,     ///< the buffer is full: take its bytes
     block,    ///< between two blocks
     end,      ///< the last block has ended
     short_,   ///< the input ends before the data
@@ -30,33 +30,34 @@ class DeflateDecoder {
 
   explicit DeflateDecoder(Read read);
 
-  /// Forgets its input and what it has made: the next byte is the first that `read` gives then.
+  /// Discards input and output. The next call of `read` then returns the first byte.
   void reset();
 
-  /// Begins with deflated data here, after the whole bytes that were taken. `window`: up to 32 KiB
-  /// of output before them.
+  /// Starts at deflated data that begin here, after the whole bytes that were taken. `window`: up
+  /// to 32 KiB of output before them.
   void begin(std::span<const std::byte> window);
 
-  /// Drops input bits: those of a byte that belong to what comes before the data.
+  /// Drops input bits: the bits of a byte that belong to the data before this position.
   bool drop_bits(unsigned count);
 
-  /// Continues until one of the above. Bytes that were made before it stay available.
+  /// Continues until one of the stops above. Output from before the stop remains available.
   Stop run();
 
-  /// What was made and not taken yet.
+  /// The output that has not been taken yet.
   std::span<const uint8_t> made() const { return {buffer_.data() + taken_, end_ - taken_}; }
   void take(size_t count) { taken_ += count; }
 
-  /// The up to 32 KiB before the end of made().
+  /// The up to 32 KiB of output before the end of made().
   std::span<const uint8_t> window() const;
 
   const char* damage() const { return damage_; }
   Error failure() const { return failure_; }
 
-  /// A whole byte of the input, after the present one; −1 at its end, −2 if it cannot be read.
+  /// The next whole byte of the input; −1 at its end, −2 if it cannot be read.
   int byte();
 
-  /// How many bytes of the input were used, of the present one a part: its high unused_bits().
+  /// Number of input bytes that were used. Of the last one, the high unused_bits() are not used
+  /// yet.
   uint64_t input_bytes() const;
   unsigned unused_bits() const { return held_ & 7; }
 
@@ -64,7 +65,8 @@ class DeflateDecoder {
   enum class State : uint8_t { header, stored, codes, end };
 
   static constexpr size_t kWindow = size_t{32} << 10;
-  static constexpr size_t kLongest = 258 + 16;  ///< of a match, with what copies may write after it
+  static constexpr size_t kLongest =
+      258 + 16;  ///< of a match, and the bytes that copying may write after it
 
   bool has_input(size_t bytes);
   void refill();
@@ -85,14 +87,14 @@ class DeflateDecoder {
   size_t stored_ = 0;
 
   std::vector<uint8_t> input_;
-  size_t at_ = 0, input_end_ = 0;  ///< of the bytes in input_
-  uint64_t input_begin_ = 0;       ///< of input_[0] in the input
+  size_t at_ = 0, input_end_ = 0;  ///< offsets in input_
+  uint64_t input_begin_ = 0;       ///< offset of input_[0] in the input
   bool input_ended_ = false, input_failed_ = false;
   uint64_t hold_ = 0;
-  unsigned held_ = 0;  ///< bits in hold_
+  unsigned held_ = 0;  ///< number of bits in hold_
 
   std::vector<uint8_t> buffer_;
-  size_t begin_ = 0;  ///< of the bytes that distances may reach
+  size_t begin_ = 0;  ///< beginning of the bytes that distances may reach
   size_t taken_ = 0, end_ = 0;
 
   HuffmanTable literals_, distances_;

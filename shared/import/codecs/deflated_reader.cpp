@@ -21,8 +21,8 @@ std::unique_ptr<InflateStream> make_stream(const ReadableFile& file, uint64_t st
 #endif
 }
 
-/// Two streams: the first one decompresses all bytes once, in order, and verifies their checksums.
-/// The second one decompresses bytes again that the first one has passed.
+/// Has two streams. The first one decompresses all bytes once, in order, and verifies their
+/// checksums. The second one decompresses earlier bytes again.
 class DeflatedReader : public ByteReader {
  public:
   DeflatedReader(ReadableFile file, uint64_t start, Deflate kind)

@@ -11,11 +11,11 @@ namespace isosplat::import {
 /// The container format of deflated data.
 enum class Deflate : uint8_t { gzip_or_zlib, raw };
 
-/// Decompresses the gzip or zlib data, or deflated data without a container, from byte `start` of a
-/// file; several gzip members may follow each other. Reading forwards is fast. It keeps access
-/// points (codecs/access_points.h): bytes that were decompressed before are read again from the
-/// nearest one, with 1 MiB to skip at most in data of up to 256 MiB. Every byte is checked against
-/// the container's checksum when it is decompressed for the first time. Errors: io_error.
+/// Decompresses gzip or zlib data, or deflated data without a container, from byte `start` of a
+/// file; several gzip members may follow each other. Reading forwards is fast. To read earlier
+/// bytes again, the reader starts at the nearest access point (codecs/access_points.h); in data of
+/// up to 256 MiB, it then skips at most 1 MiB. Every byte is checked against the container's
+/// checksum when it is decompressed for the first time. Errors: io_error.
 Result<std::unique_ptr<ByteReader>> open_deflated(const std::filesystem::path& path,
                                                   uint64_t start = 0,
                                                   Deflate kind = Deflate::gzip_or_zlib);

@@ -10,7 +10,7 @@ namespace isosplat::import {
 namespace {
 
 constexpr size_t kHeadBytes = 4096;
-/// Of damaged gzip data: enough for the headers of most formats.
+/// Bytes to use of damaged gzip data: enough for the headers of most formats.
 constexpr size_t kDamagedHeadBytes = 540;
 
 /// The first bytes of gzip data. Nothing if they cannot be decompressed.

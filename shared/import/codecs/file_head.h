@@ -10,17 +10,18 @@
 
 namespace isosplat::import {
 
-/// The beginning of a file, up to 4096 bytes, which says what the file is. It is read once, and
-/// handed to all who ask.
+/// The beginning of a file, up to 4096 bytes, by which its format is recognized. It is read once,
+/// and passed to all functions that need it.
 struct FileHead {
   std::filesystem::path path;
-  std::string stored;                 ///< as it is in the file
-  Packing packing = Packing::none;    ///< how the file is compressed
-  std::optional<std::string> inside;  ///< of gzip data: their beginning, if it can be decompressed
+  std::string stored;               ///< as it is in the file
+  Packing packing = Packing::none;  ///< how the file is compressed
+  std::optional<std::string>
+      inside;  ///< the decompressed beginning of gzip data, if it can be decompressed
 
   bool is_gzip() const { return packing == Packing::gzip; }
 
-  /// The beginning, decompressed if it is that of gzip data.
+  /// The beginning, decompressed if the file has gzip data.
   std::string_view bytes() const { return inside ? *inside : stored; }
 };
 

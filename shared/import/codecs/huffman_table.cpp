@@ -7,7 +7,7 @@ namespace {
 
 constexpr unsigned kMaxBits = 15;
 
-// RFC 1951, 3.2.5: of the symbols from 257 on, and of the distances.
+// RFC 1951, 3.2.5: base values of the symbols from 257 on, and of the distances.
 constexpr uint16_t kLengthBase[29] = {3,  4,  5,  6,   7,   8,   9,   10,  11, 13,
                                       15, 17, 19, 23,  27,  31,  35,  43,  51, 59,
                                       67, 83, 99, 115, 131, 163, 195, 227, 258};
@@ -72,7 +72,7 @@ bool HuffmanTable::build(Kind kind, std::span<const uint8_t> lengths) {
       } else {
         const uint32_t low = index & static_cast<uint32_t>(root_size - 1);
         if (low != prefix) {
-          // Codes are in ascending order: this one begins a table, which has room for all codes
+          // Codes are in ascending order: this one begins a table, which has space for all codes
           // with this prefix.
           prefix = low;
           table_bits = bits - root_bits_;

@@ -8,7 +8,8 @@
 namespace isosplat::import {
 
 /// A table that decodes a Huffman code of RFC 1951 (3.2.2), whose bits come lowest first. The low
-/// root_bits of the input index an entry: that of a symbol, or of a table for longer codes.
+/// root_bits of the input are the index of an entry: either of a symbol, or of a second table for
+/// longer codes.
 ///
 ///     bit   31..16  15..8  7..0
 ///           value   kind   bits
@@ -21,11 +22,11 @@ class HuffmanTable {
 
   enum class Kind : uint8_t { code_lengths, literals, distances };
 
-  /// Makes the table of a code with these lengths per symbol, 0 to 15 bits. Returns false if they
-  /// are no code: over-subscribed, or incomplete (but for a single code of one bit).
+  /// Builds the table for a code with these lengths per symbol, 0 to 15 bits. Returns false if the
+  /// lengths are invalid: over-subscribed, or incomplete (except a single code of one bit).
   bool build(Kind kind, std::span<const uint8_t> lengths);
 
-  /// The entry of the code that `bits` begin with; at least 15 bits are needed.
+  /// The entry of the code at the beginning of `bits`, of which at least 15 are needed.
   uint32_t find(uint64_t bits) const {
     const uint32_t entry = entries_[static_cast<size_t>(bits) & ((size_t{1} << root_bits_) - 1)];
     const uint32_t kind = entry >> 8 & 0xff;

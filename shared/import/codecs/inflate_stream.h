@@ -18,7 +18,7 @@ class InflateStream {
 
   virtual bool is_running() const = 0;
 
-  /// How many bytes have been returned since the beginning of the data.
+  /// Number of bytes returned since the beginning of the data.
   virtual uint64_t position() const = 0;
 
   /// Starts at the beginning of the data. Errors: out_of_memory.
@@ -34,8 +34,8 @@ class InflateStream {
 std::unique_ptr<InflateStream> make_zlib_stream(const ReadableFile& file, uint64_t start,
                                                 Deflate kind);
 
-/// Without a library, for WebAssembly: for it, distributions have no zlib. The same bytes and
-/// errors as make_zlib_stream.
+/// Without a library, for WebAssembly, since distributions have no zlib for it. Gives the same
+/// bytes and errors as make_zlib_stream.
 std::unique_ptr<InflateStream> make_plain_inflate_stream(const ReadableFile& file, uint64_t start,
                                                          Deflate kind);
 

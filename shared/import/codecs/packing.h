@@ -10,7 +10,7 @@
 
 namespace isosplat::import {
 
-/// How a file is compressed as a whole, by its first bytes.
+/// The compression of a file as a whole, by its first bytes.
 enum class Packing : uint8_t { none, gzip, bzip2, xz, zstd };
 
 Packing packing_of(std::string_view beginning);

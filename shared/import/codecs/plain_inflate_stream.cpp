@@ -50,8 +50,8 @@ class PlainInflateStream : public InflateStream {
       done += count;
       position_ += count;
       if (count < made.size()) return done;
-      // What follows the last byte is decompressed before that byte is needed, so that damage is
-      // found with it.
+      // Decompresses the data behind the last byte before that byte is returned, so that damage
+      // there is found together with it.
       const bool is_filled = done == out.size();
       if (ended_) return done;
       if (auto went = advance(points); !went) {
@@ -71,7 +71,7 @@ class PlainInflateStream : public InflateStream {
  private:
   enum class Container : uint8_t { unknown, gzip, zlib, raw, skipped };
 
-  /// What is where a member may begin.
+  /// The result of looking for the beginning of a member.
   enum class Start : uint8_t {
     member,
     ends_early,  ///< the file ends
@@ -79,12 +79,12 @@ class PlainInflateStream : public InflateStream {
     wrong_check,
     unknown_method,
     wrong_window,
-    needs_dictionary,  ///< which nobody has
+    needs_dictionary,  ///< a preset dictionary, which is not available
     unknown_flags,
     wrong_header_crc,
   };
 
-  /// What is wrong with the header of a member, in zlib's words.
+  /// The error of a member's header, in zlib's words.
   static const char* text_of(Start start) {
     switch (start) {
       case Start::wrong_check:
@@ -128,7 +128,7 @@ class PlainInflateStream : public InflateStream {
         return {};
       }
       if (start == Start::failed) return tl::unexpected(decoder_->failure());
-      // Bytes after the last member are not gzip data: the data end here.
+      // Bytes after the last member are not gzip data, so the data end here.
       if (!is_first) {
         ended_ = true;
       } else if (start == Start::ends_early) {
@@ -164,7 +164,7 @@ class PlainInflateStream : public InflateStream {
           return {};
         }
         if (made.empty()) return damaged(decoder_->damage());
-        return {};  // once what was made has been taken, it stops there again
+        return {};  // once the output has been taken, the decoder stops here again
     }
     return {};
   }
@@ -221,7 +221,7 @@ class PlainInflateStream : public InflateStream {
     return last_byte_;
   }
 
-  /// A byte of the container; below 0 if there is none. Sets last_byte_.
+  /// A byte of the container; negative if there is none. Sets last_byte_.
   int byte() {
     const int value = decoder_->byte();
     last_byte_ = value >= 0 ? Start::member : value == -1 ? Start::ends_early : Start::failed;
@@ -242,7 +242,7 @@ class PlainInflateStream : public InflateStream {
       if (value < 0) return {};
       const auto bits = static_cast<uint32_t>(value);
       if (trailer_bytes_ == 4) {
-        trailer[0] = trailer[0] << 8 | bits;  // zlib's is big-endian
+        trailer[0] = trailer[0] << 8 | bits;  // zlib's trailer is big-endian
       } else {
         trailer[i / 4] |= bits << 8 * (i % 4);
       }
@@ -281,11 +281,11 @@ class PlainInflateStream : public InflateStream {
   Deflate kind_;
   std::optional<DeflateDecoder> decoder_;
   Container container_ = Container::unknown;
-  uint64_t input_begin_ = 0;   ///< where decoder_'s input begins, in the file
+  uint64_t input_begin_ = 0;   ///< offset in the file of decoder_'s input
   uint64_t input_offset_ = 0;  ///< of the next byte to read
   uint64_t position_ = 0, made_bytes_ = 0, member_bytes_ = 0;
   uint32_t trailer_bytes_ = 0, crc_ = 0, adler_ = 1, header_crc_ = 0;
-  Start last_byte_ = Start::member;  ///< what the last byte of a container said
+  Start last_byte_ = Start::member;  ///< the result for the last byte of a container
   bool is_between_members_ = false, has_member_ = false, is_empty_member_ = false;
   bool ended_ = false, short_ = false;
 };

@@ -7,13 +7,13 @@
 
 namespace isosplat::import {
 
-/// Decompresses zlib data (RFC 1950) that are in memory. It keeps the memory that this needs.
+/// Decompresses zlib data (RFC 1950) in memory. Keeps its working memory between calls.
 class ZlibInflater {
  public:
   enum class Outcome : uint8_t {
     failed,  ///< the data are damaged, or do not fill `out`
-    exact,   ///< the data fill `out`, and have the right checksum
-    surplus  ///< the data fill `out`, and go on: there was no checksum to compare
+    exact,   ///< the data fill `out` exactly, and their checksum is correct
+    surplus  ///< the data continue beyond `out`, so no checksum was compared
   };
 
   ZlibInflater() = default;
@@ -29,7 +29,7 @@ class ZlibInflater {
   DeflateDecoder decoder_{[this](std::span<uint8_t> into) { return read_rest(into); }};
 };
 
-/// How many bytes one byte of deflated data becomes at most.
+/// The maximum number of bytes that one byte of deflated data expands to.
 constexpr uint64_t kMostDeflateExpansion = 1032;
 
 }  // namespace isosplat::import

@@ -86,7 +86,7 @@ class ZlibStream : public InflateStream {
       } else if (is_last && made == 0) {
         return file_.ends_early(position_ + (out.size() - done), position_, "after decompression");
       } else if (status == Z_DATA_ERROR && ended_member_ && made == 0) {
-        // Bytes after the last member are not gzip data: the data end here.
+        // Bytes after the last member are not gzip data, so the data end here.
         stream_.avail_in = 0;
         input_offset_ = file_.size;
         return done;
@@ -117,11 +117,11 @@ class ZlibStream : public InflateStream {
     running_ = false;
   }
 
-  /// Returns how many bytes were read: 0 at the end of the file.
+  /// Returns the number of bytes read: 0 at the end of the file.
   Result<size_t> read_input() {
     const auto got = file_.input->read_some(input_offset_, input_);
     if (!got) return got;
-    // A member begins with 0x1f in gzip; zlib's first byte is another.
+    // A member begins with 0x1f in gzip; the first byte of zlib data differs.
     if (!is_raw_ && *got > 0 && stream_.total_in == 0) note_container(input_[0]);
     input_offset_ += *got;
     stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
@@ -131,10 +131,10 @@ class ZlibStream : public InflateStream {
 
   void note_container(std::byte first) { trailer_bytes_ = first == std::byte{0x1f} ? 8 : 4; }
 
-  /// Another member may follow.
+  /// Prepares for another member, which may follow.
   Result<void> begin_next_member() {
     ended_member_ = true;
-    if (is_raw_) {  // begun at an access point: zlib has not read the container
+    if (is_raw_) {  // started at an access point, so zlib has not read the container
       input_offset_ -= stream_.avail_in;
       input_offset_ += trailer_bytes_;
       stream_.avail_in = 0;
@@ -147,12 +147,12 @@ class ZlibStream : public InflateStream {
     return {};
   }
 
-  /// Whether zlib stopped before a block of the data. Not before the trailer.
+  /// Whether zlib stopped before a block of the data; false before the trailer.
   bool is_between_blocks() const {
     return (stream_.data_type & 128) != 0 && (stream_.data_type & 64) == 0;
   }
 
-  /// The access point here. Requires is_between_blocks().
+  /// The access point at the present position. Requires is_between_blocks().
   AccessPoint point() {
     AccessPoint point{
         position_, input_offset_ - stream_.avail_in, stream_.data_type & 7, trailer_bytes_, {}};

@@ -20,9 +20,8 @@ void negate_row(size_t row, HeaderGeometry& geometry) {
 }
 
 /// Whether a unit is "µm" with the first letter in another encoding: as an XML entity, as the
-/// escape
-/// \\u00b5, in Latin-1, encoded twice, or replaced by a question mark. No other letter outside of
-/// ASCII precedes "m" in a unit of length.
+/// escape \\u00b5, in Latin-1, encoded twice, or replaced by a question mark. No other letter
+/// outside of ASCII precedes "m" in a unit of length.
 bool is_micro_metre(std::string_view lower) {
   if (!lower.ends_with('m')) return false;
   lower.remove_suffix(1);
@@ -108,7 +107,7 @@ std::optional<std::array<Vec3d, 3>> cell_axes(const std::array<double, 3>& angle
   std::array<double, 3> cosines{};
   for (size_t i = 0; i < 3; ++i) {
     if (!(angles[i] > 0 && angles[i] < 180)) return std::nullopt;
-    // Exactly 0 for right angles.
+    // Right angles give exactly 0.
     cosines[i] = angles[i] == 90 ? 0 : std::cos(angles[i] * std::numbers::pi / 180);
   }
   const auto [a, b, c] = cosines;

@@ -8,9 +8,9 @@
 
 #include "shared/import/geometry/orientation.h"
 
-// How formats define positions in space. Isosplat uses the coordinates of DICOM: millimetres, x to
-// the patient's left, y to the back, z to the head (LPS), right-handed. README.md in this folder
-// has a table of each format's conventions.
+// The conventions of formats for positions in space. Isosplat uses the coordinates of DICOM:
+// millimetres, x to the patient's left, y to the back, z to the head (LPS), right-handed. README.md
+// in shared/import has a table of each format's conventions.
 namespace isosplat::import {
 
 /// The directions of a file's x, y and z axes.
@@ -35,9 +35,9 @@ void to_lps(Frame frame, HeaderGeometry& geometry);
 /// Multiplies all lengths by a factor.
 void scale_lengths(double factor, HeaderGeometry& geometry);
 
-/// The axes of a unit cell, of length 1: x lies along the first, z is perpendicular to the first
-/// two. `angles`: between y and z, x and z, x and y, in degrees. Nothing if no cell has these
-/// angles.
+/// The axes of a unit cell, with length 1. x is parallel to the first axis, and z is perpendicular
+/// to the first two. `angles`: between y and z, x and z, x and y, in degrees. Nothing if no cell
+/// has these angles.
 std::optional<std::array<Vec3d, 3>> cell_axes(const std::array<double, 3>& angles);
 
 /// Millimetres per unit of length: "mm", "um", "µm", "micron", "metre", "inch", … Nothing for any
@@ -49,8 +49,8 @@ std::optional<double> millimetres_in(std::string_view unit);
 void to_millimetres(std::string_view unit, HeaderGeometry& geometry,
                     std::vector<std::string>& notes);
 
-/// The same for a spacing whose axes have units of their own. Units that begin with "pixel" leave
-/// their axis unchanged without a note.
+/// The same for a spacing with a unit for each axis. Units that begin with "pixel" leave their axis
+/// unchanged without a note.
 void spacing_to_millimetres(const std::array<std::string, 3>& units, HeaderGeometry& geometry,
                             std::vector<std::string>& notes);
 

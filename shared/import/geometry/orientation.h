@@ -15,7 +15,7 @@ struct HeaderGeometry {
   Matrix3d direction = kIdentity3;  ///< columns are the axes, of any length
 };
 
-/// A valid VolumeGrid, and how the voxels must be read for it.
+/// A valid VolumeGrid, and the order in which its voxels must be read.
 struct Orientation {
   VolumeGrid grid;
 

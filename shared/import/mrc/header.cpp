@@ -30,7 +30,8 @@ namespace isosplat::import {
 namespace {
 
 constexpr int32_t kImodStamp = 1146047817;  // "IMOD"
-constexpr int32_t kOriginHasItsSign = 4;    // IMOD's flag of an origin as MRC2014 defines it
+constexpr int32_t kOriginHasItsSign =
+    4;  // IMOD's flag for an origin with the sign that MRC2014 defines
 constexpr double kMillimetresPerAngstrom = 1e-7;
 
 class Numbers {
@@ -71,14 +72,15 @@ bool is_mode(int32_t mode) {
   return (mode >= 0 && mode <= 4) || mode == 6 || mode == 12 || mode == 16 || mode == 101;
 }
 
-/// Whether the numbers make sense: in the other byte order, they are very large.
+/// Whether the numbers are plausible. Read in the wrong byte order, they are very large.
 bool makes_sense(const Numbers& n) {
   const auto axes = n.wholes(64);
   return is_mode(n.whole(12)) &&
          std::all_of(axes.begin(), axes.end(), [](int32_t axis) { return axis >= 0 && axis <= 3; });
 }
 
-/// Whether the fields of CCP4 that MRC2014 leaves to others have a rotation that moves anything.
+/// Whether the CCP4 fields, which MRC2014 leaves to other programs, have a rotation or shift that
+/// is not the identity.
 bool has_skew(const Numbers& n) {
   if (n.whole(96) != 1) return false;
   const Vec3d a = to_vector(n.reals(100)), b = to_vector(n.reals(112)), c = to_vector(n.reals(124));
@@ -88,7 +90,7 @@ bool has_skew(const Numbers& n) {
   return is_rotation && !(is_identity && n.reals(136) == std::array{0.0, 0.0, 0.0});
 }
 
-/// Byte order by the machine stamp: nothing if it has neither of the two that are defined.
+/// The byte order of the machine stamp; nothing if it has neither of the two defined values.
 std::optional<bool> stamped_big_endian(std::span<const std::byte> bytes) {
   if (bytes[212] == std::byte{0x44}) return false;
   if (bytes[212] == std::byte{0x11}) return true;
@@ -116,8 +118,8 @@ Result<std::array<size_t, 3>> axes_of_file(const std::filesystem::path& path, co
                     static_cast<size_t>(s - 1)};
 }
 
-/// Where the first voxel is, in the unit of the steps. Most programs take ORIGIN where it is set,
-/// else the start of the grid.
+/// The position of the first voxel, in the unit of the steps. Most programs use ORIGIN if it is
+/// set, else the start of the grid.
 Vec3d first_voxel(const MrcHeader& h, const std::array<Vec3d, 3>& steps, bool has_cell,
                   std::vector<std::string>& notes) {
   Vec3d by_start{0, 0, 0};

@@ -30,7 +30,7 @@ struct MrcHeader {
   std::array<double, 3> angles{};  ///< alpha (between y and z), beta (x, z), gamma (x, y), degrees
   std::array<int32_t, 3> axis_of{};  ///< by file axis: 1, 2 or 3 for x, y or z of the cell
   double least = 0, greatest = 0;    ///< DMIN, DMAX
-  bool has_skew = false;             ///< LSKFLG: a matrix turns or moves the map (CCP4)
+  bool has_skew = false;             ///< LSKFLG: a matrix rotates or moves the map (CCP4)
   int32_t space_group = 0;           ///< 0: images; 1: a volume; 401 and more: several volumes
   int32_t extended_bytes = 0;        ///< NSYMBT: bytes between this header and the voxels
   int32_t version = 0;               ///< NVERSION: 20140 and more since MRC2014
@@ -39,12 +39,12 @@ struct MrcHeader {
   std::array<double, 3> origin{};  ///< by cell axis, ångström
 };
 
-/// Reads a header of kMrcBytes bytes. Nothing if it is not one of MRC: without "MAP ", or with
-/// numbers that make sense in neither byte order. `by_name`: "MAP " is not needed.
+/// Reads a header of kMrcBytes bytes. Nothing if it is not an MRC header: without "MAP ", or with
+/// numbers that are invalid in both byte orders. `by_name`: "MAP " is not required.
 std::optional<MrcHeader> parse_mrc(std::span<const std::byte> bytes, bool by_name);
 
-/// Positions of the voxels in millimetres. Adds notes about what the header leaves undefined.
-/// Errors: malformed_volume for axes or a cell that are not possible.
+/// Positions of the voxels in millimetres. Adds notes about properties that the header leaves
+/// undefined. Errors: malformed_volume for impossible axes or cells.
 Result<HeaderGeometry> mrc_geometry(const std::filesystem::path& path, const MrcHeader& header,
                                     std::vector<std::string>& notes);
 

@@ -27,7 +27,7 @@ bool has_half_bytes(const MrcHeader& h) {
 }
 
 /// The type of voxels of mode 0: signed since MRC2014; unsigned in files of IMOD without its flag,
-/// and in files of which the header has values above 127.
+/// and in files whose header has values above 127.
 VoxelType byte_type(const MrcHeader& h, std::vector<std::string>& notes) {
   if (h.is_imod) return h.imod_flags & kImodBytesAreSigned ? VoxelType::i8 : VoxelType::u8;
   const bool has_range = h.least < h.greatest;
@@ -38,7 +38,7 @@ VoxelType byte_type(const MrcHeader& h, std::vector<std::string>& notes) {
         h.greatest));
     return VoxelType::u8;
   }
-  // The range of a header may be that of other voxels: only a negative one speaks for signed bytes.
+  // The range in a header may belong to other voxels. Only a negative range indicates signed bytes.
   if (h.version < kMrc2014 && !(has_range && h.least < 0)) {
     notes.push_back(
         "the header does not say whether its bytes are signed: they are read as signed ones, as "
@@ -99,7 +99,7 @@ Result<int64_t> volumes_of(const std::filesystem::path& path, const MrcHeader& h
   return 1;
 }
 
-/// Notes about what the header says and is not used.
+/// Adds notes about header fields that are not used.
 void note_unused(const std::filesystem::path& path, const MrcHeader& h,
                  std::vector<std::string>& notes) {
   if (h.has_skew) {

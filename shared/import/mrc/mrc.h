@@ -8,8 +8,8 @@
 
 namespace isosplat::import {
 
-/// Whether the first bytes of a file are those of MRC; `by_name`: the file's name is one of MRC, so
-/// that the text "MAP " may be missing, as in files from before 2000.
+/// Whether a file begins as MRC. `by_name`: the file has a name of MRC files, so the text "MAP "
+/// may be missing, as in files from before 2000.
 bool is_mrc(std::string_view beginning, bool by_name);
 
 /// Opens a file of MRC. Errors: those of open_volume.

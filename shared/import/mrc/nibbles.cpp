@@ -42,7 +42,7 @@ class NibbleReader : public ByteReader {
  private:
   uint64_t row_bytes() const { return columns_ / 2 + columns_ % 2; }
 
-  /// How many voxels a number of bytes of the file has.
+  /// The number of voxels in a number of bytes of the file.
   uint64_t voxels_in(uint64_t bytes) const {
     const uint64_t packed = bytes - std::min(bytes, offset_);
     const uint64_t rows = packed / row_bytes(), rest = packed % row_bytes();

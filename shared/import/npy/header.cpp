@@ -12,8 +12,8 @@
 namespace isosplat::import {
 namespace {
 
-/// Reads the tokens of a Python literal. Every function returns nothing, or false, and stays where
-/// it is if something else follows.
+/// Reads the tokens of a Python literal. If the next token is of another kind, a function returns
+/// nothing or false, and does not advance.
 class Literal {
  public:
   explicit Literal(std::string_view text) : rest_(text) {}
@@ -57,7 +57,7 @@ class Literal {
     return number;
   }
 
-  /// Up to 40 bytes of what follows, for messages.
+  /// Up to 40 bytes of the remaining text, for messages.
   std::string next() {
     skip_space();
     std::string text(rest_.substr(0, std::min<size_t>(40, rest_.find('\n'))));

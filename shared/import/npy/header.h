@@ -18,11 +18,11 @@ struct NpyHeader {
 };
 
 /// Parses the dictionary of a header: a Python literal with exactly the keys "descr",
-/// "fortran_order" and "shape", as NumPy writes it. Nothing else is evaluated. Errors:
+/// "fortran_order" and "shape", as NumPy writes it. Other expressions are not evaluated. Errors:
 /// malformed_volume; unsupported_type if a voxel has several fields.
 Result<NpyHeader> parse_npy_dictionary(const std::filesystem::path& path, std::string_view text);
 
-/// The error of a header that is not one of NumPy.
+/// The error for a header that NumPy does not write.
 tl::unexpected<Error> malformed_npy(const std::filesystem::path& path, const std::string& what);
 
 }  // namespace isosplat::import

@@ -21,12 +21,12 @@
 namespace isosplat::import {
 namespace {
 
-/// The dictionary of an array of numbers has about 100 bytes, and NumPy reads no more than this.
+/// The dictionary of an array of numbers has about 100 bytes. NumPy has the same limit.
 constexpr uint32_t kMaxDictionaryBytes = 10'000;
 
 struct Dictionary {
   std::string text;
-  uint64_t end = 0;  ///< where the voxels begin
+  uint64_t end = 0;  ///< offset of the voxels
 };
 
 Result<Dictionary> read_dictionary(const std::filesystem::path& path, ByteReader& bytes) {

@@ -36,7 +36,7 @@ struct NrrdSpace {
 Result<NrrdSpace> read_nrrd_space(const std::filesystem::path& path, const NrrdHeader& header);
 
 /// The geometry of a volume in LPS and millimetres. `spatial`: the indices of the spatial axes in
-/// `axes`, all with a direction or all without. Errors: malformed_volume.
+/// `axes`. Either all or none of them have a direction. Errors: malformed_volume.
 Result<HeaderGeometry> nrrd_geometry(const std::filesystem::path& path, const NrrdHeader& header,
                                      const std::vector<NrrdAxis>& axes,
                                      std::span<const size_t, 3> spatial, const NrrdSpace& space,

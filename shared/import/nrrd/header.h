@@ -29,7 +29,7 @@ struct NrrdHeader {
 /// Reads the header of a file. Errors: io_error, malformed_volume.
 Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path);
 
-/// Adds notes about fields that the specification does not have, which may be misspelt, and about
+/// Adds notes about fields that are not in the specification, which may be misspelt, and about
 /// values that were quantized before they were stored.
 void note_unused_fields(const NrrdHeader& header, std::vector<std::string>& notes);
 

@@ -105,8 +105,8 @@ Result<OpenVolume> open_several(const std::filesystem::path& path, const NrrdHea
                             path.string()));
   }
   const uint64_t all = array_bytes(array.voxels, array.steps, voxel_bytes(array.stored.type));
-  // With "LIST 3" and "… 1 20 1 3", several files share the slowest axis; how it is divided does
-  // not matter.
+  // With "LIST 3" and "… 1 20 1 3", several files share the slowest axis; the division does not
+  // matter.
   const auto sizes = whole_numbers(header.field("sizes")).value_or(std::vector<int64_t>{});
   const auto parts = words(header.field("datafile"));
   const bool is_list = is_list_of_files(header.field("datafile"));

@@ -20,7 +20,7 @@ struct Name {
   std::vector<std::string> numbers;
 };
 
-/// What counts as one number: digits; or digits with a sign and decimals.
+/// The syntax of a number: digits; or digits with a sign and decimals.
 enum class Numbers : uint8_t { whole, decimal };
 
 /// Size of the number that begins at text[at]; 0 if none does.
@@ -71,7 +71,7 @@ bool have_one_shape(const std::vector<Name>& names) {
                      [&](const Name& n) { return n.shape == names[0].shape; });
 }
 
-/// The values of one number in every name. Numbers too long for a double are not numbers.
+/// The values of one number in all names. Numbers too long for a double are not numbers.
 using Values = std::vector<double>;
 
 Values values_of(const std::vector<Name>& names, size_t field) {

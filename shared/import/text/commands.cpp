@@ -24,7 +24,7 @@ std::string numpy_index(const std::vector<int64_t>& shape) {
   std::copy_if(shape.begin(), shape.end(), std::back_inserter(long_axes),
                [](int64_t size) { return size > 1; });
   if (long_axes.size() <= 3) return "...";
-  // The last axis is one of channels where it is shorter than the three before it.
+  // The last axis has channels if it is shorter than the three before it.
   const bool has_channels =
       shape.back() > 1 && shape.back() <= kMostChannels &&
       shape.back() < *std::min_element(long_axes.end() - 4, long_axes.end() - 1);

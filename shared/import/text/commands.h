@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-// Parts of the commands that errors advise.
+// Parts of the commands that errors recommend.
 namespace isosplat::import {
 
-/// A word of a command line: quoted if the shell would change it.
+/// A word of a command line, quoted if the shell would change it.
 std::string shell_word(const std::filesystem::path& path);
 
-/// The index that takes one volume of an array with more than three axes of several elements, in
-/// Python: "0, 0" of the shape (2, 3, 6, 7, 8), "..., 0" of (6, 7, 8, 3), "0, ..., 0" of
-/// (5, 6, 7, 8, 3).
+/// The Python index that selects one volume of an array with more than three axes of several
+/// elements: "0, 0" for the shape (2, 3, 6, 7, 8), "..., 0" for (6, 7, 8, 3), "0, ..., 0" for (5,
+/// 6, 7, 8, 3).
 std::string numpy_index(const std::vector<int64_t>& shape);
 
 }  // namespace isosplat::import

@@ -9,8 +9,8 @@
 
 namespace isosplat::import {
 
-/// std::from_chars for float and double. The C++ library for WebAssembly has it for integers only;
-/// there, strtof and strtod parse what from_chars accepts.
+/// std::from_chars for float and double. The C++ library for WebAssembly has it only for integers;
+/// there, strtof and strtod parse the texts that from_chars accepts.
 template <class T>
 std::from_chars_result float_from_chars(const char* first, const char* last, T& value) {
 #ifndef _LIBCPP_VERSION
@@ -18,7 +18,7 @@ std::from_chars_result float_from_chars(const char* first, const char* last, T& 
 #else
   std::string text(first, last);
   const size_t sign = text.starts_with('-') ? 1 : 0;
-  // from_chars takes no hexadecimal numbers, white space or plus signs.
+  // from_chars does not accept hexadecimal numbers, white space or plus signs.
   if (text.size() > sign + 1 && text[sign] == '0' && (text[sign + 1] | 0x20) == 'x') {
     text.resize(sign + 1);
   }

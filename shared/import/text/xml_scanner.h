@@ -17,7 +17,7 @@ struct XmlTag {
 };
 
 /// Reads the tags of an XML text one after the other. Comments, declarations and CDATA are skipped.
-/// It checks no more than it needs: text that is not well-formed gives some tags, and then ends.
+/// Does not validate the text: if it is not well-formed, returns some tags, and then ends.
 class XmlScanner {
  public:
   explicit XmlScanner(std::string_view text) : text_(text) {}

@@ -85,8 +85,8 @@ std::string names_of(const TiffSeries& series) {
   return text.empty() ? "" : " (" + text + ")";
 }
 
-/// An array of two axes without names beside x and y, and a channel is asked for: the second axis
-/// is the one of channels.
+/// If an array has two axes without names in addition to x and y, and the options choose a channel,
+/// the second of them is the axis of channels.
 void make_channels(TiffSeries& series) {
   series.size(TiffAxis::channel) = series.size(TiffAxis::z);
   series.size(TiffAxis::z) = series.size(TiffAxis::time);
@@ -94,7 +94,7 @@ void make_channels(TiffSeries& series) {
   series.order = {TiffAxis::channel, TiffAxis::z, TiffAxis::time};
 }
 
-/// Which axis has the slices, if the one of z has none.
+/// The axis of the slices, if the z axis has only one.
 Result<TiffAxis> choose_frames(const std::filesystem::path& path, const TiffSeries& series,
                                const ImportOptions& options) {
   const uint64_t channels = series.size(TiffAxis::channel), times = series.size(TiffAxis::time);

@@ -21,7 +21,7 @@ struct TiffEntry {
 
 struct TiffDirectory {
   std::vector<TiffEntry> entries;
-  uint64_t next = 0;  ///< offset of the next directory; 0: this is the last one
+  uint64_t next = 0;  ///< offset of the next directory; 0 if this is the last one
 
   /// The first entry with this tag; null: none has it.
   const TiffEntry* find(uint16_t tag) const;
@@ -37,13 +37,13 @@ class TiffDirectoryReader {
   uint64_t file_bytes() const { return file_->size_limit(); }
   ByteReader& file() { return *file_; }
 
-  /// 42: TIFF; 43: BigTIFF; others are no TIFF files.
+  /// 42: TIFF; 43: BigTIFF; other numbers are not TIFF files.
   uint16_t version() const { return version_; }
 
   /// Offset of the first directory. Nothing if the file ends before it.
   std::optional<uint64_t> first();
 
-  /// Nothing if the directory is empty, or if it or a value of it is not inside the file.
+  /// Nothing if the directory is empty, or if it or one of its values is not inside the file.
   std::optional<TiffDirectory> read(uint64_t at);
 
   /// A value of type BYTE, SHORT, LONG, IFD, or one of their 8-byte forms.

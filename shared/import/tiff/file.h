@@ -10,11 +10,11 @@
 #include "shared/core/grid/voxel_type.h"
 #include "shared/import/tiff/samples.h"
 
-// The pages of TIFF files and their pixels. Which pages are slices, and what their values mean, is
-// decided in tiff.cpp.
+// The pages of TIFF files and their pixels. tiff.cpp determines which pages are slices, and the
+// meaning of their values.
 namespace isosplat::import {
 
-/// What a page's directory says.
+/// The contents of a page's directory.
 struct TiffPage {
   int64_t width = 0;
   int64_t height = 0;
@@ -22,15 +22,15 @@ struct TiffPage {
   VoxelType type = VoxelType::u8;
   TiffSamples stored;
   int samples = 1;               ///< of a pixel
-  bool separate_planes = false;  ///< each sample has strips or tiles of its own
+  bool separate_planes = false;  ///< each sample has separate strips or tiles
   uint16_t photometric = 1;      ///< tag 262
   uint16_t orientation = 1;      ///< TIFF's tag 274: 1 to 8
-  std::string unknown;           ///< why VoxelType does not have the type; empty: it does
+  std::string unknown;           ///< the type, if VoxelType does not support it; else empty
   std::string undecodable;       ///< the name of the compression if it cannot be decoded here
   std::string description;       ///< tag 270: by the program that wrote the file
   std::optional<double> pixels_per_unit_x, pixels_per_unit_y;
   uint16_t resolution_unit = 2;  ///< tag 296: 1 none, 2 inch, 3 centimetre
-  /// Where the first strip begins, if the rows are uncompressed.
+  /// Offset of the first strip, if the rows are uncompressed.
   std::optional<uint64_t> uncompressed_at;
 
   bool white_is_zero() const { return photometric == 0; }
@@ -45,14 +45,14 @@ struct TiffPage {
 };
 
 /// Sets type, stored and unknown. `format`: tag 339 (1: unsigned, 2: signed, 3: floating-point, 5
-/// and 6: complex). The type holds all numbers of the stored bits. Reads page.samples and
+/// and 6: complex). The type can represent all numbers of the stored bits. Reads page.samples and
 /// page.separate_planes.
 void set_voxel_type(uint16_t bits, uint16_t format, TiffPage& page);
 
 /// A part of a page.
 struct TiffPart {
-  /// A slice of a page with a depth; else one of several planes that follow each other in the file,
-  /// of which only the first has a directory.
+  /// A slice of a page with a depth. Otherwise, one of several planes that follow each other in the
+  /// file, of which only the first has a directory.
   uint64_t plane = 0;
   int sample = 0;  ///< of each pixel
 };
@@ -66,20 +66,20 @@ class TiffFile {
   /// damaged.
   virtual std::optional<TiffPage> go_to(uint64_t directory) = 0;
 
-  /// Whether all strips or tiles of the plane lie inside the file, or are left out
+  /// Whether all strips or tiles of the plane lie inside the file, or were not written
   /// (TiffPages::left_out_parts).
   virtual bool is_whole(uint64_t plane = 0) = 0;
 
   /// Decodes a part of the current page into `out`, which has exactly its size: rows as stored,
-  /// native-endian. The page has a known type. Strips and tiles that are left out have one
-  /// value. False if it is damaged.
+  /// native-endian. The page must have a known type. Strips and tiles that were not written have
+  /// one value. Returns false if the part is damaged.
   virtual bool read(std::span<std::byte> out, TiffPart part = {}) = 0;
 
-  /// The value of strips and tiles that are left out.
+  /// Sets the value of strips and tiles that were not written.
   void set_left_out_value(double value) { left_out_ = value; }
 
  protected:
-  /// Fills voxels, or samples as stored, of a strip or tile that is left out.
+  /// Fills voxels, or samples as stored, of a strip or tile that was not written.
   void fill_left_out(const TiffPage& page, std::span<std::byte> out) const;
 
  private:
@@ -89,11 +89,13 @@ class TiffFile {
 /// With libtiff, which reads only the first plane of a page. Null if it cannot open the file.
 std::unique_ptr<TiffFile> open_libtiff(const std::filesystem::path& path);
 
-/// Without a library, for WebAssembly: for it, distributions have no libtiff. It decodes rows that
-/// are uncompressed, or compressed with Deflate, LZW or PackBits. Null if it cannot open the file.
+/// Without a library, for WebAssembly, since distributions have no libtiff for it. Decodes rows
+/// that are uncompressed, or compressed with Deflate, LZW or PackBits. Null if it cannot open the
+/// file.
 std::unique_ptr<TiffFile> open_plain_tiff(const std::filesystem::path& path);
 
-/// One of these. `has_planes`: of a page, more planes than the first are read.
+/// Opens a file with one of these. `has_planes`: planes after the first plane of a page will be
+/// read.
 std::unique_ptr<TiffFile> open_tiff(const std::filesystem::path& path, bool has_planes);
 
 }  // namespace isosplat::import

@@ -11,7 +11,8 @@
 namespace isosplat::import {
 namespace {
 
-/// Whether a resolution is one of screens and printers, which programs write without a meaning.
+/// Whether a resolution is a default of screens or printers, which programs write without a
+/// meaning.
 bool is_default(double dots_per_inch) {
   for (const double usual : {1., 72., 75., 96., 100., 120., 144., 150., 180., 200., 240., 300.,
                              350., 360., 400., 600., 1200., 2400.}) {
@@ -20,7 +21,7 @@ bool is_default(double dots_per_inch) {
   return false;
 }
 
-/// The size of a pixel in mm by the page's resolution. Nothing if it has none with a meaning.
+/// The size of a pixel in mm by the page's resolution. Nothing if the resolution has no meaning.
 std::optional<double> pixel_size(const TiffPage& page, std::optional<double> per_unit) {
   const bool is_inch = page.resolution_unit == 2, is_cm = page.resolution_unit == 3;
   if ((!is_inch && !is_cm) || !(per_unit.value_or(0) > 0)) return std::nullopt;
@@ -71,7 +72,7 @@ HeaderGeometry tiff_geometry(const TiffPage& page, const TiffSeries& series,
         *lengths[2], unit_text(units[2]), unit_text(units[2])));
   }
   if (!lengths[2]) {
-    // OME's lengths have units, of which 1 is assumed; others are as long as pixels.
+    // OME's lengths have units, so 1 is assumed; other lengths are assumed equal to the pixel size.
     lengths[2] = series.ome.empty() ? *lengths[0] : 1;
     if (series.ome.empty()) units[2] = units[0];
     notes.push_back(fmt::format(

@@ -10,7 +10,7 @@
 namespace isosplat::import {
 
 /// The distances between voxels: those of the options, of the series' description, or of the page's
-/// resolution. A note says what was assumed.
+/// resolution. Notes state assumptions.
 HeaderGeometry tiff_geometry(const TiffPage& page, const TiffSeries& series,
                              const ImportOptions& options, std::vector<std::string>& notes);
 

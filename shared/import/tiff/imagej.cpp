@@ -48,8 +48,8 @@ Result<void> read_calibration(const std::filesystem::path& path, std::string_vie
   return {};
 }
 
-/// ImageJ's lengths: the resolution is in pixels per unit, `spacing` is the distance of slices. Of
-/// signs, only those of z occur, and mean nothing.
+/// ImageJ's lengths: the resolution is in pixels per unit, `spacing` is the slice distance. Only
+/// the distance along z may have a sign, which has no meaning.
 void read_lengths(std::string_view text, const TiffPage& first, TiffSeries& series) {
   std::string unit(line_value(text, "unit").value_or(""));
   if (unit.empty() && first.resolution_unit == 3) unit = "cm";

@@ -33,7 +33,7 @@ bool TiffLzw::expand(std::span<const uint8_t> in, std::span<uint8_t> out) {
     if (before == kClear) {
       if (code > 255) return false;
     } else {
-      // The code may be that of the string which begins with the one before, and is known now.
+      // The code may be that of the string which begins with the previous one, and is known now.
       if (code > next || (code == next && next == kCodes)) return false;
       if (next < kCodes) {
         const String& start = strings_[before];
@@ -44,7 +44,7 @@ bool TiffLzw::expand(std::span<const uint8_t> in, std::span<uint8_t> out) {
         if (next + 1 == 1u << bits && bits < 12) ++bits;
       }
     }
-    // Strings are written from their ends; what does not fit is left out.
+    // Strings are written from their ends; bytes beyond the output are left out.
     const size_t length = strings_[code].length, room = out.size() - done;
     uint32_t part = code;
     for (size_t i = length; i-- > 0; part = strings_[part].prefix) {

@@ -6,16 +6,16 @@
 
 namespace isosplat::import {
 
-/// Expands TIFF's LZW data (TIFF 6.0, section 13): codes of 9 to 12 bits, the highest bit first,
-/// whose size grows one code before it must.
+/// Expands TIFF's LZW data (TIFF 6.0, section 13): codes of 9 to 12 bits, the highest bit first.
+/// The code size grows one code earlier than necessary.
 class TiffLzw {
  public:
-  /// Expands until `out` is full; what follows is ignored. False if the data end before, or are
-  /// damaged.
+  /// Expands until `out` is full, and ignores the rest. Returns false if the data end before, or
+  /// are damaged.
   bool expand(std::span<const uint8_t> in, std::span<uint8_t> out);
 
  private:
-  /// The string of a code from 258: that of another code, and one more byte.
+  /// The string of a code from 258 on: the string of another code, and one more byte.
   struct String {
     uint16_t prefix;
     uint16_t length;

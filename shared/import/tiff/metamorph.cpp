@@ -110,8 +110,8 @@ bool all_same(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); });
 }
 
-/// The distance between planes by their positions; nothing if they do not move. A note if it
-/// varies.
+/// The distance between planes by their positions; nothing if all positions are equal. Adds a note
+/// if the distance varies.
 std::optional<double> step_of(const std::vector<double>& steps, std::vector<std::string>& notes) {
   double low = 1e300, high = 0, sum = 0;
   for (const double step : steps) {
@@ -152,7 +152,7 @@ TiffSeriesList metamorph_series(const std::filesystem::path& path, const TiffPag
   const auto wavelengths = pages.uic3 ? tables.ratios(*pages.uic3, 8) : std::vector<double>{};
   if (pages.uic1) tables.read_calibration(*pages.uic1, series);
 
-  // The first plane's distance has no meaning in some files, the last plane's in others.
+  // In some files the distance of the first plane has no meaning, in others that of the last plane.
   std::vector<double> steps = distances;
   if (steps.size() > 2 && steps.front() == 0) steps.erase(steps.begin());
   if (steps.size() > 2 && steps.back() == 0) steps.pop_back();

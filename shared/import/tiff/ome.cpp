@@ -9,8 +9,8 @@
 #include "shared/import/text/xml_scanner.h"
 #include "shared/import/tiff/series.h"
 
-// Reads OME-XML (OME-TIFF specification, schema 2016-06 and those before it): the images of a file
-// or of several, and which page of which file is which of their planes.
+// Reads OME-XML (OME-TIFF specification, schema 2016-06 and earlier ones): the images of one or
+// several files, and the assignment of pages to planes.
 namespace isosplat::import {
 namespace {
 
@@ -23,7 +23,7 @@ class OmeParser {
  public:
   OmeParser(const std::filesystem::path& path, std::string_view text) : path_(path), xml_(text) {}
 
-  std::string companion;  ///< the file that has the sizes in place of this one
+  std::string companion;  ///< the file that has the sizes instead of this one
   std::string uuid;       ///< of the file; BinaryOnly: of the file that was opened
 
   Result<std::vector<TiffSeries>> parse() {
@@ -168,7 +168,7 @@ class OmeParser {
     return {};
   }
 
-  /// A name without folders, as the files of an OME-TIFF lie side by side.
+  /// A name without folders, since the files of an OME-TIFF are in one folder.
   static std::string file_name(const std::string& name) {
     return name.substr(name.find_last_of("/\\") + 1);
   }

@@ -39,8 +39,8 @@ bool is_copy(TiffDirectoryReader& reader, const TiffDirectory& directory) {
   return type && reader.number(*type) == 2;
 }
 
-/// The strips or tiles of a page that have neither a place nor a size. `budget`: so many numbers
-/// are read at most, in all pages.
+/// The number of strips or tiles of a page that have neither an offset nor a size. `budget`: the
+/// maximum number of values to read, for all pages.
 size_t left_out_parts(TiffDirectoryReader& reader, const TiffDirectory& directory,
                       uint64_t& budget) {
   const TiffEntry* sizes = directory.find(kTileBytes);

@@ -11,7 +11,7 @@
 
 namespace isosplat::import {
 
-/// What tells the pages of one image from those of another.
+/// The properties that distinguish pages of one image from those of another.
 struct TiffPageKind {
   uint64_t width = 0, height = 0, depth = 1, bits = 1, format = 1, samples = 1;
   bool operator==(const TiffPageKind&) const = default;
@@ -28,14 +28,14 @@ struct TiffPages {
   bool big_endian = false;
   std::vector<uint64_t> offsets;       ///< of each page's directory
   std::vector<TiffPageEntry> entries;  ///< of the same pages
-  std::vector<uint64_t> chain;         ///< of all directories, with those of copies
+  std::vector<uint64_t> chain;         ///< of all directories, including those of copies
   size_t left_out = 0;                 ///< pages that are smaller copies or masks of others
   size_t left_out_parts = 0;  ///< strips and tiles that were not written: sparse files of GDAL
-  bool ends_early = false;    ///< the chain of directories leaves the file, or is a cycle
+  bool ends_early = false;    ///< the chain of directories leaves the file, or has a cycle
 
   std::optional<double> no_data;  ///< GDAL's tag: voxels of this value are absent
   std::string gdal_metadata;      ///< GDAL's tag with XML
-  /// Of the first page. MetaMorph: tags 33628 to 33631; LSM: tag 34412.
+  /// Entries of the first page. MetaMorph: tags 33628 to 33631; LSM: tag 34412.
   std::optional<TiffEntry> uic1, uic2, uic3, uic4, lsm;
 };
 

@@ -10,10 +10,11 @@
 #include "shared/import/tiff/rows.h"
 
 // A page's rows are in strips, each with some rows, or in tiles. Tiles at the right and lower edge
-// are filled up. Unlike tiles, the last strip may have fewer rows. If the samples of a pixel are
-// apart (PlanarConfiguration 2), the strips or tiles of the first sample precede those of the
-// second. Of a page with a depth (tag 32997), those of a slice precede those of the next one; tiles
-// may have a depth of their own (32998), and then contain slices one after the other.
+// are padded to their full size, while the last strip may have fewer rows. If the samples of a
+// pixel are stored separately (PlanarConfiguration 2), the strips or tiles of the first sample
+// precede those of the second. In a page with a depth (tag 32997), those of a slice precede those
+// of the next one. Tiles may have a depth as well (32998), and then contain slices one after the
+// other.
 namespace isosplat::import {
 namespace {
 
@@ -51,7 +52,7 @@ uint64_t rounded_up(uint64_t count, uint64_t each) {
   return (count + each - 1) / each;
 }
 
-/// How the rows of a page are stored.
+/// The layout of a page's rows.
 struct Layout {
   uint64_t compression = 1, predictor = 1;
   bool reversed_bits = false;  ///< the first pixel is in the lowest bits
@@ -63,7 +64,7 @@ struct Layout {
   std::optional<TiffEntry> offsets, sizes;  ///< of strips or tiles
 
   uint64_t across() const { return rounded_up(width, part_width); }
-  /// The parts that have a slice of one sample.
+  /// The number of parts of one slice and one sample.
   uint64_t parts() const { return across() * rounded_up(height, part_height); }
   uint64_t layers() const { return rounded_up(depth, part_depth); }
   uint64_t part_row() const { return stored.row_bytes(part_width); }
@@ -72,7 +73,7 @@ struct Layout {
     return tiled ? part_height : std::min(part_height, height - part * part_height);
   }
 
-  /// Of an expanded strip or tile. Nothing if that exceeds every memory.
+  /// The size of an expanded strip or tile. Nothing if it exceeds any memory.
   std::optional<uint64_t> bytes_of(uint64_t part) const {
     const uint64_t row = part_row(), rows = rows_of(part);
     if (row > kMaxBytes / rows || row * rows > kMaxBytes / part_depth) return std::nullopt;
@@ -80,7 +81,7 @@ struct Layout {
   }
 };
 
-/// Where a strip or tile is in the file.
+/// The location of a strip or tile in the file.
 struct Range {
   uint64_t at = 0, bytes = 0;
   bool is_left_out = false;  ///< it was not written: sparse files of GDAL
@@ -197,7 +198,7 @@ class PlainTiffFile : public TiffFile {
   std::optional<double> real(uint16_t tag) {
     const TiffEntry* entry = directory_.find(tag);
     const auto value = entry ? reader_.real(*entry) : std::nullopt;
-    // libtiff keeps 24 bits of it: both give the same spacing.
+    // libtiff keeps it as a 32-bit float; both implementations then give the same spacing.
     return value ? std::optional<double>(static_cast<float>(*value)) : std::nullopt;
   }
 
@@ -234,8 +235,9 @@ class PlainTiffFile : public TiffFile {
            layout.part_width <= kMostPixels && layout.part_height <= kMostPixels;
   }
 
-  /// The index of a strip or tile in the lists of offsets and sizes, and how many bytes after that
-  /// place the one of `plane` begins: if the lists have only the first plane, the others follow it.
+  /// The index of a strip or tile in the lists of offsets and sizes, and the distance in bytes from
+  /// there to the part of `plane`. If the lists have only the first plane, the other planes follow
+  /// it.
   struct Place {
     uint64_t index = 0, shift = 0;
   };
@@ -260,7 +262,7 @@ class PlainTiffFile : public TiffFile {
                              : Place{(layer * samples + sample) * parts + part, 0};
   }
 
-  /// Nothing if a strip or tile is not inside the file, or has too few bytes for its rows.
+  /// Nothing if a strip or tile is not inside the file, or is too short for its rows.
   std::optional<Range> range_of(uint64_t plane, uint64_t sample, uint64_t part) {
     const auto place = place_of(plane, sample, part);
     const auto needed = layout_.bytes_of(part);
@@ -275,7 +277,7 @@ class PlainTiffFile : public TiffFile {
     if (at > reader_.file_bytes()) return std::nullopt;
     const uint64_t rest = reader_.file_bytes() - at;
     if (layout_.compression == 1) {
-      // libtiff does not use the sizes of uncompressed strips either: they are often wrong.
+      // libtiff ignores the sizes of uncompressed strips as well: they are often wrong.
       return *needed <= rest ? std::optional(Range{at, *needed}) : std::nullopt;
     }
     uint64_t bytes = size == kNone ? 0 : size;
@@ -299,7 +301,7 @@ class PlainTiffFile : public TiffFile {
       if (!reader_.file().read(range->at, out)) return false;
       if (layout_.reversed_bits) reverse_bits(out);
     } else {
-      // Compressed rows are hardly longer than the rows; sizes can be wrong.
+      // Compressed rows are hardly longer than the rows, but the stored sizes can be wrong.
       raw_.resize(static_cast<size_t>(std::min<uint64_t>(range->bytes, out.size() * 10 + 4096)));
       const auto raw = std::as_writable_bytes(std::span(raw_));
       if (!reader_.file().read(range->at, raw)) return false;

@@ -8,7 +8,7 @@
 namespace isosplat::import {
 namespace {
 
-/// Adds to each number that of the left neighbour, `stride` numbers before it.
+/// Adds to each number its left neighbour, `stride` numbers before it.
 template <class Word>
 void add_left(size_t stride, std::span<std::byte> row) {
   for (size_t i = stride * sizeof(Word); i + sizeof(Word) <= row.size(); i += sizeof(Word)) {

@@ -8,7 +8,7 @@
 namespace isosplat::import {
 namespace {
 
-/// `bits` bits from bit `at` of a row on, the highest first.
+/// The `bits` bits of a row from bit `at` on, the highest first.
 uint64_t packed_bits(std::span<const std::byte> row, size_t at, unsigned bits) {
   uint64_t value = 0;
   for (unsigned left = bits; left > 0;) {
@@ -21,7 +21,7 @@ uint64_t packed_bits(std::span<const std::byte> row, size_t at, unsigned bits) {
   return value;
 }
 
-/// Sign (1 bit), exponent (7), fraction (16) as sign (1), exponent (8), fraction (23).
+/// Converts sign (1 bit), exponent (7), fraction (16) to sign (1), exponent (8), fraction (23).
 uint32_t float_bits_of_24(uint32_t value) {
   const uint32_t sign = value >> 23 << 31, exponent = value >> 16 & 127, fraction = value & 0xffff;
   if (exponent == 127) return sign | 0x7f800000 | fraction << 7;  // infinity, NaN

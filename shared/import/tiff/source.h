@@ -20,7 +20,7 @@ bool is_unsigned(VoxelType type);
 /// The error for a page that cannot be decoded. `where`: the file and page.
 tl::unexpected<Error> damaged_tiff(const std::string& where);
 
-/// Position of a slice. An empty path: the slice is missing, its voxels are absent
+/// The location of a slice. An empty path: the slice is missing, and its voxels are absent
 /// (voxels/absent_voxels.h).
 struct TiffSlice {
   std::filesystem::path path;
@@ -29,7 +29,7 @@ struct TiffSlice {
 };
 
 /// A volume whose slices are the given pages, all of the kind `page`; `header` has the type of
-/// `page`. `inverts`: unsigned voxels, if 0 is stored as white. Strips and tiles that were not
+/// `page`. `inverts`: voxels are unsigned, and 0 is stored as white. Strips and tiles that were not
 /// written have the value `left_out`.
 std::unique_ptr<VolumeSource> make_tiff_source(VolumeHeader header, TiffPage page,
                                                std::vector<TiffSlice> slices, bool inverts,

@@ -11,13 +11,14 @@
 
 namespace isosplat::import {
 
-/// One of several volumes in a file: the options that choose it, and what tells it from the others.
+/// One of several volumes in a file: the options that choose it, and a description.
 struct VolumeChoice {
-  std::string label = {};  ///< a text that tells it from the others
-  std::string name = {};   ///< what the file calls it, and sizes: no words of ours. May be empty
+  std::string label = {};  ///< a text that distinguishes it from the others
+  std::string name =
+      {};  ///< its name in the file, and sizes, without words of Isosplat. May be empty
   std::string dataset = {}, series = {}, segment = {};
   std::optional<int64_t> channel = {}, time_step = {};
-  std::optional<Allowance> allowance = {};  ///< not another volume: a fault that is to be accepted
+  std::optional<Allowance> allowance = {};  ///< not another volume, but a fault to accept
 };
 
 /// Options that complete or override the file's header.
@@ -40,14 +41,16 @@ struct ImportOptions {
   /// Every format: voxels of this value are absent. The value is in the user's units, after slope
   /// and intercept.
   std::optional<double> missing_value;
-  /// If missing_value is not set: whether voxels become absent that have a header's fill value, or
-  /// a value that programs use for "no value", far outside the range of all others.
+  /// If missing_value is not set: whether voxels with a fill value become absent. The fill value is
+  /// that of the header, or a value that programs use for "no value", far outside the range of all
+  /// others.
   bool finds_missing_values = true;
 
-  /// If not null: is given the volumes among which these options do not choose. Where open_volume
-  /// fails for that reason, each one's options, added to these, choose. If it succeeds, these are
-  /// all that it could read, the one that it chose by itself included. Where an error advises an
-  /// allowance, it is given that one. Must outlive the call of open_volume.
+  /// If not null, receives the choices that these options leave open. If open_volume fails because
+  /// of several volumes, the options of one choice, added to these, select that volume. If it
+  /// succeeds, the list has all volumes that it could read, including the one that it has chosen by
+  /// itself. If an error recommends an allowance, the list has this allowance. Must outlive the
+  /// call of open_volume.
   std::vector<VolumeChoice>* choices = nullptr;
 };
 

@@ -9,17 +9,17 @@
 
 namespace isosplat::import {
 
-/// Values from `low` to `high` (usually equal) that stand for "no value" according to a file's
-/// header. If the header is not reliable (in DICOM, padding is often the value of air), they become
-/// absent only if they lie apart from all other values, and those are not labels.
+/// The values from `low` to `high` (usually equal) that mean "no value" according to a file's
+/// header. In DICOM, padding is often the value of air. For such unreliable headers, voxels become
+/// absent only if these values are far from all others, and the others are not labels.
 struct FillValue {
   double low = 0, high = 0;
   bool is_certain = true;
 };
 
-/// An open volume, and notes about how it was read. Each note is one sentence: what was assumed,
-/// ignored or filled, and, if useful, which option changes it. Notes are shown to the user and kept
-/// in the store.
+/// An open volume, and notes about how it was read. Each note is one sentence about an assumption,
+/// an ignored part or a filled part, with the option that changes it where there is one. Notes are
+/// shown to the user and kept in the store.
 struct OpenVolume {
   std::unique_ptr<VolumeSource> source;
   std::vector<std::string> notes = {};

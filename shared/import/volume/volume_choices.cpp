@@ -8,7 +8,7 @@
 namespace isosplat::import {
 namespace {
 
-/// Nobody looks through more.
+/// A longer list is of no use to a user.
 constexpr uint64_t kMaxOffered = 10000;
 
 std::string with_name(std::string label, const std::string& name) {

@@ -25,7 +25,7 @@ struct ArrayVolume {
   uint64_t offset = 0;      ///< of the first voxel of the array, in the reader's bytes
   size_t step_axis = 3;     ///< position of the fourth axis among the four: 0 fastest, 3 slowest
   uint64_t steps = 1;       ///< number of steps along the fourth axis
-  uint64_t step = 0;        ///< the step that is read
+  uint64_t step = 0;        ///< the selected step
   bool plain =
       true;  ///< the reader's size is exact, so the number of voxels can be checked before reading
   bool ends_with_file = true;           ///< data after the last voxel are an error
@@ -34,14 +34,14 @@ struct ArrayVolume {
 };
 
 /// An array with the file's name and path, the header's sizes and geometry, and the values that the
-/// options override. The caller fills in how and where the voxels are stored.
+/// options override. The caller sets the type and the location of the voxels.
 ArrayVolume make_array(std::string format, const std::filesystem::path& path, Vec3<int64_t> voxels,
                        const HeaderGeometry& geometry, const ImportOptions& options);
 
-/// Opens an array as a source that reads slice by slice and keeps no voxels in memory. `notes` are
-/// the notes so far. Missing voxels become absent (absent_voxels.h). Errors: those of orient;
-/// truncated or malformed_volume if the reader has too few or too many bytes. For compressed data
-/// these errors may occur only when the end of the data is read.
+/// Opens an array as a source that reads slice by slice and keeps no voxels in memory. `notes`:
+/// existing notes, to which new ones are added. Missing voxels become absent (absent_voxels.h).
+/// Errors: those of orient; truncated or malformed_volume if the reader has too few or too many
+/// bytes. For compressed data these errors may occur only when the end of the data is read.
 Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
                               std::vector<std::string> notes = {});
 

@@ -43,7 +43,7 @@ struct ByteRange {
 struct DataFiles {
   std::vector<std::filesystem::path> paths;
   uint64_t bytes_each = 0;  ///< of voxels in each file
-  size_t voxel_bytes = 1;   ///< of one voxel; a voxel that is cut off is not used
+  size_t voxel_bytes = 1;   ///< size of one voxel; an incomplete voxel at the end is not used
   int64_t skip = 0;  ///< bytes before the voxels in each file; −1: the voxels are at the file's end
   bool deflated = false;  ///< each file is compressed separately
 };

@@ -70,7 +70,7 @@ class MissingSource : public VolumeSource {
   std::vector<std::byte> scratch_;
 };
 
-/// Whether a fill value lies apart from all other values: by more than 1/50 of their range.
+/// Whether the distance of a fill value to all other values exceeds 1/50 of their range.
 bool lies_apart(const FillValue& fill, const ValueSample& sample) {
   const double low = sample.low.value, high = -sample.high.value;
   const double gap = std::max(low - fill.high, fill.low - high);
@@ -105,7 +105,7 @@ OpenVolume with_declared(OpenVolume volume, const FillValue& fill, const ValueSa
   return volume;
 }
 
-/// What a value is kept as.
+/// The role of a value that is kept, for notes.
 const char* role_of(OutlyingValue::Place place) {
   switch (place) {
     case OutlyingValue::Place::objects:
@@ -118,7 +118,7 @@ const char* role_of(OutlyingValue::Place place) {
   return "it is kept";
 }
 
-/// Applies a fill value that the voxels show, or says what else their outlying value may be.
+/// Applies a fill value that was detected in the voxels, or notes the role of an outlying value.
 OpenVolume with_outlying(OpenVolume volume, const ValueSample& sample) {
   const auto found = outlying_value(sample, volume.source->header().type);
   if (!found) return volume;
@@ -154,7 +154,7 @@ Result<OpenVolume> with_missing_values(OpenVolume volume, const ImportOptions& o
   if (declared && sample->filled > 0) {
     return with_declared(std::move(volume), *declared, *sample);
   }
-  // Slices that were not sampled may have the header's value.
+  // Slices outside the sample may have the header's value.
   if (declared && declared->is_certain && !sample->is_whole) {
     volume = with_declared(std::move(volume), *declared, *sample);
   }

@@ -27,7 +27,7 @@ void swap_each(std::span<std::byte> bytes) {
   }
 }
 
-/// Sign (1 bit), exponent (5), fraction (10) as sign (1), exponent (8), fraction (23).
+/// Converts sign (1 bit), exponent (5), fraction (10) to sign (1), exponent (8), fraction (23).
 uint32_t float_bits_of(uint16_t half) {
   const uint32_t sign = uint32_t{half} >> 15 << 31;
   const uint32_t exponent = half >> 10 & 31, fraction = half & 1023;

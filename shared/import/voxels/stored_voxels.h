@@ -7,9 +7,9 @@
 
 namespace isosplat::import {
 
-/// How a file stores its voxels, and how they map to values: intercept + slope · voxel. The mapping
-/// is not applied to the voxels: it is passed on to the store, whose quantized values are the
-/// file's integers.
+/// The type of the voxels in a file, and their mapping to values: intercept + slope · voxel. The
+/// mapping is not applied to the voxels but stored with them, so that the store's quantized values
+/// are the file's integers.
 struct StoredVoxels {
   VoxelType type = VoxelType::u8;
   bool big_endian = false;
@@ -24,8 +24,8 @@ size_t stored_bytes(const StoredVoxels& voxels);
 /// Converts from the file's byte order to native byte order.
 void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes);
 
-/// Converts 16-bit floating-point numbers (IEEE 754 binary16) in native byte order to f32, which
-/// holds all of them. `out` has twice the bytes of `halves`; they do not overlap.
+/// Converts 16-bit floating-point numbers (IEEE 754 binary16) in native byte order to f32, exactly.
+/// `out` has twice the bytes of `halves`; they do not overlap.
 void widen_halves(std::span<const std::byte> halves, std::span<std::byte> out);
 
 }  // namespace isosplat::import

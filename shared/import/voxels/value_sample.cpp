@@ -12,16 +12,16 @@ namespace {
 
 constexpr int32_t kSampledSlices = 64;
 constexpr double kMinShare = 5e-4;     // of the sampled voxels
-constexpr size_t kMaxLabels = 64;      // a map of so many different values is not one of labels
-constexpr double kAroundShare = 0.25;  // of the slices' edges: a background
-constexpr double kInsideShare = 0.01;  // of the volume's faces: objects inside
-constexpr double kJoinedShare = 0.5;   // of a value's voxels: compact regions
+constexpr size_t kMaxLabels = 64;      // more different values than this are not labels
+constexpr double kAroundShare = 0.25;  // of the slices' edges: the value is a background
+constexpr double kInsideShare = 0.01;  // of the volume's faces: the value belongs to objects inside
+constexpr double kJoinedShare = 0.5;   // of a value's voxels: the value fills compact regions
 
 bool is_float(VoxelType type) {
   return type == VoxelType::f32 || type == VoxelType::f64;
 }
 
-/// The different values of a map of labels, as long as it can be one.
+/// The different values of a label map, as long as they can be labels.
 class Labels {
  public:
   void add(double value) {
@@ -60,7 +60,7 @@ void add(RangeEnd& end, double v, Place place, double left, double above) {
   end.joined += left == v || above == v;
 }
 
-/// The values that programs write for "no value".
+/// The values that programs use for "no value".
 bool is_common_fill(double value) {
   for (const double known : {999.0, 9999.0, 99999.0, 999999.0, 32768.0}) {
     if (std::abs(value) == known) return true;
@@ -68,7 +68,7 @@ bool is_common_fill(double value) {
   return std::abs(value) >= 1e20;  // 1e20, 9.96921e36 (netCDF), 3.4e38
 }
 
-/// For integers also the ends of the types' ranges, and the values that CT scanners write outside
+/// For integers, also the ends of the types' ranges, and the values that CT scanners write outside
 /// their circular field of view.
 bool is_common_integer_fill(double value) {
   for (const double known :
@@ -102,7 +102,7 @@ std::optional<OutlyingValue> outlying_at(const RangeEnd& end, double rest, doubl
     found.place = OutlyingValue::Place::objects;
   }
   const bool is_inside = is_compact && share(end.at_face, sample.faces) < kInsideShare;
-  // No object has a value of 1e20.
+  // No object has a value of 1e20 or more.
   found.is_fill =
       is_float(type) && is_common && gap > rest && (!is_inside || std::abs(found.value) >= 1e20);
   return found;

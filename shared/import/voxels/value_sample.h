@@ -7,12 +7,12 @@
 #include "shared/core/grid/volume_source.h"
 #include "shared/import/volume/opened_volume.h"
 
-// What values a volume has and where, seen in some of its slices: enough to tell a fill value,
-// which stands for "no value", from an object or a background with one value.
+// Statistics of a volume's values and their positions, from some of its slices. They distinguish a
+// fill value, which means "no value", from an object or a background with one value.
 namespace isosplat::import {
 
-/// Whether a voxel has a fill value, which a header or the user may have written with fewer digits:
-/// a floating-point voxel may differ in its seventh digit, an integer by 1/1000.
+/// Whether a voxel has the fill value. A header or a user may have written it with fewer digits: a
+/// floating-point voxel may differ in its seventh digit, an integer by 1/1000.
 bool has_fill_value(const VolumeHeader& header, double voxel, const FillValue& fill);
 
 /// Whether some voxel of the header's type can have the fill value.
@@ -39,10 +39,11 @@ struct ValueSample {
   bool is_label_map = false;  ///< fewer than 64 different values, all of them integers
 };
 
-/// Samples a volume. `fill`: a value that is only counted. Errors: those of the source.
+/// Samples a volume. `fill`: a value that is counted, but left out of the range. Errors: those of
+/// the source.
 Result<ValueSample> sample_values(VolumeSource& source, const std::optional<FillValue>& fill);
 
-/// A single value far outside the range of all others, which at least 1 in 2000 voxels have.
+/// A single value far outside the range of all others, in at least 1 of 2000 voxels.
 struct OutlyingValue {
   enum class Place : uint8_t {
     objects,   ///< it fills compact regions
@@ -51,8 +52,8 @@ struct OutlyingValue {
   };
   double value = 0;
   Place place = Place::scattered;
-  /// Whether it stands for "no value": one of the values that programs use for that, farther from
-  /// the others than they are from each other, and not the value of objects inside the volume.
+  /// Whether it means "no value": programs use it for that, its distance to the others exceeds
+  /// their range, and it is not the value of objects inside the volume.
   bool is_fill = false;
 };
 

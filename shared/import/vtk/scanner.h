@@ -20,14 +20,15 @@ class VtkScanner {
  public:
   VtkScanner(std::filesystem::path path, std::unique_ptr<ByteReader> file);
 
-  /// Of the next byte, in the file.
+  /// Offset of the next byte in the file.
   uint64_t position() const { return position_; }
 
   /// The next line, without its end. Nothing at the end of the file. Errors: malformed_volume for a
   /// line that is too long, which is probably binary values.
   Result<std::optional<std::string>> line();
 
-  /// The words of the next line that is not empty. Empty at the end of the file. Errors: as line().
+  /// The words of the next line that is not empty. Empty at the end of the file. Errors: those of
+  /// line().
   Result<std::vector<std::string>> next_words();
 
   /// Skips binary values. False if the file ends first.

@@ -33,12 +33,13 @@ struct VtkFile {
   bool has_no_spacing = true;
   bool has_point_data = false;  ///< a POINT_DATA section exists
   bool ends_early = false;      ///< within the values of the last array
-  bool has_surplus = false;     ///< what follows the last section is not the name of a section
+  bool has_surplus =
+      false;  ///< the last section is followed by text that is not the name of a section
   std::vector<VtkArray> arrays;
 };
 
-/// Reads the sections of a file and skips their values: in binary files without reading them, in
-/// text by reading up to the last array. Errors: io_error, malformed_volume, truncated,
+/// Reads the sections of a file and skips their values. Binary values are skipped without reading;
+/// text is read up to the last array. Errors: io_error, malformed_volume, truncated,
 /// unsupported_format for other data sets.
 Result<VtkFile> read_vtk_sections(const std::filesystem::path& path);
 
