@@ -76,7 +76,7 @@ int run(const BuildCall& call) {
   if (!built) return report(built.error());
   if (!call.quiet) print_result(store, *built);
   if (!call.no_thumbnail) {
-    // The store is complete: it is served without a picture as well.
+    // The store is complete, and can be served without a picture.
     if (auto drawn = draw_thumbnail(store); !drawn) note("no thumbnail: " + drawn.error().message);
   }
   return kSuccess;

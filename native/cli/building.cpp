@@ -38,8 +38,8 @@ Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
 }
 
 std::string store_stem(const std::filesystem::path& volume) {
-  // In the order in which they end a name: "x.ome.tiff.gz". Of other suffixes a name may consist,
-  // as those of DICOM files do.
+  // In the order in which they end a name: "x.ome.tiff.gz". Other suffixes may be a part of the
+  // name, as in the names of DICOM files.
   constexpr std::array kCompressed{".gz", ".bz2", ".zst", ".xz"};
   constexpr std::array kFormats{".nii",  ".nrrd",   ".nhdr", ".mha", ".mhd",  ".hdr", ".img",
                                 ".vtk",  ".tif",    ".tiff", ".lsm", ".stk",  ".dcm", ".raw",

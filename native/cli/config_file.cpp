@@ -7,7 +7,7 @@ namespace {
 
 constexpr const char* kOption = "--config";
 
-/// Gives an option the values of a line, unless the command line has given it.
+/// Sets an option to the values of a line, unless the command line has set it.
 void apply(CLI::App& command, const CLI::ConfigItem& item, const std::string& file) {
   const auto wrong = [&](const std::string& what) {
     return CLI::ValidationError(kOption, fmt::format("{}: {}", file, what));

@@ -30,7 +30,7 @@ struct ExtractCall {
   bool force = false;
 };
 
-/// The cells of --box; none if it is not given.
+/// The cells of --box; no value if the option is not given.
 Result<std::optional<CellRegion>> region_of(const ExtractCall& call, const VolumeGrid& grid) {
   if (call.box.empty()) return std::nullopt;
   const Vec3d low{call.box[0], call.box[1], call.box[2]};

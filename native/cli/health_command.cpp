@@ -14,8 +14,8 @@ struct HealthCall {
 };
 
 int run(const HealthCall& call) {
-  // Without TLS first, and then with it: a port speaks only one of them. The certificate is not
-  // checked, since it is for the server's public name.
+  // Tries without TLS first, and then with it, since a port supports only one of them. The
+  // certificate is not verified, since it is for the server's public name.
   const server::HttpGetOptions options{
       .timeout = std::chrono::seconds(2), .max_bytes = 64 * 1024, .verifies_certificate = false};
   const auto ask = [&](const char* scheme) {

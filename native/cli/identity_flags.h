@@ -12,7 +12,7 @@ class IdentityFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// Sets what was given.
+  /// Sets the options that were given.
   void apply(server::ServerOptions& options) const;
 
  private:

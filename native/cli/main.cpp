@@ -8,7 +8,7 @@
 
 namespace {
 
-/// Prints an error of the arguments as one line, as all errors of the program. (CLI11 prints
+/// Prints an error of the arguments in one line, like all errors of the program. (CLI11 prints
 /// several lines, with the help.)
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
   std::string message = error.what();
@@ -35,7 +35,7 @@ extern "C" void end_by_signal(int signal) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A file above the size limit (ulimit -f) is then an error with a message, as a full disk is.
+  // A file above the size limit (ulimit -f) then gives an error with a message, like a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
   // Signals that the parent ignores stay ignored: nohup ignores SIGHUP, and a shell ignores SIGINT
   // for its background jobs.

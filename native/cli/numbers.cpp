@@ -19,8 +19,8 @@ std::optional<T> parse(std::string_view text) {
   return number;
 }
 
-/// Splits a text at its first (count − 1) characters out of `separators`. No value if there are
-/// fewer.
+/// Splits a text at its first (count − 1) characters that are in `separators`. No value if there
+/// are fewer.
 template <size_t count>
 std::optional<std::array<std::string_view, count>> split(std::string_view text,
                                                          std::string_view separators) {

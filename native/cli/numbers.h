@@ -34,9 +34,9 @@ struct PixelSize {
 };
 std::optional<PixelSize> parse_pixel_size(std::string_view text);
 
-/// Validators for options with numbers (CLI::Option::check); of a list, each item is checked. They
-/// reject what parse_number or parse_whole_number rejects, and numbers outside of [min, max]. The
-/// message names what was expected and what was found.
+/// Validators for options with numbers (CLI::Option::check); in a list, each item is checked. They
+/// reject the texts that parse_number or parse_whole_number rejects, and numbers outside of [min,
+/// max]. The message names the expected and the found value.
 CLI::Validator is_number();
 CLI::Validator is_number(double min, double max);
 CLI::Validator is_above_zero();

@@ -8,12 +8,12 @@
 
 namespace isosplat::cli {
 
-/// The options of serve that say how the server runs: threads, limits and logs.
+/// The options of serve for the operation of the server: threads, limits and logs.
 class OperationFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// Sets what was given. Errors: invalid_argument.
+  /// Sets the options that were given. Errors: invalid_argument.
   Result<void> apply(server::ServerOptions& options) const;
 
  private:

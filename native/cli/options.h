@@ -37,7 +37,7 @@ class BuildFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// Limits the memory to what the machine has. Errors: invalid_argument.
+  /// Limits the memory to that of the machine. Errors: invalid_argument.
   Result<BuildOptions> options() const;
 
   /// The options that change the store's bytes, as text: part of the key of a cached store.

@@ -7,7 +7,7 @@
 
 #include "shared/core/base/status.h"
 
-// Which files the program may overwrite. It never overwrites a file that it reads, even through
+// Rules for overwriting files. The program never overwrites a file that it reads, even through
 // another name, a symbolic link or a hard link. It replaces a file of another kind only with
 // --force.
 namespace isosplat::cli {

@@ -13,7 +13,7 @@ class ProxyFlags {
  public:
   void add_to(CLI::App& command);
 
-  /// Sets what was given. Errors: invalid_argument.
+  /// Sets the options that were given. Errors: invalid_argument.
   Result<void> apply(server::ServerOptions& options) const;
 
  private:

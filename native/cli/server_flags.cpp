@@ -77,7 +77,7 @@ Result<server::ServerOptions> ServerFlags::options() const {
   options.token_file = token_file_;
   options.link_key_file = link_key_file_;
   options.revoked_links_file = revoked_links_;
-  // Other users see the arguments of a program, but not its environment.
+  // Other users can see the arguments of a program, but not its environment.
   if (const char* token = std::getenv("ISOSPLAT_TOKEN"); token && *token) {
     options.tokens.emplace_back(token);
   }

@@ -10,7 +10,7 @@
 
 namespace isosplat::cli {
 
-/// The options of serve and view that say where the server listens and who may read.
+/// The options of serve and view for the address of the server and for access to it.
 class ServerFlags {
  public:
   void add_to(CLI::App& command);

@@ -35,7 +35,7 @@ int serve_until_stopped(server::ServerOptions options, const std::string& query)
         "page");
   }
   options.handle_signals = true;
-  // What reads the standard output may end, or be slow: the server goes on.
+  // The reader of the standard output may end: the server continues.
   std::signal(SIGPIPE, SIG_IGN);
   const auto output = server::LogFile::standard_output();
   auto server = server::Server::start(std::move(options));

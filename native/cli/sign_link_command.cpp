@@ -40,18 +40,18 @@ Result<std::string> read_key(const std::string& file) {
                 "expected --link-key-file or ISOSPLAT_LINK_KEY, with the key of the server");
   }
   while (key.ends_with('\n') || key.ends_with('\r')) key.pop_back();
-  // The same limits as the server has.
+  // The server has the same limits.
   if (Result<void> valid = server::AccessRules().set_link_key(key); !valid) {
     return tl::unexpected(valid.error());
   }
   return key;
 }
 
-/// The name on the server of a store of the folders that are served: as the server finds it.
+/// The name of a store on the server, found in the served folders as the server does.
 Result<std::string> name_in_folders(const SignCall& call) {
   namespace fs = std::filesystem;
   std::error_code error;
-  // Only the folder's links are resolved: the name is that of the link that is served.
+  // Only links of the folder are resolved: the name is that of the served link.
   const fs::path store = fs::weakly_canonical(fs::absolute(call.volume).parent_path(), error) /
                          fs::path(call.volume).filename();
   server::Catalog catalog({call.folders.begin(), call.folders.end()}, [](std::string_view) {});
@@ -66,13 +66,13 @@ Result<std::string> name_in_folders(const SignCall& call) {
                           call.volume, fmt::join(call.folders, " and "), server::kStoreExtension));
 }
 
-/// The name on the server of the volume that was given by its name or its store.
+/// The name on the server of the volume, which was given by its name or its store.
 Result<std::string> name_of(const SignCall& call) {
   if (!call.folders.empty()) return name_in_folders(call);
   const bool is_store =
       call.volume.find('/') != std::string::npos || call.volume.ends_with(server::kStoreExtension);
   if (!is_store && server::is_volume_name(call.volume)) return call.volume;
-  // Another store may have the name that this one would have alone.
+  // Another store may have the name that this store would have without the other one.
   return fail(
       Status::invalid_argument,
       fmt::format("{}: expected the name of a volume as the server lists it, or a store and "

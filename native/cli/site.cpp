@@ -25,7 +25,8 @@ constexpr const char* kCatalogFile = "catalog.json";
 constexpr const char* kIndexFile = "index.html";
 constexpr std::string_view kCatalogBeginning = "{\"isosplat\":\"site ";
 
-/// In index.html: where the catalog is. The browser fetches it in parallel to the page's program.
+/// Elements of index.html that name the catalog. The browser fetches it in parallel to the page's
+/// program.
 constexpr std::string_view kCatalogElements =
     "<meta name=\"isosplat-catalog\" content=\"catalog.json\">"
     "<link rel=\"preload\" as=\"fetch\" href=\"catalog.json\" crossorigin>";
@@ -85,7 +86,7 @@ Result<void> create_folders(const fs::path& folder) {
               fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
 }
 
-/// Whether a former publication wrote this folder.
+/// Whether an earlier publication wrote this folder.
 bool is_site(const fs::path& folder) {
   return first_bytes(folder / kCatalogFile, kCatalogBeginning.size()) == kCatalogBeginning;
 }
@@ -120,7 +121,7 @@ Result<std::string> site_index(const fs::path& path) {
   return html;
 }
 
-/// Copies what the store was when it was opened.
+/// Copies the store in the state in which it was opened.
 Result<void> copy_store(const StoreFile& store, const fs::path& to,
                         const std::function<void(uint64_t bytes)>& copied) {
   constexpr uint64_t kPiece = uint64_t{1} << 20;
@@ -138,7 +139,7 @@ Result<void> copy_store(const StoreFile& store, const fs::path& to,
   return file->publish();
 }
 
-/// The name of a picture: another picture of the same store has another one.
+/// The file name of a picture. Different pictures of a store have different names.
 std::string picture_file(const std::string& store, std::span<const std::byte> picture) {
   const std::string etag =
       server::etag_for({reinterpret_cast<const char*>(picture.data()), picture.size()});
@@ -146,8 +147,8 @@ std::string picture_file(const std::string& store, std::span<const std::byte> pi
   return fmt::format("{}-{}.png", store.substr(0, store.rfind('.')), hash);
 }
 
-/// Copies the pictures that `listed` names. One that is gone, or
-/// was replaced meanwhile, is not named.
+/// Copies the pictures that `listed` names. Removes the name of a picture that was removed or
+/// replaced meanwhile.
 Result<void> copy_thumbnails(const Site& site, std::span<server::PublishedVolume> listed,
                              const fs::path& to) {
   for (size_t i = 0; i < listed.size(); ++i) {
@@ -162,7 +163,7 @@ Result<void> copy_thumbnails(const Site& site, std::span<server::PublishedVolume
   return {};
 }
 
-/// Whether a path is that of the site, or below it.
+/// Whether a path is the site's folder, or below it.
 bool is_within(const fs::path& path, const fs::path& site) {
   std::error_code ignored;
   const auto real = [&](const fs::path& given) {
@@ -230,7 +231,8 @@ Result<Site> publish_site(const SiteOptions& options) {
     kept.insert(file.relative);
   }
   uint64_t all_bytes = 0;
-  // The site may be in a folder that is published; its own stores are not, unless they are named.
+  // The site may be inside a folder that is published. Its own stores are published only if they
+  // are named.
   const bool are_named = std::ranges::any_of(
       options.stores, [&](const fs::path& source) { return is_within(source, options.to); });
   for (const auto& [name, entry] : *entries) {
@@ -278,7 +280,7 @@ Result<Site> publish_site(const SiteOptions& options) {
   for (size_t i = 0; i < site.volumes.size(); ++i) {
     const SiteVolume& volume = site.volumes[i];
     if (!volume.is_new) continue;
-    // Opened again: there may be more stores than a program may open at a time.
+    // Opens the store again, since there may be more stores than a program may open at a time.
     const auto store = StoreFile::open(volume.path);
     if (!store) return tl::unexpected(store.error());
     if ((*store)->content() != listed[i].content) {
@@ -294,7 +296,7 @@ Result<Site> publish_site(const SiteOptions& options) {
   }
   for (const PageFile& file : *page) {
     const bool is_index = file.relative == kIndexFile;
-    // Its encodings lack the elements that name the catalog.
+    // The compressed forms of index.html lack the elements that name the catalog.
     if (!is_index && file.relative.string().starts_with(std::string(kIndexFile) + ".")) continue;
     const fs::path to = options.to / file.relative;
     if (auto made = create_folders(to.parent_path()); !made) return tl::unexpected(made.error());

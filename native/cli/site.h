@@ -10,8 +10,8 @@
 
 namespace isosplat::cli {
 
-/// A static web site: the page, a catalog, and stores. The page finds the catalog by an element of
-/// its index.html, and reads the stores by ranges of bytes. Needs no server program.
+/// A static web site: the page, a catalog, and stores. Elements in the page's index.html name the
+/// catalog. The page reads the stores by byte ranges, so the site needs no server program.
 ///
 ///     index.html, assets/…                      the page
 ///     catalog.json                              {"isosplat":"site 1","volumes":[…]}
@@ -21,10 +21,10 @@ struct SiteOptions {
   std::vector<std::filesystem::path> stores;  ///< store files, and folders of stores
   std::filesystem::path page;                 ///< the built page
   std::filesystem::path to;                   ///< the folder of the site; created if missing
-  bool force = false;  ///< `to` may be a folder that is no site, and other files are replaced
+  bool force = false;  ///< `to` may be a folder that is not a site, and other files are replaced
   bool prune = false;  ///< removes stores and assets in `to` that the site no longer uses
 
-  /// Called while stores are copied: bytes so far, and of all.
+  /// Called while stores are copied, with the bytes so far and the total.
   std::function<void(uint64_t done, uint64_t all)> progress;
 };
 
@@ -32,7 +32,7 @@ struct SiteVolume {
   std::string name;
   std::filesystem::path path;  ///< of the source
   std::string file;            ///< relative to the site
-  bool is_new = false;         ///< copied now; false: the site had it already
+  bool is_new = false;         ///< whether it was copied now; false: the site had it already
 };
 
 struct Site {
@@ -40,11 +40,11 @@ struct Site {
   std::vector<std::filesystem::path> pruned;
 };
 
-/// Writes a site, or brings one up to date. Stores are copied first and index.html is written last:
-/// visitors see the old site or the new one, never a part of it. Nothing is written if a store
-/// cannot be read. Never overwrites a store or a file of the page that it reads. Errors: those of
-/// StoreFile::open; invalid_argument (no store, `to` is neither empty nor a site, an output is an
-/// input, or the page is not one); io_error.
+/// Writes or updates a site. Stores are copied first and index.html is written last, so that
+/// visitors see either the old site or the new one. If a store cannot be read, nothing is written.
+/// Never overwrites a store or a file of the page that it reads. Errors: those of StoreFile::open;
+/// invalid_argument (no store, `to` is neither empty nor a site, an output is an input, or the page
+/// is not one); io_error.
 Result<Site> publish_site(const SiteOptions& options);
 
 }  // namespace isosplat::cli

@@ -16,8 +16,8 @@ namespace {
 
 bool quiet = false;
 
-/// Prints a line on the standard error, if that takes it: a full disk there is no error of the
-/// command.
+/// Prints a line on the standard error. Ignores failures, since a full disk there is not an error
+/// of the command.
 void print_line(const char* prefix, std::string_view text) {
   const std::string line = prefix + server::printable_text(text) + '\n';
   std::fwrite(line.data(), 1, line.size(), stderr);

@@ -20,8 +20,8 @@ void set_quiet();
 /// Prints "note: …" on stderr.
 void note(std::string_view text);
 
-/// Why a volume has no isosurface at an isovalue: "no isosurface at …: …". Empty if some values of
-/// the volume are below the isovalue and others are not.
+/// The reason why a volume has no isosurface at an isovalue: "no isosurface at …: …". Empty if some
+/// values of the volume are below the isovalue and others are not.
 std::string no_isosurface(const StoreInfo& info, double isovalue);
 
 /// "5.87 MB", "12 bytes": decimal units.
@@ -45,7 +45,7 @@ class ProgressLine {
   /// lines are printed at each tenth of the task.
   void show(double fraction, std::string_view detail);
 
-  /// Erases the bar, so that a result can be printed in its place.
+  /// Erases the bar, so that a result can be printed in its line.
   void clear();
 
  private:

@@ -16,15 +16,15 @@
 namespace isosplat::cli {
 namespace {
 
-/// Pixels: those of a card in the page's list, and a third more for screens of high resolution.
+/// Pixels: the size of a card in the page's list, and a third more for screens of high resolution.
 constexpr int kWidth = 480, kHeight = 300;
 
-/// Each pixel is the mean of this many pixels along each side: far cheaper than the antialiasing of
-/// draw_image(), which a picture of this size does not need.
+/// Each pixel is the mean of this many pixels along each side. This costs much less than the
+/// antialiasing of draw_image(), which a picture of this size does not need.
 constexpr int kScale = 2;
 
-/// A finer level than one with this many cells along its longest side has no more detail for this
-/// picture, nor would more samples.
+/// A level with this many cells along its longest side has enough detail for this picture. Finer
+/// levels and more samples would add none.
 constexpr int32_t kEnoughCells = 640;
 constexpr uint64_t kEnoughSamples = uint64_t{2} << 20;
 
@@ -75,8 +75,8 @@ Image reduced(const Image& image) {
   return small;
 }
 
-/// Moves the camera so that what the image of it shows is in the middle, and fills the picture.
-/// Exact for what is as far away as the target.
+/// Moves the camera so that the visible object in its image is centred and fills the picture. Exact
+/// for points at the distance of the target.
 void frame_visible(const Image& image, render::Camera& camera) {
   int left = image.width, right = -1, top = image.height, bottom = -1;
   for (int y = 0; y < image.height; ++y) {
@@ -94,7 +94,7 @@ void frame_visible(const Image& image, render::Camera& camera) {
                   frame.up * (pixel * (0.5 * (top + bottom + 1) - 0.5 * image.height));
   const double filled =
       std::max(double(right + 1 - left) / image.width, double(bottom + 1 - top) / image.height);
-  constexpr double kNearest = 0.1;  // a speck of noise does not fill the picture
+  constexpr double kNearest = 0.1;  // so that a speck of noise does not fill the picture
   camera.distance *= std::max(filled / kFilled, kNearest);
 }
 
@@ -113,7 +113,7 @@ Result<Image> draw(const StoreFile& store, double isovalue) {
   settings.background = {1, 1, 1, 0};
   (*renderer)->set_settings(settings);
   render::Camera camera = render::default_camera(store.info().grid, double(kWidth) / kHeight);
-  for (int turn = 0; turn < 3; ++turn) {  // the later ones correct what perspective leaves
+  for (int turn = 0; turn < 3; ++turn) {  // later iterations correct the error of perspective
     (*renderer)->set_camera(camera);
     const auto sketch = draw_image(**renderer, kWidth / 2, kHeight / 2);
     if (!sketch) return tl::unexpected(sketch.error());

@@ -14,15 +14,14 @@ namespace isosplat::cli {
 Result<void> write_picture(const std::filesystem::path& path, const Image& image,
                            std::string_view content);
 
-/// Whether a picture has the name of the store's thumbnail, and is not allowed as one.
+/// Whether a picture has the file name of the store's thumbnail, but does not qualify as one.
 bool is_refused_thumbnail(const std::filesystem::path& picture, const StoreFile& store);
 
-/// Draws a store's thumbnail beside it: its first suggested isovalue, seen as the page does when it
-/// opens the volume, on a transparent background. Keeps a picture of this content that is there
-/// already, which may be one that the user has made, but not one that is damaged or too large to be
-/// served. Errors: gl_error (this machine cannot draw),
-/// invalid_argument (another file has its name), not_found (no isosurface to show), those of
-/// StoreFile and of write_picture().
+/// Draws a store's thumbnail and writes it beside the store. The thumbnail shows the first
+/// suggested isovalue from the page's initial viewpoint, on a transparent background. An existing
+/// picture of this content is kept, since the user may have made it, unless it is damaged or too
+/// large to be served. Errors: gl_error (this machine cannot draw), invalid_argument (another file
+/// has its name), not_found (no isosurface to show), those of StoreFile and of write_picture().
 Result<void> draw_thumbnail(const std::filesystem::path& store);
 
 }  // namespace isosplat::cli

@@ -81,7 +81,7 @@ Result<std::filesystem::path> cache_folder() {
   return folder;
 }
 
-/// The path of the store: the argument itself if it is a store, else the cached store of the
+/// The path of the store. It is the argument if that is a store, else the cached store of the
 /// volume, which is built if it does not exist yet.
 Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
   if (is_store(call.volume)) {
@@ -124,7 +124,7 @@ int run(const ViewCall& call) {
   const auto store = find_or_build_store(call);
   if (!store) return report(store.error());
   options->stores = {*store};
-  // Also other users of this machine reach the port: only who has the printed address may read.
+  // Other users of this machine can reach the port too, so reading requires the printed address.
   if (options->tokens.empty()) {
     auto token = server::random_token();
     if (!token) return report(token.error());

@@ -8,9 +8,9 @@
 
 namespace isosplat::cli {
 
-/// What is done with a mesh before it is written. If anything is, the whole mesh is in memory.
+/// Changes of a mesh before it is written. With any of them, the whole mesh is in memory.
 struct MeshChanges {
-  std::optional<size_t> components;      ///< keep so many of the largest ones
+  std::optional<size_t> components;      ///< number of largest components to keep
   std::optional<double> simplify_error;  ///< see simplify_mesh
 
   bool any() const { return components || simplify_error; }
@@ -24,8 +24,8 @@ struct WrittenMesh {
   std::optional<double> simplified_within;  ///< the largest error of the simplification
 };
 
-/// Extracts an isosurface into a file of the format that its extension says. comment: a line for
-/// the file's header. Errors: those of mesh_format, extract_mesh, simplify_mesh and MeshFile.
+/// Extracts an isosurface into a file, in the format of its extension. comment: a line for the
+/// file's header. Errors: those of mesh_format, extract_mesh, simplify_mesh and MeshFile.
 Result<WrittenMesh> write_mesh(const StoreFile& store, double isovalue,
                                const ExtractOptions& options, const MeshChanges& changes,
                                const std::filesystem::path& path, const std::string& comment);
