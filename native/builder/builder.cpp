@@ -23,13 +23,14 @@ unsigned thread_count(const BuildOptions& options) {
   return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
 }
 
-/// The blocks of a layer, for several threads: begins and adds blocks of the build, and waits.
+/// Distributes the blocks of a layer to several threads: begins and adds blocks of the build, and
+/// waits.
 class LayerBlocks {
  public:
   explicit LayerBlocks(StoreBuild& build) : build_(build) {}
 
-  /// The next block. Waits for earlier ones. None if all were begun, or adding one has failed, or
-  /// after stop().
+  /// The next block. Waits for earlier ones. No value if all were begun, if adding one has failed,
+  /// or after stop().
   std::optional<BlockTask> begin() {
     std::unique_lock lock(mutex_);
     std::optional<BlockTask> task;
@@ -48,7 +49,7 @@ class LayerBlocks {
     changed_.notify_all();
   }
 
-  /// Ends all waits: no more blocks will be added.
+  /// Ends all waits, since no more blocks will be added.
   void stop() {
     const std::lock_guard lock(mutex_);
     is_stopped_ = true;

@@ -10,16 +10,16 @@
 
 namespace isosplat {
 
-/// Work stealing between the threads that encode a layer: a thread without a block of its own
-/// encodes bands of other threads' blocks. So no thread is idle during the last blocks of a layer
-/// or the few blocks of a coarse level. The chunks do not depend on the thread that encodes them.
+/// Work stealing between the threads that encode a layer: a thread that has no block left encodes
+/// bands of other threads' blocks. So no thread is idle during the last blocks of a layer or the
+/// few blocks of a coarse level. The chunks do not depend on the thread that encodes them.
 class SharedBands : public BandsEncoder {
  public:
   /// For this number of threads. Each of them encodes blocks, then calls help().
   explicit SharedBands(unsigned threads) : busy_(threads) {}
 
-  /// Other threads may help. Throws std::bad_alloc, also if another thread had no memory for one of
-  /// the bands.
+  /// Encodes the bands of a block; other threads may help. Throws std::bad_alloc, also if another
+  /// thread could not allocate memory for one of the bands.
   void encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const BandMasks& masks,
               uint32_t begin, std::span<const uint32_t> ends, std::vector<BandChunk>& bands,
               std::vector<std::byte>& bytes) override;
@@ -29,8 +29,8 @@ class SharedBands : public BandsEncoder {
   void help(ChunkEncoder& encoder) noexcept;
 
  private:
-  /// A block whose bands are being encoded: [0, next) by its own thread, ascending, and the bands
-  /// from `end` on by other threads, descending.
+  /// A block whose bands are being encoded. Its own thread encodes the bands [0, next), ascending;
+  /// other threads encode the bands from `end` on, descending.
   struct OpenBlock {
     const BlockVoxels& voxels;
     const BandMasks& masks;
@@ -41,12 +41,12 @@ class SharedBands : public BandsEncoder {
     size_t helpers = 0;                          ///< bands that other threads are encoding
     std::vector<BandChunk> bands;                ///< of other threads, in descending order
     std::vector<std::vector<std::byte>> chunks;  ///< their bytes
-    bool out_of_memory = false;                  ///< another thread had no memory for its band
+    bool out_of_memory = false;  ///< another thread could not allocate memory for its band
   };
   static BandChunk encode_one(ChunkEncoder& encoder, const OpenBlock& block, size_t band,
                               std::vector<std::byte>& bytes);
 
-  /// Offers no more bands of a block, and waits until other threads have encoded theirs. `lock`: of
+  /// Stops offering bands of a block, and waits until other threads have encoded theirs. `lock`: of
   /// mutex_.
   void close(OpenBlock& block, std::unique_lock<std::mutex>& lock);
 

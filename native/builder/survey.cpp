@@ -49,7 +49,7 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
   const int32_t max_cells = std::min(static_cast<int32_t>(max_layer_slices), n.z) - 1;
   std::vector<std::byte> buffer(slice * static_cast<size_t>(max_cells + 1));
   for (int32_t z = 0; z < n.z - 1; z += max_cells) {
-    // The last slice of the layer before is the first slice of this one.
+    // The last slice of the previous layer is the first slice of this one.
     const int32_t cells = std::min(max_cells, n.z - 1 - z), kept = z > 0 ? 1 : 0;
     if (kept) std::copy_n(buffer.end() - static_cast<ptrdiff_t>(slice), slice, buffer.begin());
     if (auto read = reader.read(z + kept, cells + 1 - kept,

@@ -9,7 +9,8 @@ namespace isosplat {
 
 struct VerifyOptions {
   unsigned threads = 0;  ///< 0: one per core
-  /// Called after each chunk with the fraction of the file that is checked, one call at a time.
+  /// Called after each chunk with the fraction of the file that has been checked, one call at a
+  /// time.
   std::function<void(double fraction)> progress;
 };
 

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kPhi = 1.61803398874989484820;  // golden ratio
 
-// In units in which bonds are 2 long. Wide enough that bonds show at middle isovalues, narrow
-// enough that the pentagons and hexagons stay open there.
+// In units in which bonds are 2 long. Wide enough to show bonds at middle isovalues, narrow enough
+// to keep the pentagons and hexagons open there.
 constexpr double kSigma = 0.75;
 
 /// The even permutations, with all signs, of (0, 1, 3φ), (1, 2 + φ, 2φ) and (φ, 2, 2φ + 1).

@@ -11,7 +11,7 @@
 
 namespace isosplat {
 
-/// A volume that Isosplat generates, to try the program without own data.
+/// A volume that Isosplat generates, for trying the program without other data.
 struct DemoVolume {
   std::string_view name;   ///< also the file's name without extension
   std::string_view title;  ///< for display
@@ -20,7 +20,7 @@ struct DemoVolume {
   std::vector<uint8_t> values;  ///< x fastest; the same bytes on every machine
 };
 
-/// "bucky", "marschner_lobb", "mandelbulb": in the order in which they are listed.
+/// "bucky", "marschner_lobb", "mandelbulb": in the order of lists.
 std::span<const std::string_view> demo_names();
 
 /// Generates a demo volume with up to `threads` (≥ 1) threads. Errors: not_found for an unknown

@@ -47,7 +47,7 @@ double distance(Vec3d c) {
 }  // namespace
 
 std::vector<uint8_t> mandelbulb(int32_t size, unsigned threads) {
-  // The bulb's radius is about 1.2. The volume ends where the shells are still closed.
+  // The bulb's radius is about 1.2. The shells are still closed at the end of the volume.
   constexpr double kHalfBox = 1.3;
   // Quantized values are linear in the logarithm of the distance, from kFar (0) to kNear (255):
   // equal steps of the isovalue divide the distance by equal factors.

@@ -20,8 +20,8 @@
 
 namespace isosplat {
 
-/// The chunks that an isovalue needs at a level, in file order: at most one for each block, without
-/// those that have no cell in the region of the options. Errors: see extract_samples.
+/// The chunks that an isovalue needs at a level, in file order: at most one for each block. Chunks
+/// without cells in the region of the options are left out. Errors: see extract_samples.
 Result<std::vector<ChunkRef>> chunks_of(const StoreFile& store, double isovalue,
                                         const ExtractOptions& options);
 
@@ -36,7 +36,7 @@ Result<void> decode_cells(ChunkDecoder& decoder, std::span<const std::byte> byte
                           const ChunkRef& chunk, const ChunkShape& shape,
                           const ExtractOptions& options, DecodedCells& cells);
 
-/// Puts the names of the store and the chunk in front of the message.
+/// Prefixes the message with the names of the store and the chunk.
 Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk);
 
 /// The first error of several threads.
@@ -56,7 +56,7 @@ class FirstError {
 };
 
 /// Reads all chunks and calls process(thread, decoder, bytes, index) for each, on several threads.
-/// The checksums are verified. The largest chunks come first, so that all threads end at about the
+/// Verifies the checksums. Processes the largest chunks first, so that all threads end at about the
 /// same time.
 template <class Process>
 Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> chunks,

@@ -10,7 +10,7 @@
 
 namespace isosplat {
 
-/// A file of an encoder's bytes. What comes at its end is kept in a temporary file until the rest
+/// A file of an encoder's bytes. The bytes for its end are kept in a temporary file until the rest
 /// is complete.
 class EncodedFile : public MeshFile {
  public:
@@ -33,7 +33,7 @@ class EncodedFile : public MeshFile {
   OutputFile file_;
   std::filesystem::path folder_;
   std::unique_ptr<MeshEncoder> encoder_;
-  std::optional<SpooledBytes> tail_;  ///< none until there are bytes for it
+  std::optional<SpooledBytes> tail_;  ///< no value until there are bytes for it
   EncodedPart part_;
   uint64_t end_;
 };

@@ -25,7 +25,7 @@ Result<void> extract_to(const StoreFile& store, double isovalue, const ExtractOp
       });
 }
 
-/// The ends of the layers of blocks (each of one z) in chunks in raster order.
+/// The indices at which the layers of blocks (each with one z) end, in chunks in raster order.
 std::vector<size_t> layer_ends(std::span<const ChunkRef> chunks) {
   std::vector<size_t> ends;
   for (size_t i = 0; i < chunks.size(); ++i) {
@@ -79,7 +79,8 @@ class PointExtraction {
   }
 
  private:
-  /// Decodes chunks and calls use(thread, index) for each; its cells are cells_[thread].
+  /// Decodes chunks and calls use(thread, index) for each; the cells of a chunk are in
+  /// cells_[thread].
   template <class Use>
   Result<void> decode(std::span<const ChunkRef> chunks, const Use& use) {
     return for_each_chunk(store_, chunks, threads_,
@@ -149,7 +150,7 @@ Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
                                 const std::function<Result<void>(const PointArrays&)>& write) {
   auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
-  // The builder writes raster order, but the format does not demand it.
+  // The builder writes chunks in raster order, but the format does not require it.
   std::ranges::sort(*chunks, {}, [](const ChunkRef& chunk) {
     const Index3 at = chunk.block.index;
     return std::tuple(at.z, at.y, at.x);

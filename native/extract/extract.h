@@ -14,7 +14,7 @@ namespace isosplat {
 struct ExtractOptions {
   uint32_t level = 0;
   unsigned threads = 0;                   ///< 0: one per core
-  bool smooth_normals = true;             ///< of points: false: each cell's own gradient
+  bool smooth_normals = true;             ///< of points; false: the gradient of each cell
   std::optional<CellRegion> region = {};  ///< only these cells are extracted
 };
 
@@ -24,21 +24,22 @@ struct ChunkSamples {
   std::vector<PackedSample> samples;
 };
 
-/// Decodes all chunks that an isovalue needs at one level: for each block that the isosurface may
-/// cross, one chunk. They are in file order. A chunk also has some inactive cells, which the vertex
-/// shader discards, and all of its cells if any of them may be in the region. Replaces the content
-/// of `result` and reuses its memory: pass the same vector for the next isovalue. Errors: not_found
-/// (no such level), invalid_argument (the isovalue is not finite), out_of_memory (the system
-/// refuses memory or threads), and those of StoreFile and ChunkDecoder; `result` is then empty.
+/// Decodes all chunks that an isovalue needs at one level, in file order: one chunk for each block
+/// that the isosurface may cross. A chunk also has some inactive cells, which the vertex shader
+/// discards. If any cell of a chunk may be in the region, all of its cells are returned. Replaces
+/// the content of `result` and reuses its memory: pass the same vector for the next isovalue.
+/// Errors: not_found (no such level), invalid_argument (the isovalue is not finite), out_of_memory
+/// (the system refuses memory or threads), and those of StoreFile and ChunkDecoder; `result` is
+/// then empty.
 Result<void> extract_samples(const StoreFile& store, double isovalue, const ExtractOptions& options,
                              std::vector<ChunkSamples>& result);
 
 /// Points on the isosurface with unit normals towards smaller values: one for each active cell,
 /// unless `projection` drops some. Smooth normals are those of SmoothGradients, over all cells of
 /// the chunks that the isovalue needs. Calls `write` for the points of each chunk, in raster order
-/// of blocks, on the calling thread. In memory at a time: a few chunks, and for smooth normals
-/// 4.4 MB per thread, and the sums at the borders of the blocks in three layers along z (16 bytes
-/// for each of their lattice points that a cell touches). Returns the number of points. Errors: as
+/// of blocks, on the calling thread. Memory: a few chunks; for smooth normals also 4.4 MB per
+/// thread, and the sums at the borders of the blocks in three layers along z (16 bytes for each of
+/// their lattice points that a cell touches). Returns the number of points. Errors: those of
 /// extract_samples, and the first error of `write`, which ends the extraction.
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,

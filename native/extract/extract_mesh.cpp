@@ -45,7 +45,7 @@ class MeshExtraction {
     DecodedCells cells;
   };
 
-  /// The layer's blocks are those of the chunks from `first` on.
+  /// Meshes the blocks of a layer, whose chunks begin at `first`.
   Result<void> mesh_blocks(size_t first, std::vector<MeshedBlock>& layer) {
     const auto chunks = std::span(chunks_).subspan(first, layer.size());
     return for_each_chunk(store_, chunks, threads_,
@@ -64,7 +64,7 @@ class MeshExtraction {
                           });
   }
 
-  /// Adds a layer, and writes the one before.
+  /// Adds a layer, and writes the previous one.
   Result<void> add(std::vector<MeshedBlock> layer,
                    const std::function<Result<void>(MeshPart&&)>& write) {
     if (auto added = assembly_.add_layer(std::move(layer)); !added) {

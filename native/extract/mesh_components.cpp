@@ -11,7 +11,7 @@
 namespace isosplat {
 namespace {
 
-/// The set of each vertex, named by its first vertex.
+/// The set of each vertex, identified by its first vertex.
 class VertexSets {
  public:
   explicit VertexSets(size_t count) : parent_(count) {
@@ -77,7 +77,7 @@ size_t keep_largest_components(MeshPart& mesh, size_t count) {
   }
   std::vector<Component> components;
   components.reserve(area_of.size());
-  // Products of huge coordinates may not be numbers, which cannot be sorted.
+  // Products of huge coordinates may be NaN, which cannot be sorted.
   for (const auto& [vertex, area] : area_of) components.push_back({vertex, area >= 0 ? area : 0});
   if (components.size() <= count) return components.size();
   std::ranges::sort(components, [](const Component& a, const Component& b) {

@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// A file that parts of a mesh are written to. It appears under its name with publish().
+/// A file to which parts of a mesh are written. It appears under its name with publish().
 class MeshFile {
  public:
   virtual ~MeshFile() = default;
@@ -17,7 +17,7 @@ class MeshFile {
   /// format cannot hold this number of vertices or triangles.
   virtual Result<void> append(const MeshPart& part) = 0;
 
-  /// Completes the file, and gives it its name. Errors: io_error.
+  /// Completes the file, and renames it to its final name. Errors: io_error.
   virtual Result<void> publish() = 0;
 
   /// Bytes written so far.
@@ -29,10 +29,10 @@ class MeshFile {
   MeshFile& operator=(MeshFile&&) = default;
 };
 
-/// What a file has of a surface.
+/// The parts of a surface that a file contains.
 enum class SurfaceContent { points, triangles };
 
-/// A surface whose parts a file gets.
+/// A surface that is written to a file.
 struct SurfaceDescription {
   const VolumeGrid& grid;
   double isovalue;
@@ -57,8 +57,8 @@ struct MeshFormat {
   }
 };
 
-/// The format that a path's extension says, in upper or lower case. Errors: invalid_argument if no
-/// format has it, or if that format cannot hold the content.
+/// The format of a path's extension, in upper or lower case. Errors: invalid_argument if no format
+/// has this extension, or if the format cannot store the content.
 Result<const MeshFormat*> mesh_format(const std::filesystem::path& path, SurfaceContent content);
 
 /// The extensions of all formats of this content: ".ply, .stl, …".

@@ -21,7 +21,7 @@ Result<double> simplify_mesh(MeshPart& mesh, double max_error) try {
                          static_cast<float>(at.z - origin.z)});
   }
   const float* const coordinates = &positions[0].x;
-  // meshoptimizer's errors are shares of the mesh's extent.
+  // meshoptimizer's errors are fractions of the mesh's extent.
   const float extent = meshopt_simplifyScale(coordinates, positions.size(), sizeof(Vec3f));
   if (!(extent > 0)) return 0.0;
   std::vector<std::array<uint32_t, 3>> triangles(mesh.triangles.size());

@@ -59,7 +59,7 @@ const char* kind_of(std::filesystem::file_type type) {
   }
 }
 
-/// Removes temporaries of this target that no running program has locked.
+/// Removes temporary files of this target that no running program has locked.
 void remove_stale(const std::filesystem::path& target) {
   std::error_code ignored;
   const std::string prefix = temporary_prefix(target);
@@ -73,8 +73,8 @@ void remove_stale(const std::filesystem::path& target) {
   }
 }
 
-/// Names of temporaries for the signal handler, which may neither lock nor allocate. If a program
-/// writes more files at a time, remove_stale() removes the others later.
+/// Names of temporary files for the signal handler, which may neither lock nor allocate. If a
+/// program writes more files at a time, remove_stale() removes the others later.
 std::array<std::atomic<const char*>, 8> unfinished{};
 std::atomic<pid_t> unfinished_of{0};
 
@@ -135,8 +135,8 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   remove_stale(*end);
   OutputFile output;
   output.target_ = *end;
-  // Another program may remove the temporary as stale between its creation and its lock: then
-  // create another one.
+  // Another program may remove the temporary file as stale between its creation and its lock. In
+  // this case, create another one.
   for (int attempt = 0; attempt < 8 && !output.file_.is_open(); ++attempt) {
     output.temporary_ = std::make_unique<const std::filesystem::path>(
         folder_of(*end) / (temporary_prefix(*end) + unique_suffix()));

@@ -10,7 +10,7 @@ ZipWriter::ZipWriter(OutputFile& file, Compression compression)
     : file_(file), archive_(archive_write_new(), archive_write_free) {
   archive_write_set_format_zip(archive_.get());
   if (compression == Compression::store) archive_write_zip_set_compression_store(archive_.get());
-  // The default pads the archive's end to a multiple of its blocks.
+  // By default, the end of the archive is padded to a multiple of its blocks.
   archive_write_set_bytes_in_last_block(archive_.get(), 1);
   const auto write = [](archive*, void* client, const void* data, size_t size) -> la_ssize_t {
     auto& self = *static_cast<ZipWriter*>(client);
@@ -19,7 +19,7 @@ ZipWriter::ZipWriter(OutputFile& file, Compression compression)
     self.end_ += size;
     return static_cast<la_ssize_t>(size);
   };
-  // Fails only without memory; so does then the first entry.
+  // Fails only if memory is short; the first entry then fails as well.
   archive_write_open(archive_.get(), this, nullptr, write, nullptr);
 }
 
