@@ -23,7 +23,7 @@ namespace {
 
 using Links = std::vector<Hdf5Link>;
 
-/// More objects are not listed; those of hostile files need not be.
+/// Maximum number of links to list. Only hostile files exceed it.
 constexpr size_t kMaxLinks = 100'000;
 constexpr uint64_t kMaxHeapBytes = uint64_t{64} << 20;
 
@@ -60,7 +60,7 @@ Result<void> take_symbols(Hdf5File& file, uint64_t address, std::span<const std:
   return {};
 }
 
-/// `level`: that the node must have; any, if it is the root's.
+/// `level`: the required level of the node; any level for the root.
 Result<void> take_tree(Hdf5File& file, uint64_t address, std::optional<uint64_t> level,
                        std::span<const std::byte> names, Links& links) {
   const auto node = read_hdf5_tree_node(file, address, Hdf5TreeKind::group, level);

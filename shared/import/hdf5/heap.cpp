@@ -7,17 +7,16 @@
 
 #include "shared/import/hdf5/records.h"
 
-// Fractal heaps. Objects lie in direct blocks; indirect blocks list these, row by row: the blocks
-// of the first two rows have the same size, those of each further row twice that of the row before.
-// Rows of larger blocks than direct ones may be list further indirect blocks.
+// Fractal heaps. Objects are stored in direct blocks; indirect blocks list these, row by row. The
+// blocks of the first two rows have the same size; each further row doubles it. Rows of blocks
+// larger than direct ones list further indirect blocks.
 //
 // header    "FRHP", u8 0, u16 bytes of an id, u16 bytes of filters, u8 flags, u32 most bytes of an
 //           object, length, address, length, address, length × 8, u16 blocks in a row, length:
 //           bytes of the first block, length: most bytes of a direct block, u16 bits of an offset,
 //           u16, address of the root, u16 its rows (0: a direct block), u32 checksum
 // direct    "FHDB", u8 0, address of the header, offset in the heap, u32 checksum by flags,
-// objects;
-//           offsets count from the signature
+//           objects; offsets count from the signature
 // indirect  "FHIB", u8 0, address of the header, offset in the heap, addresses, u32 checksum
 // id        u8 kind (bits 4 and 5: 0 in a block, 1 huge, 2 in the id itself); then offset and size
 namespace isosplat::import {

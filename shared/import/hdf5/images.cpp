@@ -16,9 +16,9 @@
 //   PointData/NAME           (time,) z, y, x (, component)
 //   CellData/NAME            the same for the cells between points
 //   Steps                    if there are time steps
-// /ITKImage/N                datasets Origin, Spacing, Directions (a row per axis), VoxelData: z,
-// y, x /Chimera/NAME              attributes step, origin, cell_angles, rotation_axis,
-// rotation_angle
+// /ITKImage/N                datasets Origin, Spacing, Directions (a row per axis),
+//                            VoxelData: z, y, x
+// /Chimera/NAME              attributes step, origin, cell_angles, rotation_axis, rotation_angle
 //   ARRAY                    z, y, x; attribute subsample_spacing of coarser copies; ångström
 namespace isosplat::import {
 namespace {
@@ -34,7 +34,7 @@ double component(Vec3d v, size_t i) {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
 }
 
-/// Names the last three of `axes` z, y and x, and gives them these steps.
+/// Names the last three of `axes` z, y and x, and sets their steps.
 void set_steps(std::span<Hdf5Axis> axes, const std::optional<Vec3d>& steps) {
   for (size_t i = 0; i < 3; ++i) {
     Hdf5Axis& axis = axes[axes.size() - 1 - i];
@@ -43,7 +43,7 @@ void set_steps(std::span<Hdf5Axis> axes, const std::optional<Vec3d>& steps) {
   }
 }
 
-/// Turned about an axis through 0, in degrees (Rodrigues).
+/// A vector rotated about an axis through 0, in degrees (Rodrigues).
 Vec3d turned(Vec3d v, Vec3d axis, double degrees) {
   const Vec3d k = axis * (1 / length(axis));
   const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
@@ -121,7 +121,7 @@ Result<bool> describe_itk(const std::shared_ptr<Hdf5File>& file, const Hdf5Volum
   for (const auto* each : {&spacing, &origin, &directions}) {
     if (!*each) return tl::unexpected(each->error());
   }
-  // The axes of images with several numbers per voxel have one more, the fastest.
+  // If images have several numbers per voxel, the fastest axis is an additional one.
   const size_t axes = *spacing ? (*spacing)->size() : 3;
   if (axes != 3 || description.axes.size() > 4) return false;
   if (description.axes.size() == 4) description.axes.back().letter = 'c';

@@ -34,7 +34,7 @@
 namespace isosplat::import {
 namespace {
 
-/// What both kinds have in common.
+/// The common part of both kinds.
 class ChunkArray {
  public:
   ChunkArray(Hdf5File& file, const Hdf5Layout& layout, const Hdf5ChunkVisitor& visit)
@@ -45,7 +45,7 @@ class ChunkArray {
     return file_.malformed("the index of an array's chunks is damaged");
   }
 
-  /// Reads a block, and checks its signature, kind and checksum. The fields behind these.
+  /// Reads a block, and checks its signature, kind and checksum. Returns the fields after these.
   Result<std::vector<std::byte>> block_at(uint64_t address, uint64_t bytes,
                                           std::string_view signature) {
     auto block = file_.read(address, bytes);
@@ -80,8 +80,8 @@ class ChunkArray {
     return {};
   }
 
-  /// Pages of entries, of which a bit says whether they exist: that of the first one is number
-  /// `bit`, and bit 0 is the highest one of the first byte.
+  /// Reads pages of entries. A bit for each page states whether it exists. The bit of the first
+  /// page is number `bit`; bit 0 is the highest one of the first byte.
   Result<void> take_pages(uint64_t address, std::span<const std::byte> bits, uint64_t bit,
                           uint64_t count, uint64_t per_page, uint64_t first) {
     for (uint64_t begin = 0; begin < count; begin += per_page) {
@@ -210,7 +210,8 @@ class GrowingArray : ChunkArray {
     return {};
   }
 
-  /// `bits`: of the pages of its level, this block's from number `bit` on; none without pages.
+  /// `bits`: one for each page of its level; those of this block begin at number `bit`. Empty
+  /// without pages.
   Result<void> take_data(uint64_t address, uint64_t first, uint64_t entries,
                          std::span<const std::byte> bits, uint64_t bit) {
     if (address == kHdf5Undefined) return {};

@@ -6,11 +6,11 @@
 
 #include "shared/import/hdf5/type.h"
 
-// The messages of an array that say where its elements are: layout, filters, fill value.
+// The messages that describe the location of an array's elements: layout, filters, fill value.
 namespace isosplat::import {
 namespace {
 
-/// A larger chunk is not decompressed in memory.
+/// Larger chunks are not decompressed in memory.
 constexpr uint64_t kMaxChunkBytes = uint64_t{512} << 20;
 
 std::string name_of_filter(uint64_t id) {
@@ -91,9 +91,9 @@ void take_fill(const Hdf5File& file, const Hdf5Object& object, Hdf5Layout& layou
   }
 }
 
-/// What follows the class of chunks. Version 3: u8 axes and 1, address, u32 × (axes and 1): the
+/// The fields after the class of chunks. Version 3: u8 axes and 1, address, u32 × (axes and 1): the
 /// sizes of a chunk and the bytes of an element. Version 4: u8 flags, u8 axes and 1, u8 bytes of a
-/// size, the sizes, u8 index, what it needs, address.
+/// size, the sizes, u8 index, parameters of the index, address.
 Result<void> take_chunks(const Hdf5File& file, uint64_t version, Hdf5Fields& fields,
                          Hdf5Layout& layout) {
   const uint64_t flags = version == 4 ? fields.number(1) : 0;

@@ -3,13 +3,12 @@
 #include <cstdint>
 #include <cstring>
 
-// LZF   u8 c < 32: c + 1 bytes follow as they are.
+// LZF   u8 c < 32: c + 1 literal bytes follow.
 //       Otherwise a copy: bits 5 to 7 of c are its length - 2 (7: u8 is added), bits 0 to 4 and u8
 //       its distance - 1.
-// LZ4   u8: bits 4 to 7 count bytes as they are, bits 0 to 3 are the length - 4 of a copy; of 15,
-// bytes
-//       are added up to one that is not 255. Then these bytes, and u16 distance. The last pair has
-//       no copy.
+// LZ4   u8: bits 4 to 7 are the number of literal bytes, bits 0 to 3 the length - 4 of a copy. If
+//       one of them is 15, bytes are added to it, up to the first one that is not 255. The literal
+//       bytes and u16 distance follow. The last pair has no copy.
 namespace isosplat::import {
 namespace {
 

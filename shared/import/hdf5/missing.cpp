@@ -68,7 +68,7 @@ class MissingSource : public VolumeSource {
  private:
   template <class T>
   void mark(size_t voxels, std::span<std::byte> out) const {
-    // Attributes often have more digits than the numbers, and may not fit their type.
+    // Attributes often have more digits than the voxels' type, and may not fit it.
     const auto in_voxel_type = [](double number) -> std::optional<T> {
       constexpr auto kLowest = static_cast<double>(std::numeric_limits<T>::lowest());
       if constexpr (std::is_floating_point_v<T>) {
@@ -132,7 +132,8 @@ Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsign
       if (std::find(values.begin(), values.end(), known) == values.end()) values.push_back(known);
     }
   }
-  // Limits of a floating-point type are those of values, where the numbers are integers.
+  // If the stored numbers are integers and the limits are floating-point numbers, these are limits
+  // of the values.
   const auto limit = [&](const char* name, size_t i, size_t count) -> std::optional<double> {
     const auto found = numbers(name);
     if (found.size() != count) return std::nullopt;

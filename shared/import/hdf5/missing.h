@@ -10,16 +10,16 @@
 
 namespace isosplat::import {
 
-/// What the attributes of netCDF's conventions (CF) say about the numbers of an array. They are
-/// compared with the numbers as they are stored, in their own type.
+/// Missing numbers of an array, by the attributes of netCDF's conventions (CF). They are compared
+/// with the stored numbers, in the type of these.
 struct Hdf5Missing {
-  std::vector<double> values;             ///< stand for no value: _FillValue, missing_value
+  std::vector<double> values;             ///< numbers for "no value": _FillValue, missing_value
   std::optional<double> least, greatest;  ///< numbers outside have no value: valid_range, …
 };
 
-/// Slope, intercept and type of the stored numbers (scale_factor, add_offset, _Unsigned) become
-/// part of `stored`; the result says which of them have no value. `is_unsigned`: signed integers
-/// stand for unsigned ones by another convention.
+/// Writes slope, intercept and type of the stored numbers (scale_factor, add_offset, _Unsigned) to
+/// `stored`, and returns which numbers have no value. `is_unsigned`: by another convention, signed
+/// integers represent unsigned ones.
 Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsigned,
                         StoredVoxels& stored);
 

@@ -28,7 +28,7 @@ struct Block {
 };
 
 constexpr uint8_t kSharedFlag = 2;
-/// The header of a group or an array has a block or two.
+/// The header of a group or an array usually has one or two blocks.
 constexpr size_t kMaxBlocks = 1024;
 
 /// The messages of a block, without its frame. `prefix`: bytes before it in `block`.

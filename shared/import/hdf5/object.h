@@ -8,7 +8,7 @@
 
 namespace isosplat::import {
 
-/// The kinds of messages that are used.
+/// The kinds of messages that the reader uses.
 enum class Hdf5Kind : uint16_t {
   dataspace = 0x01,
   link_info = 0x02,
@@ -28,7 +28,7 @@ enum class Hdf5Kind : uint16_t {
 /// A message of an object header.
 struct Hdf5Message {
   Hdf5Kind kind{};
-  bool is_shared = false;  ///< its content says where the message is
+  bool is_shared = false;  ///< its content refers to the message
   uint64_t address = 0;    ///< of its content
   std::vector<std::byte> content;
 };
@@ -36,7 +36,7 @@ struct Hdf5Message {
 /// The object header of a group or a dataset.
 struct Hdf5Object {
   std::vector<Hdf5Message> messages;
-  bool has_other_attributes = false;  ///< that are not among the messages: they are not read
+  bool has_other_attributes = false;  ///< that are not among the messages, and are not read
 
   /// The first message of a kind; null if there is none.
   const Hdf5Message* find(Hdf5Kind kind) const;
@@ -51,9 +51,9 @@ struct Hdf5Link {
   uint64_t address = 0;  ///< of an object header
 };
 
-/// The links of a group, as they are stored; none if the object is not a group. Links to other
-/// files or by a path are left out: what a path leads to is listed where it is. Errors: those of
-/// read_hdf5_object.
+/// The links of a group, in stored order; none if the object is not a group. Links to other files
+/// and links by path are left out: the target of a path is listed at its own location. Errors:
+/// those of read_hdf5_object.
 Result<std::vector<Hdf5Link>> hdf5_links(Hdf5File& file, const Hdf5Object& group);
 
 }  // namespace isosplat::import

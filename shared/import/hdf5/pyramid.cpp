@@ -11,12 +11,10 @@
 #include "shared/import/text/header_text.h"
 
 // Imaris ("Imaris 5.5 File Format"):
-//   /DataSet/ResolutionLevel L/TimePoint T/Channel C   attributes ImageSizeX, Y, Z: voxels, of
-//   which
-//                                                      Data has more, up to whole chunks
+//   /DataSet/ResolutionLevel L/TimePoint T/Channel C   attributes ImageSizeX, Y, Z: voxels;
+//                                                      Data is padded to whole chunks
 //   /DataSetInfo/Image                                 X, Y, Z; ExtMin0 … ExtMax2: the borders
-//   along
-//                                                      x, y, z; Unit
+//                                                      along x, y, z; Unit
 // BigDataViewer:
 //   /tTTTTT/sSS/L/cells   unsigned numbers in int16, unless the group sSS has "dataType"
 //   /sSS/resolutions      a row for each level: voxels of the finest one along x, y, z
@@ -35,7 +33,7 @@ std::optional<uint64_t> take(std::string_view& path, std::string_view text) {
   return number;
 }
 
-/// What is between `begin` and `end`, from `at` on; `at` moves behind it. Empty if there is none.
+/// The text between `begin` and `end`, from `at` on; moves `at` behind it. Empty if there is none.
 std::string_view between(std::string_view text, std::string_view begin, std::string_view end,
                          size_t& at) {
   const size_t first = text.find(begin, at);
@@ -51,8 +49,8 @@ struct VoxelSize {
   std::string unit;
 };
 
-/// The size of a setup's voxels in BigDataViewer's XML file. `has_transforms`: it has positions as
-/// well.
+/// The size of a setup's voxels in BigDataViewer's XML file. `has_transforms`: whether the file
+/// also has positions.
 std::optional<VoxelSize> size_in_xml(const std::filesystem::path& hdf5, uint64_t setup,
                                      bool& has_transforms) {
   std::filesystem::path xml = hdf5;
@@ -147,7 +145,8 @@ Result<bool> describe_imaris(const std::shared_ptr<Hdf5File>& file, const Hdf5Vo
     const auto most = number(*image, fmt::format("ExtMax{}", i));
     if (!least || !most || *most == *least) continue;
     axis.step = (*most - *least) / static_cast<double>(axis.size) * millimetres;
-    axis.first = *least * millimetres + *axis.step / 2;  // the borders are those of voxels
+    axis.first =
+        *least * millimetres + *axis.step / 2;  // the borders are the outer faces of voxels
   }
   description.knows_axes = true;
   return true;

@@ -9,8 +9,8 @@
 
 namespace isosplat::import {
 
-/// Which array of an image pyramid a dataset is: Imaris and BigDataViewer keep one for each
-/// resolution, time and channel, and say so in its path.
+/// The index of a dataset in an image pyramid. Imaris and BigDataViewer store one array for each
+/// resolution, time and channel, and state these in its path.
 struct Hdf5Place {
   uint64_t level = 0;  ///< 0: the finest
   uint64_t time = 0;

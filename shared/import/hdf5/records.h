@@ -8,7 +8,7 @@
 
 namespace isosplat::import {
 
-/// What the records of a B-tree of version 2 are about.
+/// The objects that the records of a B-tree of version 2 describe.
 enum class Hdf5RecordKind : uint8_t {
   link_name = 5,
   attribute_name = 8,

@@ -13,15 +13,14 @@
 //                                           DIMENSION_LABELS has names. netCDF's dimensions without
 //                                           positions are such datasets too; their NAME says so.
 // CF (netCDF)                               of positions: axis, standard_name, units, positive
-// NeXus                                     of the group: signal, axes (names of datasets); before
-// 2014
-//                                           of the dataset: axes="z:y:x"
+// NeXus                                     of the group: signal, axes (names of datasets);
+//                                           before 2014 of the dataset: axes="z:y:x"
 // vigra (ilastik)                           axistags: {"axes": [{"key": "z", …}, …]}
 // Fiji, ilastik                             element_size_um
 namespace isosplat::import {
 namespace {
 
-/// The keys of vigra's text; none if it has another number of axes.
+/// The keys in vigra's text; empty if the text has another number of axes.
 std::vector<std::string> tagged_axes(std::string_view text, size_t axes) {
   constexpr std::string_view kKey = "\"key\"";
   std::vector<std::string> names;
@@ -133,7 +132,7 @@ class Reader {
     if (*group) {
       const auto signal = hdf5_texts(*file_, **group, "signal");
       const auto axes = hdf5_texts(*file_, **group, "axes");
-      // A group has positions for its signal alone.
+      // A group states positions only for its signal.
       if (axes && signal && signal->size() == 1 &&
           volume_.path == volume_.parent + "/" + signal->front()) {
         names = axes;
@@ -152,7 +151,7 @@ class Reader {
     return {};
   }
 
-  /// Positions along an axis; CF's attributes say which axis it is.
+  /// Adds the positions along an axis; CF's attributes identify the axis.
   void add_positions(size_t i, const Hdf5Object& object) {
     const auto text = [&](Attribute name) { return lower_case(hdf5_text(*file_, object, name)); };
     const std::string axis = text("axis"), standard = text("standard_name"), units = text("units");

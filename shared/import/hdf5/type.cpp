@@ -95,7 +95,7 @@ std::optional<Hdf5Type> type_of(Hdf5Fields fields, int depth) {
   } else if (kind == Class::real) {
     type = real(fields, flags, bytes);
   } else if (kind == Class::enumeration && depth == 0) {
-    // Its values are of the type that follows: h5py's booleans are an enumeration of bytes.
+    // Its values have the type that follows: h5py's booleans are an enumeration of bytes.
     const auto base = type_of(fields, depth + 1);
     if (!base) return std::nullopt;
     type = *base;
@@ -104,7 +104,7 @@ std::optional<Hdf5Type> type_of(Hdf5Fields fields, int depth) {
     if (kind == Class::text) type.kind = Hdf5Type::Kind::text;
     if (kind == Class::variable && (flags & 15) == 1) type.kind = Hdf5Type::Kind::variable_text;
     if (kind == Class::variable && (flags & 15) == 0) {
-      // Of what follows: references to objects.
+      // Of the following types, only references to objects are supported.
       const uint64_t base = fields.number(1) & 15, base_flags = fields.number(3);
       const bool is_object =
           base == static_cast<uint64_t>(Class::reference) && (base_flags & 15) == 0;
@@ -141,7 +141,7 @@ std::vector<uint64_t> hdf5_limits(Hdf5Fields fields) {
   std::vector<uint64_t> sizes, limits;
   for (uint64_t i = 0; i < axes; ++i) sizes.push_back(fields.length());
   if ((flags & 1) == 0) return sizes;
-  // A length of which all bits are set is no limit.
+  // A length with all bits set means no limit.
   for (uint64_t i = 0; i < axes; ++i) limits.push_back(fields.unlimited_length());
   return limits;
 }

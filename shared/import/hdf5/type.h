@@ -10,7 +10,7 @@
 
 namespace isosplat::import {
 
-/// A type of elements, as far as it is used.
+/// A type of elements, reduced to the parts that the reader uses.
 struct Hdf5Type {
   enum class Kind : uint8_t { number, text, variable_text, reference_list, other };
   Kind kind = Kind::other;
@@ -19,15 +19,15 @@ struct Hdf5Type {
   std::string name;     ///< of other types, for messages
 };
 
-/// Parses a datatype message. Types that are not read are `other`, with a name. Nothing if it is
-/// cut off.
+/// Parses a datatype message. Unsupported types become `other`, with a name. Nothing if the message
+/// is truncated.
 std::optional<Hdf5Type> hdf5_type(Hdf5Fields fields);
 
-/// The sizes along the axes of a dataspace, the slowest first; none of a single element. Nothing if
-/// the message is cut off, or describes no elements.
+/// The sizes along the axes of a dataspace, the slowest first; empty for a single element. Nothing
+/// if the message is truncated, or describes no elements.
 std::optional<std::vector<uint64_t>> hdf5_sizes(Hdf5Fields fields);
 
-/// The sizes that an array can grow to, kHdf5Undefined: any; of a dataspace that hdf5_sizes parses.
+/// The maximum sizes of an array whose dataspace hdf5_sizes parses; kHdf5Undefined: no limit.
 std::vector<uint64_t> hdf5_limits(Hdf5Fields fields);
 
 /// The dataspace and the type of a dataset, as hdf5_sizes and hdf5_type parse them.
@@ -38,7 +38,7 @@ struct Hdf5Elements {
 /// Errors: those of hdf5_message.
 Result<Hdf5Elements> hdf5_elements(Hdf5File& file, const Hdf5Object& dataset);
 
-/// The message of this kind; where it is shared (a named datatype), the one that it refers to.
+/// The message of this kind. If it is shared (a named datatype), the message that it refers to.
 /// Errors: malformed_volume, unsupported_format, those of read_hdf5_object.
 Result<Hdf5Message> hdf5_message(Hdf5File& file, const Hdf5Object& object, Hdf5Kind kind);
 

@@ -50,7 +50,7 @@ Result<std::vector<Hdf5Volume>> datasets_of(Hdf5File& file) {
   };
   std::vector<Hdf5Volume> found;
   std::vector<Place> places{{"", file.root()}};
-  // Links may lead back to a group that they are in.
+  // Links may form cycles of groups.
   std::vector<uint64_t> seen{file.root()};  // ascending
   while (!places.empty()) {
     const Place place = std::move(places.back());
@@ -62,7 +62,7 @@ Result<std::vector<Hdf5Volume>> datasets_of(Hdf5File& file) {
     if (*dataset) found.push_back(std::move(**dataset));
     auto links = hdf5_links(file, *object);
     if (!links) return tl::unexpected(links.error());
-    // The stack takes the last one first. Of several paths, the first is kept.
+    // The stack returns the last one first. If a dataset has several paths, the first is kept.
     const size_t before = places.size();
     for (const Hdf5Link& link : *links) {
       const auto known = std::lower_bound(seen.begin(), seen.end(), link.address);
@@ -75,7 +75,7 @@ Result<std::vector<Hdf5Volume>> datasets_of(Hdf5File& file) {
   return found;
 }
 
-/// Why a dataset is no volume.
+/// The error that states why a dataset is not a volume.
 tl::unexpected<Error> no_volume(const Hdf5File& file, const Hdf5Volume& dataset) {
   const std::string path = hdf5_printable(dataset.path);
   if (dataset.type.kind != Hdf5Type::Kind::number) {
@@ -88,7 +88,7 @@ tl::unexpected<Error> no_volume(const Hdf5File& file, const Hdf5Volume& dataset)
                   file.path().string(), text_of(dataset.sizes), path));
 }
 
-/// Leaves out what is a coarser copy of another volume, or has more axes than another.
+/// Removes coarser copies of other volumes, and those with more axes than others.
 void keep_finest(std::vector<Hdf5Volume>& volumes) {
   std::erase_if(volumes, [](const Hdf5Volume& each) { return !is_volume(each); });
   const auto finest = [&](const Hdf5Volume& each) {
@@ -120,7 +120,7 @@ void keep_finest(std::vector<Hdf5Volume>& volumes) {
   }
 }
 
-/// The places of an image pyramid's volumes, ascending, without repetitions.
+/// The indices of an image pyramid's volumes, ascending, without repetitions.
 std::vector<uint64_t> places(const std::vector<Hdf5Volume>& volumes, uint64_t Hdf5Place::*member) {
   std::vector<uint64_t> numbers;
   for (const Hdf5Volume& each : volumes) {
@@ -256,7 +256,7 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options) {
   std::vector<Hdf5Volume> volumes = *datasets;
   keep_finest(volumes);
   if (volumes.empty() && path.empty()) {
-    // The largest one tells most about what the file has.
+    // The largest dataset describes the file best.
     const auto largest = std::max_element(
         datasets->begin(), datasets->end(), [](const Hdf5Volume& a, const Hdf5Volume& b) {
           const auto key = [](const Hdf5Volume& each) {

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// A larger picture is not a slice.
+/// Larger files are not slices.
 constexpr uint64_t kMaxFile = uint64_t{1} << 30;
 
 /// The first `limit` bytes of a file.

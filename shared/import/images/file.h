@@ -11,10 +11,10 @@
 #include "shared/core/base/status.h"
 #include "shared/core/grid/voxel_type.h"
 
-// Pictures of which each is a slice: PNG, JPEG and JPEG 2000.
+// Pictures that are slices of a volume: PNG, JPEG and JPEG 2000.
 namespace isosplat::import {
 
-/// What the header of a picture says.
+/// The contents of a picture's header.
 struct ImageInfo {
   std::string_view format;  ///< "PNG", "JPEG" or "JPEG 2000"
   int64_t width = 0, height = 0;
@@ -22,7 +22,7 @@ struct ImageInfo {
   int bits = 8;      ///< of a sample
   bool is_signed = false;
   bool is_interlaced = false;  ///< PNG
-  /// Pixels per metre along x and y, which are often those of a screen.
+  /// Pixels per metre along x and y. They are often those of a screen.
   std::optional<double> density_x, density_y;
 
   VoxelType type() const {
@@ -47,7 +47,7 @@ Result<ImageInfo> read_image_info(const std::filesystem::path& path);
 Result<void> decode_image(const std::filesystem::path& path, const ImageInfo& info,
                           uint64_t memory_bytes, std::span<std::byte> out);
 
-// For each format. `file`: all bytes of the file. Nothing and false: the file is damaged.
+// Functions of each format. `file`: all bytes of the file. Nothing or false: the file is damaged.
 std::optional<ImageInfo> png_info(std::span<const uint8_t> file);
 bool decode_png(std::span<const uint8_t> file, const ImageInfo& info, std::span<std::byte> out);
 std::optional<ImageInfo> jpeg_info(std::span<const uint8_t> file);

@@ -85,7 +85,7 @@ class ImageSource : public VolumeSource {
 constexpr std::string_view kExtensions[][3] = {
     {".png", ".png", ".png"}, {".jpg", ".jpeg", ".jpe"}, {".jp2", ".j2k", ".jpx"}};
 
-/// The pictures of the format of which a folder has most.
+/// The pictures of a folder, in the format with the most bytes.
 std::vector<std::filesystem::path> images_of(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> most;
   for (const auto& extensions : kExtensions) {
@@ -95,7 +95,7 @@ std::vector<std::filesystem::path> images_of(const std::filesystem::path& folder
   return most;
 }
 
-/// Checks that a picture has grey samples that a voxel can hold.
+/// Checks that a picture has grey samples that fit a voxel.
 Result<void> check_grey(const std::filesystem::path& folder, const std::filesystem::path& file,
                         const ImageInfo& info) {
   if (info.channels > 1) {

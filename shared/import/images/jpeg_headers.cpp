@@ -18,7 +18,7 @@ struct Bytes {
   }
 };
 
-/// Where the codestream begins: after the boxes before it. Nothing if there is none.
+/// The offset of the codestream, after the boxes before it. Nothing if there is none.
 std::optional<size_t> codestream_of(const Bytes& bytes) {
   if (bytes.number(0, 4) == 0xff4fff51) return 0;
   constexpr uint64_t kCodestream = 0x6a703263;  // "jp2c"
@@ -74,7 +74,7 @@ std::optional<ImageInfo> jpeg_info(std::span<const uint8_t> file) {
 std::optional<ImageInfo> jpeg2000_info(std::span<const uint8_t> file) {
   const Bytes bytes{file};
   const auto start = codestream_of(bytes);
-  // SOC, SIZ and its size, which the sizes follow.
+  // The markers SOC and SIZ and the length of SIZ; the sizes follow.
   if (!start || bytes.number(*start, 4) != 0xff4fff51 || file.size() < *start + 43) {
     return std::nullopt;
   }

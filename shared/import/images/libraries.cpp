@@ -19,7 +19,7 @@ struct JpegErrors {
   std::jmp_buf jump;
 };
 
-/// libjpeg warns of data that are cut or damaged, and goes on with grey.
+/// For truncated or damaged data, libjpeg only warns, and continues with grey.
 bool decode_jpeg(std::span<const uint8_t> file, const ImageInfo& info, std::span<std::byte> out) {
   jpeg_decompress_struct jpeg{};
   JpegErrors errors{};
@@ -51,7 +51,7 @@ bool decode_jpeg(std::span<const uint8_t> file, const ImageInfo& info, std::span
   return fits;
 }
 
-/// What OpenJPEG reads from: bytes in memory.
+/// The input of OpenJPEG: bytes in memory.
 struct Input {
   std::span<const uint8_t> file;
   size_t at = 0;

@@ -7,8 +7,8 @@
 #include "shared/import/codecs/zlib_inflater.h"
 #include "shared/import/images/file.h"
 
-// PNG (ISO/IEC 15948), decoded the same way in the program and in a browser, whose own decoder
-// gives 8 bits only.
+// PNG (ISO/IEC 15948). The program and the browser use the same decoder, since the browser's
+// built-in one returns only 8 bits.
 namespace isosplat::import {
 namespace {
 
@@ -24,7 +24,8 @@ struct Chunk {
   std::span<const uint8_t> data;
 };
 
-/// The chunk at an offset, which becomes that of the next. Nothing if it is cut or damaged.
+/// The chunk at an offset; advances the offset to the next one. Nothing if it is truncated or
+/// damaged.
 std::optional<Chunk> next_chunk(std::span<const uint8_t> file, size_t& at) {
   if (file.size() < 12 || at > file.size() - 12) return std::nullopt;
   const size_t size = number_at(file, at);
@@ -35,7 +36,7 @@ std::optional<Chunk> next_chunk(std::span<const uint8_t> file, size_t& at) {
   return Chunk{{reinterpret_cast<const char*>(named.data()), 4}, named.subspan(4)};
 }
 
-/// A part of a picture with its own rows: all of it, or one of the seven passes of Adam7.
+/// A part of a picture with separate rows: the whole picture, or one of the seven passes of Adam7.
 struct Pass {
   int64_t x0, y0, dx, dy;
   int64_t columns(int64_t width) const { return width > x0 ? (width - x0 + dx - 1) / dx : 0; }
@@ -60,7 +61,8 @@ uint8_t paeth(int left, int above, int corner) {
   return static_cast<uint8_t>(a <= b && a <= c ? left : b <= c ? above : corner);
 }
 
-/// Undoes a row's filter. `above`: the row before, without its filter. False for an unknown one.
+/// Reverses a row's filter. `above`: the previous row, unfiltered. Returns false for an unknown
+/// filter.
 bool unfilter(int filter, size_t step, std::span<const uint8_t> above, std::span<uint8_t> row) {
   if (filter > 4) return false;
   for (size_t i = 0; i < row.size(); ++i) {
@@ -76,7 +78,7 @@ bool unfilter(int filter, size_t step, std::span<const uint8_t> above, std::span
   return true;
 }
 
-/// Copies the samples of a row to their places in the picture.
+/// Copies the samples of a row to their positions in the picture.
 void place_row(const ImageInfo& info, const Pass& pass, int64_t y, std::span<const uint8_t> row,
                std::span<std::byte> out) {
   const int64_t columns = pass.columns(info.width);
