@@ -9,7 +9,7 @@
 
 namespace isosplat {
 
-/// A Wavefront OBJ file: a text of vertices, normals and triangles. Numbers have as many digits as
+/// A Wavefront OBJ file: vertices, normals and triangles as text. Numbers have the digits that
 /// single precision needs, positions those of double precision. It appears under its name with
 /// publish().
 class ObjFile : public MeshFile {
@@ -21,7 +21,7 @@ class ObjFile : public MeshFile {
   /// Errors: io_error.
   Result<void> append(const MeshPart& part) override;
 
-  /// Gives the file its name. Errors: io_error.
+  /// Renames the file to its final name. Errors: io_error.
   Result<void> publish() override { return file_.publish(); }
 
   uint64_t bytes() const override { return end_; }

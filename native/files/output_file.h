@@ -9,14 +9,14 @@
 
 namespace isosplat {
 
-/// A file that appears under its name only when it is complete. The program writes all of its files
-/// this way.
+/// A file that appears under its name only once it is complete. The program writes all of its files
+/// in this way.
 ///
 /// The bytes are written to a temporary file in the target's folder, which is hidden, locked and
 /// has a unique name. publish() renames it. If the program ends before, the target is unchanged,
-/// even after a crash. The next program that writes this target removes temporaries that a crash
-/// has left. If several programs write one target, each writes its own temporary, and the last one
-/// to publish wins.
+/// even after a crash. The next program that writes this target removes temporary files left by a
+/// crash. If several programs write one target, each has a separate temporary file, and the last
+/// one to publish wins.
 ///
 /// If the target is a symbolic link, the file that it points to is replaced, and the link remains.
 /// A replaced file keeps its permissions; a new file has those of the umask.
@@ -48,12 +48,12 @@ class OutputFile : public ByteSink {
   uint64_t pending_offset_ = 0;
 };
 
-/// The first bytes of an existing regular file, at most `count`. Empty if there is no such file, or
-/// it cannot be read. To find the kind of a file before it is replaced.
+/// The first bytes of an existing regular file, at most `count`, for detecting the kind of a file
+/// before it is replaced. Empty if there is no such file, or it cannot be read.
 std::string first_bytes(const std::filesystem::path& path, size_t count);
 
-/// Removes the temporaries that this process is writing. Async-signal-safe, for handlers of signals
-/// that end the program. A child process does not remove those of its parent.
+/// Removes the temporary files that this process is writing. Async-signal-safe, for handlers of
+/// signals that end the program. A child process does not remove those of its parent.
 void remove_unfinished_files();
 
 }  // namespace isosplat

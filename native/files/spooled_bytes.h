@@ -10,11 +10,11 @@
 
 namespace isosplat {
 
-/// Bytes in a temporary file, for parts of a file that come after others whose size is not known
-/// yet. The temporary file has no name, and is gone when the program ends.
+/// Bytes in a temporary file, for parts of a file that follow others whose size is not known yet.
+/// The temporary file has no name, and is deleted when the program ends.
 class SpooledBytes {
  public:
-  /// `folder`: where the temporary file is; empty: the current folder. Errors: io_error.
+  /// `folder`: the folder of the temporary file; empty: the current folder. Errors: io_error.
   static Result<SpooledBytes> create(const std::filesystem::path& folder);
 
   /// Errors: io_error.
