@@ -1,21 +1,24 @@
-/** Arrivals longer ago (ms) say little about the link's present rate. */
+/** Arrivals before this time span (ms) say little about the link's present rate. */
 const span = 500;
 /** The first bytes after a pause are expected within this time (ms). */
 const firstBytes = 100;
-/** The last chunk is waited for if it is expected within the duration of so many pictures, */
+/**
+ * The picture waits for the last chunk if that is expected within the duration of this many
+ * pictures, …
+ */
 const picturesWaited = 3;
-/** but not longer than this (ms), unless one picture takes longer. */
+/** … but not longer than this (ms), unless one picture takes longer. */
 const longestWait = 1000;
 
-/** Expects when the chunks of a view will be resident, from the rate of the last arrivals. */
+/** Forecasts when the chunks of a view will be resident, from the rate of the last arrivals. */
 export class ArrivalForecast {
   /** Payload bytes received until a time (ms), oldest first. */
   #received: { at: number; bytes: number }[] = [];
   #bytesToGo = 0;
-  /** Of the last arrivals, in bytes per ms; 0 before the first ones. */
+  /** The rate of the last arrivals in bytes per ms; 0 before the first ones. */
   #rate = 0;
 
-  /** `bytesReceived`: since the volume was opened. `bytesToGo`: of the chunks that are missing. */
+  /** `bytesReceived`: since the volume was opened. `bytesToGo`: of the missing chunks. */
   add(now: number, bytesReceived: number, bytesToGo: number): void {
     // While nothing was missing, nothing could arrive.
     if (this.#bytesToGo === 0) this.#received = [];
@@ -33,7 +36,7 @@ export class ArrivalForecast {
     this.#rate = 0;
   }
 
-  /** Milliseconds until everything has arrived; Infinity if nothing has arrived lately. */
+  /** Milliseconds until everything has arrived; Infinity if nothing has arrived recently. */
   remaining(now: number): number {
     const rate = this.#rateUntil(now);
     if (rate > 0) return this.#bytesToGo / rate;
@@ -43,8 +46,8 @@ export class ArrivalForecast {
   }
 
   /**
-   * Milliseconds for which a picture should wait for the last chunk; 0: draw what is there.
-   * `pictureTakes`: how long a picture takes, in ms.
+   * Milliseconds for which a picture should wait for the last chunk; 0: draw the resident chunks
+   * now. `pictureTakes`: the duration of a picture, in ms.
    */
   wait(now: number, pictureTakes: number): number {
     const longest = Math.max(pictureTakes, Math.min(picturesWaited * pictureTakes, longestWait));
@@ -52,7 +55,7 @@ export class ArrivalForecast {
     return remaining < longest ? remaining : 0;
   }
 
-  /** Bytes per ms since the oldest arrival that counts; 0 if nothing has arrived since. */
+  /** Bytes per ms since the oldest recent arrival; 0 if nothing has arrived since. */
   #rateUntil(now: number): number {
     const [first] = this.#received;
     const last = this.#received.at(-1);

@@ -6,7 +6,7 @@ import type { Viewer } from "./viewer.ts";
 const duration = 350;
 
 /**
- * Moves the camera of a viewer smoothly to another one. Whatever else moves the camera ends the
+ * Moves the camera of a viewer smoothly to another one. Any other change of the camera ends the
  * motion. Visitors who prefer reduced motion see the other view at once.
  */
 export class CameraMotion {
@@ -22,7 +22,7 @@ export class CameraMotion {
     });
   }
 
-  /** Where the present motion ends; null if there is none. */
+  /** The camera at the end of the present motion; null if there is none. */
   get target(): Camera | null {
     return this.#target;
   }

@@ -4,7 +4,7 @@ import type { Camera, PictureSize } from "./types.ts";
 export interface AxisView {
   /** The axis that points towards the eye: 0, 1, 2. */
   axis: 0 | 1 | 2;
-  /** The eye is on its positive side, or on its negative one. */
+  /** Whether the eye is on its positive or negative side. */
   side: 1 | -1;
   azimuth: number;
   elevation: number;
@@ -25,7 +25,7 @@ export function cameraAlong(camera: Camera, { azimuth, elevation }: AxisView): C
   return { ...camera, azimuth, elevation, roll: 0 };
 }
 
-/** The angle that differs by the same turn from `from`, at most half a turn away. */
+/** The angle equal to `angle` modulo full turns that is at most half a turn away from `from`. */
 function nearest(angle: number, from: number): number {
   return from + (((((angle - from) % 360) + 540) % 360) - 180);
 }
@@ -40,7 +40,7 @@ export function cameraBetween(from: Camera, to: Camera, share: number): Camera {
       mix(from.target[1], to.target[1]),
       mix(from.target[2], to.target[2]),
     ],
-    // Each step of time changes the size of what is seen by the same factor.
+    // Equal steps of time scale the visible size by equal factors.
     distance: from.distance * (to.distance / from.distance) ** share,
     azimuth: mix(from.azimuth, nearest(to.azimuth, from.azimuth)),
     elevation: mix(from.elevation, to.elevation),
@@ -50,7 +50,7 @@ export function cameraBetween(from: Camera, to: Camera, share: number): Camera {
   };
 }
 
-/** A camera that shows all of a picture's view in a canvas of this aspect (width / height). */
+/** A camera that shows the whole view of a picture in a canvas of this aspect (width / height). */
 export function cameraOfPicture(
   camera: Camera,
   { width, height }: PictureSize,

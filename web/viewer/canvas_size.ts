@@ -1,7 +1,7 @@
 import { onPixelRatio } from "./pixel_ratio.ts";
 
 /**
- * Adapts the pixels of a canvas to its size on the page. The size is the one that the browser reported
+ * Adapts the pixels of a canvas to its size on the page. Uses the size that the browser reported
  * last (ResizeObserver): reading it within a frame would force a layout of the page.
  */
 export class CanvasSize {

@@ -137,14 +137,14 @@ export function attachControls(
 
 /**
  * Converts a wheel event to pixels. Firefox reports lines, three per notch (other browsers: about
- * 120 px), or pages, if the system is configured so.
+ * 120 px), or pages if the system is configured for this.
  */
 function pixelsPerUnit({ deltaMode }: WheelEvent): number {
   if (deltaMode === WheelEvent.DOM_DELTA_LINE) return 40;
   return deltaMode === WheelEvent.DOM_DELTA_PAGE ? 120 : 1;
 }
 
-/** Handles a key. Returns false if it has no action. `reset`: in place of that of `actions`. */
+/** Handles a key. Returns false if it has no action. `reset` replaces that of `actions`. */
 export function handleCameraKey(
   event: KeyboardEvent,
   actions: CameraActions,

@@ -9,7 +9,9 @@ const duration = 160;
 export class Fade {
   readonly #renderer: RendererModule;
   readonly #mayFade: () => boolean;
-  /** The renderer keeps a picture of the present view, from which the next one can fade in. */
+  /**
+   * Whether the renderer keeps a picture of the present view, from which the next one can fade in.
+   */
   #holds = false;
   #startedAt: number | undefined;
 
@@ -23,13 +25,13 @@ export class Fade {
     return this.#startedAt !== undefined;
   }
 
-  /** The next picture shows something else, and is to appear without a fade. */
+  /** The next picture shows something else, and must appear without a fade. */
   forget(): void {
     this.#holds = false;
     this.#startedAt = undefined;
   }
 
-  /** To be called before a draw. A running fade continues from its present state. */
+  /** Call before a draw. A running fade continues from its present state. */
   beforeDraw(now: number): void {
     if (this.#startedAt === undefined) return;
     this.#renderer.fade(this.#progress(now));
@@ -50,7 +52,7 @@ export class Fade {
     if (fades && this.#renderer.beginFade()) this.#startedAt = now;
   }
 
-  /** To be called right after a draw. isMoreToCome: the next picture is to fade in over this one. */
+  /** Call right after a draw. isMoreToCome: the next picture fades in over this one. */
   afterDraw(now: number, isMoreToCome: boolean): void {
     if (!this.#mayFade()) {
       this.forget();
@@ -64,7 +66,7 @@ export class Fade {
     }
   }
 
-  /** To be called in a frame that draws nothing. */
+  /** Call in a frame that draws nothing. */
   step(now: number, isMoreToCome: boolean): void {
     const progress = this.#progress(now);
     this.#renderer.fade(progress);

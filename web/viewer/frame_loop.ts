@@ -1,8 +1,8 @@
-/** A frame belongs to the same run as the one before if it follows within this time (ms). */
+/** A frame belongs to the same run as the previous one if it follows within this time (ms). */
 const sameRun = 40;
 
 /**
- * Draws on demand: `request` requests one frame, and the callback returns whether another one is to
+ * Draws on demand: `request` requests one frame, and the callback returns whether another one must
  * follow. A still view causes no work.
  */
 export class FrameLoop {
@@ -45,8 +45,8 @@ export class FrameLoop {
     const before = this.#lastFrame;
     const interval = now - before;
     this.#lastFrame = now;
-    // Only frames that were requested right after the one before are a run. Later requests, for
-    // example for chunks that arrive now and then, do not show how fast frames can be.
+    // Only frames that were requested right after the previous one are a run. Later requests, for
+    // example for chunks that arrive now and then, do not measure how fast frames can be.
     if (this.#askedAt - before < sameRun && interval < 1000) {
       this.#intervals.push(interval);
       if (this.#intervals.length > 30) this.#intervals.shift();

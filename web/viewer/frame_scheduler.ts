@@ -61,25 +61,27 @@ export class FrameScheduler {
   #drawTimer = 0;
   #shaderTimer = 0;
   #chunksToGo = 0;
-  /** As of the last frame: nothing has moved or arrived since. */
+  /** Whether the last frame was at rest: nothing has moved or arrived since. */
   #isResting = false;
-  /** Another frame follows the last one at once. */
+  /** Whether another frame follows the last one at once. */
   #isFollowed = false;
   /** While more data are expected, new chunks are not drawn before this time. */
   #nextArrivals = 0;
-  /** Duration (ms) and splats of the last picture that was measured. */
+  /** Duration (ms) and splats of the last measured picture. */
   #took: (Splats & { milliseconds: number }) | null = null;
   #drawnSplats: Splats | undefined;
-  /** The shading of the scene, as the last picture was drawn. */
+  /** The shading of the scene when the last picture was drawn. */
   #requestedShading: Look["shading"] | undefined;
-  /** The present picture has ambient occlusion and shadows, if these are on. */
+  /** Whether the present picture has ambient occlusion and shadows, if these are on. */
   #isOccluded = false;
-  /** Chunks that were uploaded, but not yet checked for a full GPU memory. */
+  /** Chunks that were uploaded, but not yet checked for exhausted GPU memory. */
   #unchecked: number[] = [];
-  /** Whether something of this volume can be seen. Before that, drawing would waste the GPU's time. */
+  /**
+   * Whether anything of this volume is visible. Before that, drawing would waste the GPU's time.
+   */
   #isBegun = false;
 
-  /** canvas: on which the view is drawn. */
+  /** canvas: the canvas on which the view is drawn. */
   constructor(canvas: HTMLCanvasElement, renderer: RendererModule, owner: FrameSchedulerHost) {
     const gl = canvas.getContext("webgl2");
     if (!gl) throw new RendererError("the canvas has no WebGL 2 context");
@@ -102,7 +104,7 @@ export class FrameScheduler {
     });
   }
 
-  /** Something can be seen, or it is known that there is nothing to see. */
+  /** Whether something is visible, or it is known that there is nothing to see. */
   get isBegun(): boolean {
     return this.#isBegun;
   }
@@ -197,7 +199,7 @@ export class FrameScheduler {
   }
 
   /**
-   * Draws in the quality of a view at rest; smooth: also smooth edges, which takes several draws
+   * Draws in the quality of a view at rest. smooth: also smooth edges, which takes several draws
    * unless they are smooth already.
    */
   drawToSave(smooth: boolean): void {
@@ -219,10 +221,11 @@ export class FrameScheduler {
   }
 
   /**
-   * A still view is drawn again when the last picture is finished. If more data are expected, new chunks
-   * also wait for the duration of a picture: a slow GPU would otherwise draw again after every few
-   * chunks, and software renderers would take the time that decoding needs. They wait for the last
-   * chunk if it is expected soon: a picture without it would mostly delay the one with it.
+   * Whether a picture may be drawn now. A still view is drawn again when the last picture is
+   * finished. If more data are expected, new chunks also wait for the duration of a picture: a slow
+   * GPU would otherwise draw again after every few chunks, and software renderers would take the
+   * time that decoding needs. New chunks wait for the last chunk if it is expected soon, since a
+   * picture without it would mostly delay the picture with it.
    */
   #mayDraw(now: number): boolean {
     let wait = 0;
@@ -237,7 +240,7 @@ export class FrameScheduler {
     return false;
   }
 
-  /** Returns whether another frame is to follow at once. */
+  /** Draws a frame. Returns whether another frame must follow at once. */
   #frame(now: number): boolean {
     const scene = this.#owner.scene();
     this.#isFollowed = false;
@@ -251,7 +254,7 @@ export class FrameScheduler {
     if (!isMoving && session.needsRestingPicture) this.#rest.restNow();
     const { restsAt } = this.#rest;
     const isTesting = this.#visibility.isRunning;
-    // A picture under test keeps its splats: others would have to be drawn once more.
+    // A picture that is being tested keeps its splats: with others it would have to be drawn again.
     const isResting = isTesting ? this.#isResting : now >= restsAt;
     this.#isResting = isResting;
 
@@ -293,8 +296,8 @@ export class FrameScheduler {
     if (!isMoving && !renderer.needsRedraw(width, height)) {
       this.#visibility.test(session, isResting || splats.kind === this.#splats(scene, true).kind);
     }
-    // One more frame when the motion has ended: it tests what is visible. And one at rest: it draws
-    // finer splats, and lets streaming refine.
+    // Draw one more frame when the motion has ended, which tests what is visible, and one at rest,
+    // which draws finer splats and lets streaming refine.
     clearTimeout(this.#restTimer);
     if (!isResting && !isTesting) {
       const wait = Math.max(0, (isMoving ? this.#rest.movesUntil : restsAt) - now) + 1;
@@ -307,8 +310,8 @@ export class FrameScheduler {
   }
 
   /**
-   * The splats of the present picture, if nothing has changed and nothing finer is to be drawn: the
-   * duration of a picture decides about later ones, and is no reason to draw it again.
+   * The splats of the present picture, if nothing has changed and nothing finer must be drawn. The
+   * measured duration of a picture affects later pictures, but is no reason to draw this one again.
    */
   #splatsToKeep({ kind, shading }: Scene, isResting: boolean): Splats | undefined {
     const { width, height } = this.#canvas;
@@ -318,15 +321,15 @@ export class FrameScheduler {
     return !isResting || drawn?.kind === "exact" ? drawn : undefined;
   }
 
-  /** Whether the last picture of these splats took no longer than a time (ms). */
+  /** Whether the last picture with these splats took at most this time (ms). */
   #isFast(longest: number, { kind, shading }: Splats): boolean {
     const took = this.#took;
     return took?.kind === kind && took.shading === shading && took.milliseconds <= longest;
   }
 
   /**
-   * Draws the picture once more, shifted by a fraction of a pixel. The first time this also brings
-   * ambient occlusion and shadows, which fade in.
+   * Draws the picture again, shifted by a fraction of a pixel. The first time also adds ambient
+   * occlusion and shadows, which fade in.
    */
   #refine(scene: Scene, now: number, splats: Splats): void {
     const { width, height } = this.#canvas;
@@ -346,7 +349,7 @@ export class FrameScheduler {
     this.#isOccluded = true;
   }
 
-  /** Compiling may take a second. The page works meanwhile. */
+  /** Compiling may take a second; the page stays responsive meanwhile. */
   #awaitShaders(): void {
     clearTimeout(this.#shaderTimer);
     this.#shaderTimer = window.setTimeout(() => {

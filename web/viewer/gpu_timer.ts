@@ -24,7 +24,7 @@ export class GpuTimer {
     return this.#timer !== 0;
   }
 
-  /** To be called right after a frame's commands. done: receives the milliseconds since startedAt. */
+  /** Call right after a frame's commands. done: receives the milliseconds since startedAt. */
   measure(startedAt: number, done: (milliseconds: number) => void): void {
     if (this.#timer !== 0) return;
     const gl = this.#gl;
@@ -45,7 +45,7 @@ export class GpuTimer {
     this.#timer = window.setTimeout(poll, Math.max(pollMs, firstPollShare * this.#lastTook));
   }
 
-  /** Stops measuring: the frame does not matter any more, or was lost with the context. */
+  /** Stops measuring, because the frame is not relevant any more, or was lost with the context. */
   stop(): void {
     clearTimeout(this.#timer);
     this.#timer = 0;
@@ -76,9 +76,9 @@ export class GpuPulse {
   }
 
   /**
-   * To be called every few milliseconds until it returns true: the fence of the last call was already
-   * signalled at the first check. On a machine that is always busy this never happens, so it also
-   * returns true after `maxAsked` calls.
+   * Call every few milliseconds until it returns true. It returns true when the fence of the last
+   * call was signalled at its first check. On a machine that is always busy this never happens, so
+   * it also returns true after `maxAsked` calls.
    */
   beats(): boolean {
     const beats = this.#isAnsweredAtOnce() || ++this.#asked >= maxAsked;

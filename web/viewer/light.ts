@@ -1,8 +1,8 @@
 import { type LightSetting, lightSettings } from "./light_settings.ts";
 
 /**
- * The light on the surfaces, and their material: the numbers of shared/render/settings/light.h. The key light
- * keeps its place in the camera's frame.
+ * The light on the surfaces, and their material: the numbers of shared/render/settings/light.h. The
+ * key light is fixed in the camera's frame.
  */
 export interface Light {
   /** Of the key light: degrees, −180 … 180; 0: from the eye, negative: from the left. */
@@ -15,13 +15,13 @@ export interface Light {
   sky: number;
   /** Strength of the light from behind, 0 … 2. */
   rim: number;
-  /** Strength of highlights, 0 … 2. None where colours stand for values. */
+  /** Strength of highlights, 0 … 2. There are none where colours represent values. */
   highlight: number;
-  /** 0.1 … 1: wide and faint highlights where it is high. */
+  /** 0.1 … 1. A high roughness gives wide and faint highlights. */
   roughness: number;
   /** Strength of ambient occlusion, 0 … 1. It appears when the view rests. */
   occlusion: number;
-  /** How far occluders reach, as a share of the visible volume's radius, 0.001 … 1. */
+  /** The maximum distance of occluders, as a fraction of the visible volume's radius, 0.001 … 1. */
   occlusionRadius: number;
   /** Strength of shadows, 0 … 1. They appear when the view rests. */
   shadow: number;
@@ -46,8 +46,9 @@ function ofEach<Value>(value: (setting: LightSetting) => Value): Record<string, 
 const degrees = 180 / Math.PI;
 
 /**
- * The key light's direction as a point of a disc: x to the right, y up, 0 in the middle: from the
- * eye; at the edge and beyond: from the side. Lights behind the surface lie on the edge.
+ * The key light's direction as a point on a disc: x to the right, y up. The centre is a light from
+ * the eye; the edge, and points beyond it, are lights from the side. Lights behind the surface lie
+ * on the edge.
  */
 export function lightOnDisc({ azimuth, elevation }: Light): { x: number; y: number } {
   const y = Math.sin(elevation / degrees);
@@ -57,7 +58,10 @@ export function lightOnDisc({ azimuth, elevation }: Light): { x: number; y: numb
   return { x: x / length, y: y / length };
 }
 
-/** The angles of the key light for a point of the disc; points beyond its edge are moved to it. */
+/**
+ * The angles of the key light for a point on the disc. Points beyond its edge are moved to the
+ * edge.
+ */
 export function lightFromDisc(x: number, y: number): Pick<Light, "azimuth" | "elevation"> {
   const scale = 1 / Math.max(1, Math.hypot(x, y));
   const up = Math.max(-1, Math.min(1, y * scale));

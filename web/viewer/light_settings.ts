@@ -1,13 +1,16 @@
 import type { Light } from "./light.ts";
 
-/** What viewer, address and panel know of a number of Light. */
+/** The properties of a number of Light that viewer, address and panel use. */
 export interface LightSetting {
   /** The default. */
   first: number;
   range: readonly [number, number];
   /** Of the panel's sliders and keys. */
   step: number;
-  /** The parameter of the page's address that has it, after those of the same parameter above. */
+  /**
+   * The parameter of the page's address that contains it, after the numbers of this parameter
+   * above.
+   */
   parameter: string;
 }
 

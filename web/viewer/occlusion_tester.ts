@@ -11,13 +11,15 @@ export interface TestedViewer {
   /** Whether nothing moves and the GPU is idle, so that an answer can be read without waiting. */
   isIdle(): boolean;
   isContextLost(): boolean;
-  /** The session has an answer; settled: about a picture at rest. `ended` follows. */
+  /** The session has an answer; settled: for a picture at rest. `ended` follows. */
   answered(settled: boolean): void;
   /** A test has ended. Actions that waited for this continue. */
   ended(): void;
 }
 
-/** Runs occlusion queries when streaming requests them, to find the regions that are to be refined. */
+/**
+ * Runs occlusion queries when streaming requests them, to find the regions that must be refined.
+ */
 export class OcclusionTester {
   readonly #viewer: TestedViewer;
   #timer = 0;
@@ -26,7 +28,10 @@ export class OcclusionTester {
     this.#viewer = viewer;
   }
 
-  /** Whether a test's answer is awaited. Reading it would also wait for commands sent meanwhile. */
+  /**
+   * Whether the answer of a test is pending. Reading it would also wait for commands sent
+   * meanwhile.
+   */
   get isRunning(): boolean {
     return this.#timer !== 0;
   }

@@ -19,9 +19,9 @@ export interface OpenVolumeHost {
   emit<Name extends keyof ViewerEvents>(name: Name, detail: ViewerEvents[Name]): void;
   /** Viewer.close. */
   close(): void;
-  /** Whether something is being opened, or is open, may have changed. */
+  /** A volume is being opened, was opened or was closed. */
   busyChanged(): void;
-  /** A chunk has come or gone. */
+  /** A chunk was added or removed. */
   chunksChanged(): void;
 }
 
@@ -37,7 +37,7 @@ export class OpenVolume {
   readonly #host: OpenVolumeHost;
   #session: StreamSession | null = null;
   #opening: AbortController | null = null;
-  /** The volume's own workers, if the viewer has no `decoder` of others. */
+  /** The volume's workers, if the viewer has no shared `decoder`. */
   #workers: WorkerPool | null = null;
   #progress: Progress | null = null;
   #sampleBudget: number | undefined;
@@ -66,7 +66,7 @@ export class OpenVolume {
     return this.#session?.info ?? null;
   }
 
-  /** A volume is being opened, or is open. */
+  /** Whether a volume is being opened, or is open. */
   get isOpening(): boolean {
     return this.#opening !== null;
   }

@@ -57,7 +57,10 @@ export function beginPictureInParts(
   return { width, height, draw, end };
 }
 
-/** The canvas as a PNG. Call it in the task that has drawn it: the browser may clear it afterwards. */
+/**
+ * The canvas as a PNG. Call it in the task that has drawn the canvas: the browser may clear it
+ * afterwards.
+ */
 export function pngOf(canvas: HTMLCanvasElement): Promise<Blob> {
   return new Promise((resolve, reject) =>
     canvas.toBlob((blob) => {

@@ -12,8 +12,8 @@ import {
 } from "./types.ts";
 
 /**
- * What a picture shows and how: surfaces, look, clipping and slices, without the camera. The viewer keeps
- * them here, whether a renderer and a volume exist or not.
+ * The settings of a picture: surfaces, look, clipping and slices, without the camera. The viewer
+ * keeps them here, even without a renderer and a volume.
  */
 export class PictureSettings {
   surfaces: readonly Surface[] = [];
@@ -45,7 +45,7 @@ export class PictureSettings {
     renderer.picture.setLook(this.look, this.#colourRange(info), opacity);
   }
 
-  /** Without a volume, nothing happens: the planes depend on its grid. */
+  /** Without a volume, this does nothing: the planes depend on its grid. */
   applySlices(renderer: RendererModule, info: StoreInfo | null): void {
     if (info)
       renderer.picture.setSlices(slicePlanes(this.#slices, info), this.#slices.range ?? info.range);
@@ -88,7 +88,7 @@ export class PictureSettings {
     if (!info) return [0, 1];
     const [low, high] = info.range;
     if (this.look.colourBy !== "gradient") return [low, high];
-    // The largest gradient of the scale: half of the range of values across one cell, a sharp edge.
+    // The largest gradient of the scale: half of the range of values within one cell, a sharp edge.
     return [0, (0.5 * (high - low)) / Math.min(...info.spacing)];
   }
 }

@@ -15,7 +15,7 @@ const noCamera = {
   fieldOfView: 30,
 } satisfies Camera;
 
-/** Writes a camera as the record that calls take, at `scratch`. */
+/** Writes a camera to `scratch`, as the record that calls expect. */
 export function writeCamera(instance: RendererInstance, camera: Camera): void {
   const orthographic = flagOf(camera.projection);
   layouts.writeCamera(instance.view(), instance.scratch, { ...camera, orthographic });
@@ -27,8 +27,8 @@ function readCamera(instance: RendererInstance): Camera {
 }
 
 /**
- * Views of the volume that a renderer has: limits, the first view, moves and projection. They leave the
- * picture as it is: RendererPicture.setCamera.
+ * Views of a renderer's volume: limits, the first view, moves and projection. These functions do
+ * not change the picture: RendererPicture.setCamera does.
  */
 export class RendererCamera {
   readonly #instance: RendererInstance;
@@ -75,7 +75,7 @@ export class RendererCamera {
     return readCamera(this.#instance);
   }
 
-  /** A valid camera: the same one, or the nearest one if its numbers are out of range. */
+  /** A valid camera: this one, or the nearest valid one if its numbers are out of range. */
   bounded(camera: Camera): Camera {
     writeCamera(this.#instance, camera);
     this.#instance.exports._isosplat_renderer_bound(this.#instance.scratch);

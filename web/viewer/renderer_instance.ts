@@ -4,7 +4,10 @@ import { faultOfStatus } from "../stream/faults.ts";
 import { RendererError } from "./renderer_error.ts";
 import type { RendererExports } from "./renderer_program.ts";
 
-/** The largest group of records that one call takes or returns. Bulk data have their own memory. */
+/**
+ * Size of the largest group of records that one call takes or returns. Bulk data have separate
+ * memory.
+ */
 const scratchBytes = Math.max(
   layouts.volumeBytes,
   layouts.appearanceBytes,
@@ -17,7 +20,10 @@ const scratchBytes = Math.max(
   layouts.planeBytes * layouts.maxSlices,
 );
 
-/** One instance of the renderer's program: its functions, memory for what they take, and their errors. */
+/**
+ * One instance of the renderer's program: its functions, memory for their arguments, and their
+ * errors.
+ */
 export class RendererInstance {
   readonly exports: RendererExports;
   /** Memory for records: `scratchBytes`. */

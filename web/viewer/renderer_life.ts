@@ -17,7 +17,7 @@ export interface RendererLifeHost {
   isDrawing(): boolean;
   /** The instance has aborted: it must not be called any more. */
   aborted(): void;
-  /** The volume is to be opened again, with another instance or after a lost context. */
+  /** The volume must be opened again, with another instance or after a lost context. */
   reopen(): void;
   /** The renderer has failed twice within a short time. */
   givesUp(error: RendererError): void;
@@ -63,7 +63,9 @@ export class RendererLife {
     return this.#isEnded;
   }
 
-  /** The viewer ends: nothing is created any more. Call `destroy` when nothing uses the renderer. */
+  /**
+   * Ends the viewer: nothing is created any more. Call `destroy` when nothing uses the renderer.
+   */
   end(): void {
     this.#isEnded = true;
   }
@@ -141,7 +143,10 @@ export class RendererLife {
     return this.#isContextLost || this.#canvas.getContext("webgl2")?.isContextLost() === true;
   }
 
-  /** The instance has aborted and cannot continue. Has the volume opened again with another one. */
+  /**
+   * Handles an instance that has aborted and cannot continue: opens the volume again with another
+   * one.
+   */
   replace(error: WebAssembly.RuntimeError): void {
     if (!this.#renderer) return;
     this.forget();
@@ -149,14 +154,14 @@ export class RendererLife {
     this.#host.aborted();
     const givesUp = performance.now() - this.#replacedAt < shortestLife;
     this.#replacedAt = performance.now();
-    // In a task of its own, not within the call that failed.
+    // Use a separate task, not the call that has failed.
     setTimeout(() => {
       if (this.#isEnded) return;
       if (givesUp) {
         this.#host.givesUp(new RendererError(String(error), "renderer-failed", error));
         return;
       }
-      // Losing the context frees what the old instance has in the GPU's memory.
+      // Losing the context frees the GPU memory of the old instance.
       const context = this.#canvas.getContext("webgl2");
       const loss = context?.getExtension("WEBGL_lose_context");
       if (!context || !loss || context.isContextLost()) {
@@ -179,7 +184,9 @@ export class RendererLife {
     this.#host.contextChanged("lost");
   }
 
-  /** The chunks were lost with the context. They are read again, mostly from the browser's cache. */
+  /**
+   * The chunks were lost with the context. They are fetched again, mostly from the browser's cache.
+   */
   #onContextRestored(): void {
     this.#isContextLost = false;
     this.guard((renderer) => renderer.contextRestored());
@@ -188,7 +195,7 @@ export class RendererLife {
   }
 }
 
-/** The trap that an error comes from: the instance has aborted. */
+/** The trap that caused an error, which shows that the instance has aborted. */
 export function abortOf(error: unknown): WebAssembly.RuntimeError | undefined {
   for (let cause = error; cause instanceof Error; cause = cause.cause) {
     if (cause instanceof WebAssembly.RuntimeError) return cause;

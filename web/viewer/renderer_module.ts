@@ -81,7 +81,7 @@ export class RendererModule {
     return this.#instance.exports._isosplat_renderer_is_compiled() !== 0;
   }
 
-  /** Does the work that the driver would otherwise do during the first picture. */
+  /** Does in advance the work that the driver would otherwise do during the first picture. */
   warmUp(): void {
     this.#instance.check(this.#instance.exports._isosplat_renderer_warm_up());
   }
@@ -91,7 +91,9 @@ export class RendererModule {
     this.#instance.check(this.#instance.exports._isosplat_renderer_check_gpu());
   }
 
-  /** The surface, cap or slice at a place of an image of this size, from its upper left corner. */
+  /**
+   * The surface, cap or slice at a position of an image of this size, from its upper left corner.
+   */
   pick(x: number, y: number, width: number, height: number): layouts.Pick | undefined {
     this.#instance.check(
       this.#instance.exports._isosplat_renderer_pick(x, y, width, height, this.#instance.scratch),
@@ -111,12 +113,14 @@ export class RendererModule {
     return this.#readStatistics();
   }
 
-  /** Whether refine() would smooth the edges of the picture that was drawn last, with this size. */
+  /** Whether refine() would smooth the edges of the last picture, drawn with this size. */
   canRefine(width: number, height: number): boolean {
     return this.#instance.exports._isosplat_renderer_can_refine(width, height) !== 0;
   }
 
-  /** Starts to compile what refine() needs. Returns whether refine() would not wait for that. */
+  /**
+   * Starts to compile the shaders for refine(). Returns whether refine() would not wait for them.
+   */
   prepareRefine(): boolean {
     return this.#instance.exports._isosplat_renderer_prepare_refine() !== 0;
   }
@@ -129,7 +133,7 @@ export class RendererModule {
     return this.#readStatistics();
   }
 
-  /** Shows the picture that draw() and refine() lead to, and draws only what is missing of it. */
+  /** Shows the picture that draw() and refine() lead to, and draws only its missing parts. */
   drawStill(width: number, height: number): DrawStatistics {
     this.#instance.check(
       this.#instance.exports._isosplat_renderer_draw_still(width, height, this.#instance.scratch),
@@ -159,8 +163,8 @@ export class RendererModule {
   }
 
   /**
-   * Starts an occlusion query: which regions of these chunks show in at least `minPixels` pixels of
-   * the picture that was drawn last, which must be up to date. 0: which may be visible at all.
+   * Starts an occlusion query: which regions of these chunks cover at least `minPixels` pixels of
+   * the last picture, which must be up to date. 0: which regions may be visible at all.
    */
   beginOcclusionQuery(handles: Uint32Array, minPixels: number): void {
     const pointer = this.#instance.reserve(handles.byteLength);
@@ -188,12 +192,15 @@ export class RendererModule {
     return this.#instance.exports.HEAPU32.slice(at, at + visibilityWords * count);
   }
 
-  /** Keeps the picture that was drawn last, so that the next one can fade in over it. */
+  /** Keeps the last picture, so that the next one can fade in over it. */
   holdPicture(): void {
     this.#instance.check(this.#instance.exports._isosplat_renderer_hold_picture());
   }
 
-  /** Call it right after draw(). Shows the kept picture again, and starts a fade. False: none is kept. */
+  /**
+   * Call right after draw(). Shows the kept picture again, and starts a fade. False: no picture is
+   * kept.
+   */
   beginFade(): boolean {
     this.#instance.check(
       this.#instance.exports._isosplat_renderer_begin_fade(this.#instance.scratch),
@@ -201,7 +208,7 @@ export class RendererModule {
     return this.#instance.view().getUint32(this.#instance.scratch, true) !== 0;
   }
 
-  /** Mixes the kept picture (0) with the one drawn last (1). At 1 the latter becomes the kept one. */
+  /** Mixes the kept picture (0) with the last one (1). At 1 the last one becomes the kept one. */
   fade(progress: number): void {
     this.#instance.check(this.#instance.exports._isosplat_renderer_fade(progress));
   }

@@ -24,7 +24,7 @@ export class RendererPicture {
     this.#instance = instance;
   }
 
-  /** As setSplats() has set them; at first those of RenderSettings. */
+  /** As set by setSplats(); at first those of RenderSettings. */
   get splats(): Splats {
     return this.#splats;
   }
@@ -76,7 +76,7 @@ export class RendererPicture {
     );
   }
 
-  /** `range`: the values that are black and white, unless slices have the colours of isovalues. */
+  /** `range`: the values shown as black and white, unless slices have the colours of isovalues. */
   setSlices(planes: readonly SlicePlane[], [low, high]: readonly [number, number]): void {
     const used = planes.slice(0, layouts.maxSlices);
     const data = this.#instance.view();

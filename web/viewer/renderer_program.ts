@@ -7,7 +7,7 @@ import { RendererError } from "./renderer_error.ts";
 export interface RendererExports extends CoreModule {
   HEAPU8: Uint8Array;
   HEAPU32: Uint32Array;
-  /** Emscripten's names of elements, which come before selectors. */
+  /** Emscripten's names of elements, which take precedence over selectors. */
   specialHTMLTargets: Record<string, EventTarget>;
   _malloc(bytes: number): number;
   _free(pointer: number): void;

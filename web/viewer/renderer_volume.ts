@@ -20,7 +20,7 @@ export class RendererVolume {
     this.#gl = gl;
   }
 
-  /** Another volume, of which nothing is drawn until chunks are added. */
+  /** Sets another volume. Nothing is drawn until chunks are added. */
   open(info: StoreInfo): void {
     layouts.writeVolume(this.#instance.view(), this.#instance.scratch, volumeRecord(info));
     this.#instance.check(
@@ -52,7 +52,7 @@ export class RendererVolume {
     this.#instance.exports._isosplat_renderer_remove_chunk(handle);
   }
 
-  /** Draws exactly these chunks from now on. regions: `regionWords` per chunk (RegionMask). */
+  /** Sets the chunks to draw from now on. regions: `regionWords` per chunk (RegionMask). */
   setVisible(handles: ArrayLike<number>, regions: ArrayLike<number>): void {
     const count = handles.length;
     const pointer = this.#instance.reserve(count * layouts.drawnChunkBytes);

@@ -1,8 +1,8 @@
 /** The view is at rest when nothing has moved or arrived for this time (ms). */
 const restAfter = 220;
 /**
- * The same while more data are in flight, or may be needed (ms): a slow GPU would otherwise draw the
- * exact picture several times, and software renderers would take the time that decoding needs.
+ * The same while more data are in flight, or may be needed (ms). Otherwise a slow GPU would draw
+ * the exact picture several times, and software renderers would take the time that decoding needs.
  */
 const restWhileStreaming = { afterMotion: 500, afterArrival: 1500 };
 
@@ -24,15 +24,15 @@ export class RestClock {
   }
 
   /**
-   * The occlusion query of a fast picture was answered. What it found is requested next: otherwise a
-   * fast picture that takes longer than `restWhileStreaming` would be followed by an exact one, and
-   * that one would be drawn again with the chunks.
+   * The occlusion query of a fast picture was answered. The chunks that it found are requested
+   * next. Without this, a fast picture that takes longer than `restWhileStreaming` would be
+   * followed by an exact one, which would be drawn again with those chunks.
    */
   fastPictureTested(now: number): void {
     if (this.isStreaming) this.arrived(now);
   }
 
-  /** Nothing more arrives until the picture at rest has been drawn. */
+  /** Rests now, since nothing more arrives until the picture at rest has been drawn. */
   restNow(): void {
     this.#lastMotion = Number.NEGATIVE_INFINITY;
     this.#lastArrival = Number.NEGATIVE_INFINITY;
@@ -42,12 +42,12 @@ export class RestClock {
     return now < this.movesUntil;
   }
 
-  /** When `isMoving` ends if nothing moves until then. */
+  /** The time when `isMoving` ends if nothing moves until then. */
   get movesUntil(): number {
     return this.#lastMotion + restAfter;
   }
 
-  /** When the view rests if nothing moves or arrives until then. */
+  /** The time when the view rests if nothing moves or arrives until then. */
   get restsAt(): number {
     const always = { afterMotion: restAfter, afterArrival: restAfter };
     const { afterMotion, afterArrival } = this.isStreaming ? restWhileStreaming : always;

@@ -5,7 +5,7 @@ import type { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import type { Camera, Look, PictureInParts, PictureView } from "./types.ts";
 
-/** What pictures need from their viewer. */
+/** The functions that pictures need from their viewer. */
 export interface SavedPicturesHost {
   /** Null before the first renderer. */
   scheduler(): FrameScheduler | null;
@@ -17,7 +17,7 @@ export interface SavedPicturesHost {
   applyLook(renderer: RendererModule, opacity: number): void;
 }
 
-/** Pictures of a viewer to be saved: as the canvas shows it, or of another size and view. */
+/** Pictures of a viewer that are saved: as the canvas shows it, or with another size and view. */
 export class SavedPictures {
   readonly #canvas: HTMLCanvasElement;
   readonly #life: RendererLife;
@@ -31,12 +31,12 @@ export class SavedPictures {
     this.#host = host;
   }
 
-  /** The picture for which the viewer streams in place of the view of its canvas. */
+  /** The picture for which the viewer streams instead of the view of its canvas. */
   get prepared(): PictureView | null {
     return this.#prepared;
   }
 
-  /** A picture in parts has begun: nothing else is drawn. */
+  /** Whether a picture in parts has begun, so that nothing else is drawn. */
   get isInParts(): boolean {
     return this.#isInParts;
   }
@@ -50,7 +50,7 @@ export class SavedPictures {
     if (transparent) setOpacity(0);
     try {
       scheduler.drawToSave(smooth);
-      // It copies the picture at once: what is drawn next, with its background, does not change it.
+      // This copies the picture at once, so later draws with a background do not change it.
       return pngOf(this.#canvas);
     } finally {
       if (transparent) {

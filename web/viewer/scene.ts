@@ -1,13 +1,16 @@
 import type { StreamSession } from "../stream/session.ts";
 import type { Camera, Look, PictureSize } from "./types.ts";
 
-/** What is to be drawn. */
+/** The data of a frame to draw. */
 export interface Scene {
   session: StreamSession;
   camera: Camera;
   isovalues: number[];
   kind: Look["kind"];
   shading: Look["shading"];
-  /** Streams for a picture of this size instead of the canvas, which shows all of its view. */
+  /**
+   * If not null, streams for a picture of this size instead of the canvas. The canvas shows its
+   * whole view.
+   */
   pictureSize: PictureSize | null;
 }

@@ -62,7 +62,10 @@ export function readPlane(text: string): ClipPlane | undefined {
   return { normal: [x, y, z], offset };
 }
 
-/** The slices across the axes, "0.5,,0.25": a share of the volume's extent, or nothing, for each axis. */
+/**
+ * The slices across the axes, "0.5,,0.25": for each axis a fraction of the volume's extent, or
+ * nothing.
+ */
 export function readSlices(text: string | null): Slices["along"] | undefined {
   const parts = text?.split(",") ?? [];
   const along = parts.map((part) => (part.trim() === "" ? null : Number(part)));
@@ -76,7 +79,7 @@ export function writeSlices(along: Slices["along"]): string | undefined {
   return along.some((n) => n !== null) ? along.map((n) => n ?? "").join(",") : undefined;
 }
 
-/** azimuth,elevation,distance,x,y,z[,roll[,field of view]]: what readCamera reads. */
+/** azimuth,elevation,distance,x,y,z[,roll[,field of view]]: the text that readCamera reads. */
 export function writeCamera(camera: Camera): string {
   const { azimuth, elevation, distance, target, roll, fieldOfView } = camera;
   const numbers = [azimuth, elevation, distance, ...target];

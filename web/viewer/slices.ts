@@ -3,7 +3,7 @@ import type { SlicePlane, Slices } from "./types.ts";
 
 export const noSlices: Slices = { along: [null, null, null] };
 
-/** The slices that can be drawn; the object may come from scripts without types. */
+/** The slices that can be drawn. The object may come from scripts without types. */
 export function usableSlices({ along, plane, range }: Partial<Slices>): Slices {
   const share = (axis: number) => {
     const at = along?.[axis];
@@ -25,7 +25,7 @@ export function hasSlices({ along, plane }: Slices): boolean {
   return plane !== undefined || along.some((share) => share !== null);
 }
 
-/** Whether nothing was chosen: neither planes, nor the range of their values. */
+/** Whether slices have their defaults: no planes, and no range of values. */
 export function isDefaultSlices(slices: Slices): boolean {
   return !hasSlices(slices) && !slices.range;
 }

@@ -9,12 +9,14 @@ const fastSquares = 14;
 const longestRest = 1000;
 /** If frames during movement take longer than this (ms), exact ones would take too long. */
 const hopelessMotion = 400;
-/** If the distance of the eye changes by this factor, earlier measurements do not count any more. */
+/** If the distance of the eye changes by this factor, earlier measurements are discarded. */
 const otherDistance = 1.3;
 
 type MeasuredFrame = Pick<DrawStatistics, "kind" | "shading" | "programsLinked">;
 
-/** A distance of the eye at which something took too long, until the view is at another one. */
+/**
+ * The distance of the eye at which a picture took too long, until the view has another distance.
+ */
 class SlowView {
   #distance = 0;
 

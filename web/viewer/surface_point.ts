@@ -1,7 +1,7 @@
 import type { Pick } from "../../build/wasm/web/layouts.js";
 import type { SurfacePoint } from "./types.ts";
 
-/** What the renderer has found at a place of the picture. */
+/** Converts the renderer's result for a position in the picture. */
 export function surfacePointOf(pick: Pick): SurfacePoint {
   const { position, voxel, normal, gradient, toNext, value, level, face } = pick;
   const point: SurfacePoint = { position, voxel, normal, gradient, isovalue: value, level };

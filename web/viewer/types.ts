@@ -17,7 +17,10 @@ export interface Camera {
   /** −90 … 90; 90: the eye is above (+z). */
   elevation: number;
   roll: number;
-  /** The vertical field of view. Orthographic: decides with `distance` how large the view is. */
+  /**
+   * The vertical field of view. For orthographic views, it determines the size of the view together
+   * with `distance`.
+   */
   fieldOfView: number;
   /** Default: perspective. */
   projection?: Projection;
@@ -29,7 +32,7 @@ export interface PictureSize {
   height: number;
 }
 
-/** A picture to be made, beside the view of the canvas. */
+/** A picture to be drawn in addition to the view of the canvas. */
 export interface PictureView extends PictureSize {
   /** Default: that of the viewer. */
   camera?: Camera;
@@ -63,13 +66,19 @@ export interface SurfacePoint {
   normal: Triple;
   /** Length of the gradient: change of the value per world unit. */
   gradient: number;
-  /** The volume's value there: on a surface its isovalue. On a cap, the value is at least this. */
+  /**
+   * The volume's value at this point. On a surface this is its isovalue. On a cap, the value is at
+   * least this.
+   */
   isovalue: number;
   /** The point is on a cap: Clip.caps. */
   cap?: true;
   /** The point is in a slice. */
   slice?: true;
-  /** Along the view to the next surface behind it, in world units; undefined if there is none. */
+  /**
+   * Distance along the view to the next surface behind it, in world units; undefined if there is
+   * none.
+   */
   toNext?: number;
   /** The level of the cell. At 0 the point is exact. */
   level: number;
@@ -79,11 +88,11 @@ export interface SurfacePoint {
 export const maxSurfaces: number = maxIsosurfaces;
 
 export const splatKinds = ["quad", "ellipse", "exact"] as const;
-/** What a sample is drawn as (shared/render/settings/render_settings.h, SplatKind). */
+/** The shape with which a sample is drawn (shared/render/settings/render_settings.h, SplatKind). */
 export type SplatKind = (typeof splatKinds)[number];
 
 export const shadings = ["smooth", "exact"] as const;
-/** The normals that surfaces are lit by (shared/render/settings/render_settings.h, Shading). */
+/** The normals for the lighting of surfaces (shared/render/settings/render_settings.h, Shading). */
 export type Shading = (typeof shadings)[number];
 
 /** A kind of splats with its shading. */
@@ -110,7 +119,7 @@ export type ColourMap = (typeof colourMaps)[number];
 export interface Look {
   /** automatic: fast splats while something moves, exact ones at rest. */
   kind: SplatKind | "automatic";
-  /** smooth: continuous normals where the view rests; exact: each cell's own gradient. */
+  /** smooth: continuous normals where the view rests; exact: the gradient of each cell. */
   shading: Shading;
   colourBy: Colouring;
   colourMap: ColourMap;
@@ -130,7 +139,9 @@ export interface Legend {
   range: readonly [number, number] | null;
   /** There are slices, which are hatched where no values are loaded. */
   slices?: true;
-  /** The values of slices that are black and white, if the colours above do not stand for values. */
+  /**
+   * The values of slices shown as black and white, if the colours above do not represent values.
+   */
   greys?: readonly [number, number];
 }
 
@@ -158,16 +169,16 @@ export interface Clip {
 export type SlicePlane = ClipPlane;
 
 /**
- * Slices through the volume: planes that show its values where cells are resident, of any isovalue and
- * level; the finest of each place. Elsewhere they are hatched.
+ * Slices through the volume: planes that show its values where cells are resident, for any
+ * isovalue, at the finest resident level. Elsewhere they are hatched.
  */
 export interface Slices {
-  /** Across x, y and z: the place as a fraction of the volume's extent, 0 … 1; null: none. */
+  /** Across x, y and z: the position as a fraction of the volume's extent, 0 … 1; null: none. */
   along: readonly [number | null, number | null, number | null];
   /** An oblique one. */
   plane?: SlicePlane;
   /**
-   * The values that are black and white, unless the colour map stands for values (colouring by
+   * The values shown as black and white, unless the colour map represents values (colouring by
    * isovalue). Default: the volume's range.
    */
   range?: readonly [number, number];

@@ -28,8 +28,8 @@ export class ViewCamera {
   }
 
   /**
-   * A volume is open. `asked`, `projection`: of `OpenOptions`; `before`: the camera when the opening
-   * began.
+   * Called when a volume is open. `asked`, `projection`: of `OpenOptions`; `before`: the camera at
+   * the beginning of opening.
    */
   opened(
     renderer: RendererModule,
@@ -40,7 +40,7 @@ export class ViewCamera {
     if (!asked) {
       this.#camera = this.#first(renderer, projection);
     } else if (this.#camera && this.#camera !== before) {
-      // It was moved while the volume was opened again: listeners know that camera.
+      // It was moved while the volume was reopened: listeners already know this camera.
       this.set(this.#camera);
     } else {
       this.#camera = renderer.camera.bounded(asked);
@@ -79,7 +79,7 @@ export class ViewCamera {
     }
   }
 
-  /** The point at this offset from the picture's centre (CSS pixels) stays there. */
+  /** The point at this offset from the picture's centre (CSS pixels) keeps its position. */
   zoom(factor: number, at: { x: number; y: number }): void {
     const renderer = this.#host.renderer();
     if (!renderer || !this.#camera) return;

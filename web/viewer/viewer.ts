@@ -155,7 +155,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#settings.surfaces;
   }
 
-  /** Shows these isosurfaces. What is resident is drawn in the next frame. */
+  /** Shows these isosurfaces. The next frame draws their resident samples. */
   setSurfaces(surfaces: readonly Surface[]): void {
     this.#settings.surfaces = [...surfaces];
     this.#life.renderer?.volume.setSurfaces(this.surfaces);
@@ -189,7 +189,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   setLook(change: Partial<Look>): void {
     this.#settings.look = { ...this.look, ...change };
     if (this.#life.renderer) this.#settings.apply(this.#life.renderer, this.info);
-    // A slider that is dragged is a motion: else pictures with and without occlusion would alternate.
+    // Dragging a slider counts as motion: otherwise pictures with and without occlusion would
+    // alternate.
     this.#scheduler?.onCameraChange();
   }
 
@@ -222,7 +223,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#sceneChanged();
   }
 
-  /** Other cells are needed, or seen. */
+  /** The view needs other cells, or shows others. */
   #sceneChanged(): void {
     this.#volume.session?.sceneChanged();
     this.#scheduler?.onCameraChange();
@@ -249,7 +250,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#camera.viewProjection(width, height);
   }
 
-  /** The first view of the volume, in which all of it is seen. Null until a volume is open. */
+  /** The first view, which shows the whole volume. Null until a volume is open. */
   get wholeView(): Camera | null {
     return this.#camera.whole;
   }
@@ -259,7 +260,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     if (this.wholeView) this.setCamera(this.wholeView);
   }
 
-  /** Changes between perspective and parallel rays. What is at the target keeps its size. */
+  /** Changes between perspective and parallel rays. Objects at the target keep their size. */
   setProjection(projection: Projection): void {
     if (this.camera) this.setCamera({ ...this.camera, projection });
   }
@@ -277,10 +278,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * The nearest surface, or value of a slice, at a place of the canvas (CSS pixels from its upper left
-   * corner). Of a surface: the ray's first intersection with the trilinear function of a visible cell.
-   * Undefined where there is none, or no picture. `toNext` sees what is visible only: occluded regions
-   * may be left out.
+   * The nearest surface, or value of a slice, at a position on the canvas (CSS pixels from its
+   * upper left corner). For a surface: the ray's first intersection with the trilinear function of
+   * a visible cell. Undefined if there is none, or no picture. `toNext` considers only visible
+   * cells, so surfaces in occluded regions may be left out.
    */
   pick(x: number, y: number): SurfacePoint | undefined {
     const { canvas, camera } = this;
@@ -302,38 +303,38 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * The present picture, at the canvas's resolution. smooth: draws several times to smooth edges, even
-   * if that takes long. transparent: without the background.
+   * The present picture, at the canvas's resolution. smooth: draws several times to smooth edges,
+   * even if this takes long. transparent: without the background.
    */
   screenshot(options: { smooth?: boolean; transparent?: boolean } = {}): Promise<Blob> {
     return this.#pictures.screenshot(options);
   }
 
   /**
-   * Prepares a picture, of any size and of another view: streams what it needs, as `isBusy` tells, and
-   * shows it in the canvas. Null: the canvas has its own view again.
+   * Prepares a picture of any size and view: streams the data that it needs (see `isBusy`), and
+   * shows its view in the canvas. Null: returns to the canvas's view.
    */
   preparePicture(view: PictureView | null): void {
     this.#pictures.prepare(view);
   }
 
-  /** What is still missing of the present view; null before the first report. */
+  /** The data still missing for the present view; null before the first report. */
   get progress(): Progress | null {
     return this.#volume.progress;
   }
 
   /**
-   * Begins the picture that was prepared, of at most 16384 × 16384 pixels. It is drawn in parts with
-   * smooth edges, from what is resident. Nothing else is drawn until its `end`. transparent: without the
-   * background. Throws a RendererError.
+   * Begins the prepared picture, of at most 16384 × 16384 pixels. It is drawn in parts with smooth
+   * edges, from the resident samples. Nothing else is drawn until its `end`. transparent: without
+   * the background. Throws a RendererError.
    */
   beginPicture({ transparent = false } = {}): PictureInParts {
     return this.#pictures.begin(transparent);
   }
 
   /**
-   * Whether the picture will change without further calls: a volume, data, finer splats or smoother
-   * edges are still coming.
+   * Whether the picture will change without further calls, because a volume, data, finer splats or
+   * smoother edges are pending.
    */
   get isBusy(): boolean {
     return this.#isBusy;

@@ -18,7 +18,7 @@ export interface ViewerEvents {
   camera: Camera;
   /** A gesture turned the key light. */
   light: Light;
-  /** The source had another volume at the same address, which is open now. */
+  /** The source had another volume at the same URL, which is open now. */
   replaced: StoreInfo;
   /**
    * Emitted once for each occurrence of a fault (web/stream/faults.ts). Progress.fault is set as
