@@ -3,18 +3,19 @@ import type { Viewer } from "../viewer/viewer.ts";
 import type { FrameView } from "./frame_paths.ts";
 import { type CaptureProgress, capturePixels } from "./picture.ts";
 
-/** What becomes of the frames of a film. */
+/** The destination of a film's frames. */
 export interface FilmFile {
   /** rgba: rows from the top. */
   add(rgba: Uint8ClampedArray<ArrayBuffer>): Promise<void>;
   finish(): Promise<Blob>;
-  /** Frees what it holds; also after finish(). */
+  /** Frees its resources; call it after finish() as well. */
   close(): void;
 }
 
 /**
- * Draws each frame when its data have arrived, however long that takes, and adds it to the file. The
- * viewer's view is restored. Rejects with a RendererError, the file's error, or the signal's reason.
+ * Draws each frame once its data have arrived, however long this takes, and adds it to the file.
+ * The viewer's view is restored. Rejects with a RendererError, the file's error, or the signal's
+ * reason.
  */
 export async function captureFilm(
   viewer: Viewer,

@@ -1,13 +1,13 @@
 import { cameraBetween } from "../viewer/camera_views.ts";
 import type { Camera, Surface } from "../viewer/types.ts";
 
-/** What a frame of a film shows. */
+/** The content of a frame of a film. */
 export interface FrameView {
   camera: Camera;
   surfaces: readonly Surface[];
 }
 
-/** Once around the axis of the azimuth: the frame after the last would be the first. */
+/** One turn around the axis of the azimuth. The frame after the last would equal the first. */
 export function turntable(view: FrameView, frames: number): FrameView[] {
   return Array.from({ length: frames }, (_, frame) => ({
     ...view,
@@ -29,7 +29,7 @@ export function sweep(
   });
 }
 
-/** From camera to camera, each way in the same time, slow at its ends. */
+/** From camera to camera. Each section takes the same time, and is slow at its ends. */
 export function cameraPath(
   cameras: readonly Camera[],
   view: FrameView,

@@ -5,12 +5,12 @@ import { PngStream } from "./png_stream.ts";
 
 /** Longest width and height of a picture, in pixels: kMaxImageSize of shared/render/frame/image_tile.h. */
 export const mostPixels = 16384;
-/** Size of the parts that are drawn at a time: about 0.1 GB of the GPU's memory. */
+/** Size of the parts that are drawn separately: a part takes about 0.1 GB of GPU memory. */
 const partWidth = 1024;
 const partHeight = 1024;
 
 export interface CaptureProgress {
-  /** 0 … 1 of the drawing; undefined while data arrive. */
+  /** Fraction of the picture that is drawn, 0 … 1; undefined while data arrive. */
   share?: number;
   bytesToGo?: number;
 }
@@ -51,7 +51,7 @@ export async function capturePng(
   }
 }
 
-/** Rows of the picture, all of its width. */
+/** Draws rows of the picture, over its whole width. */
 async function drawRows(
   picture: PictureInParts,
   top: number,
@@ -75,7 +75,7 @@ async function drawRows(
   return all;
 }
 
-/** All pixels of a view, as soon as its data have arrived: RGBA, rows from the top. */
+/** All pixels of a view, once its data have arrived: RGBA, rows from the top. */
 export async function capturePixels(
   viewer: Viewer,
   view: PictureView,
@@ -91,7 +91,7 @@ export async function capturePixels(
   }
 }
 
-/** Resolves when everything that the view needs is there, as far as it can be. */
+/** Resolves when everything that the view needs is resident, within the sample budget. */
 export async function whenComplete(
   viewer: Viewer,
   signal: AbortSignal,
@@ -119,7 +119,7 @@ export async function whenComplete(
   });
 }
 
-/** Lets the browser show what has changed, and take clicks. */
+/** Lets the browser show changes and handle clicks. */
 function nextFrame(): Promise<void> {
   return new Promise((resolve) => {
     requestAnimationFrame(() => setTimeout(resolve));

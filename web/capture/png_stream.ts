@@ -1,12 +1,12 @@
 const signature = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
-/** The filter type of every row: each byte minus that of the pixel on its left. */
+/** The filter type of every row: each byte minus that of its left neighbour. */
 const sub = 1;
 /** Bytes of compressed pixels per chunk of the file. */
 const chunkBytes = 1 << 20;
 
 /**
- * A PNG of 8 bits per channel that is written row by row: RGB, or RGBA with `hasAlpha`. Holds the
- * compressed bytes only.
+ * A PNG of 8 bits per channel that is written row by row: RGB, or RGBA with `hasAlpha`. Keeps only
+ * the compressed bytes.
  */
 export class PngStream {
   readonly #width: number;

@@ -3,9 +3,9 @@ import { captureTexts } from "../texts/capture.ts";
 import type { PictureSize } from "../viewer/types.ts";
 import type { FilmFile } from "./film.ts";
 
-/** Seconds between frames that are coded without others. */
+/** Seconds between key frames. */
 const keyFrameSeconds = 2;
-/** Frames that may wait for the encoder. */
+/** Maximum number of frames that wait for the encoder. */
 const mostWaiting = 4;
 const bitsPerPixel = 0.12;
 
@@ -14,7 +14,7 @@ const codecs = [
   { name: "vp8", track: "V_VP8" },
 ] as const;
 
-/** The bits of one second. */
+/** Bits per second. */
 export function bitRate({ width, height }: PictureSize, framesPerSecond: number): number {
   return Math.max(1e6, Math.round(bitsPerPixel * width * height * framesPerSecond));
 }

@@ -6,7 +6,7 @@ import type { Viewer } from "../viewer/viewer.ts";
 import type { MeasureTool } from "./measure_tool.ts";
 import type { MeasuredPoint, Measurement } from "./measurement.ts";
 
-/** Measurements above the picture of a viewer, on whose canvas the element is to lie. */
+/** Draws measurements over the picture of a viewer. The element must be placed over its canvas. */
 export class MeasureLayer {
   readonly element = document.createElement("div");
   readonly #viewer: Viewer;
@@ -15,7 +15,7 @@ export class MeasureLayer {
   readonly #bar: () => TemplateResult;
   readonly #drawing: LayerDrawing;
 
-  /** label: what is written beside a measurement; bar: what lies above the picture besides. */
+  /** label: the text beside a measurement; bar: other content above the picture. */
   constructor(
     viewer: Viewer,
     tool: MeasureTool,
@@ -86,7 +86,10 @@ function middle(points: readonly MeasuredPoint[]): Triple | undefined {
   return [mean(0), mean(1), mean(2)];
 }
 
-/** Where the label is: at the corner of an angle, in the middle of a distance, at the last point. */
+/**
+ * The position of the label: at the corner of an angle, in the middle of a distance, or at the last
+ * point.
+ */
 function labelPoint({ kind, points }: Measurement, screen: Screen): ScreenPoint | undefined {
   const at =
     kind === "angle"
@@ -97,7 +100,7 @@ function labelPoint({ kind, points }: Measurement, screen: Screen): ScreenPoint 
   return at && screen.point(at);
 }
 
-/** The place that Enter measures. */
+/** The position that Enter measures. */
 function centreMark(x: number, y: number): TemplateResult {
   return svg`<path class="measure-centre" d=${`M${x - 7} ${y}h14M${x} ${y - 7}v14`} />`;
 }

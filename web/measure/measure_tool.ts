@@ -11,12 +11,12 @@ import {
   withinLimits,
 } from "./measurement.ts";
 
-/** A pointer that moves farther than this between down and up (CSS pixels) turns the view. */
+/** A pointer that moves farther than this between down and up (CSS pixels) rotates the view. */
 const mostDrift = 5;
 
 /**
  * The measurements of a volume, and the tool that adds points to them: a click or a tap on the
- * surface, or Enter for the middle of the picture. Drags turn the view as ever.
+ * surface, or Enter for the middle of the picture. Drags still rotate the view.
  */
 export class MeasureTool {
   readonly #viewer: Viewer;
@@ -26,7 +26,7 @@ export class MeasureTool {
   #kind: MeasurementKind | null = null;
   #draft: readonly MeasuredPoint[] = [];
   #down: { x: number; y: number; id: number; drift: number } | null = null;
-  /** What the last click missed; null after one that did not. */
+  /** Why the last click found no point; null if it found one. */
   #miss: string | null = null;
 
   constructor(viewer: Viewer, changed: () => void) {
@@ -48,12 +48,12 @@ export class MeasureTool {
     return this.#measurements;
   }
 
-  /** Points of the measurement that is being made. */
+  /** Points of the unfinished measurement. */
   get draft(): readonly MeasuredPoint[] {
     return this.#draft;
   }
 
-  /** What clicks on the surface measure; null if they do nothing. */
+  /** The kind of measurement that clicks on the surface add to; null if clicks have no effect. */
   get kind(): MeasurementKind | null {
     return this.#kind;
   }
@@ -72,14 +72,14 @@ export class MeasureTool {
   choose(kind: MeasurementKind | null): void {
     this.finish();
     this.#kind = kind === this.#kind ? null : kind;
-    // Enter, Backspace and Escape are the tool's on the picture.
+    // While the tool is active, it handles Enter, Backspace and Escape on the picture.
     if (this.#kind) this.#viewer.canvas.focus({ preventScroll: true });
     this.#miss = null;
     this.#viewer.canvas.style.cursor = this.#kind ? "crosshair" : "";
     this.#changed();
   }
 
-  /** Ends a path, and discards what is not complete. */
+  /** Ends a path, and discards incomplete measurements. */
   finish(): void {
     const draft = this.#draft;
     this.#draft = [];
@@ -87,7 +87,7 @@ export class MeasureTool {
     else if (draft.length > 0) this.#changed();
   }
 
-  /** Takes back the last point of the measurement that is being made. */
+  /** Removes the last point of the unfinished measurement. */
   takeBack(): void {
     this.#draft = this.#draft.slice(0, -1);
     this.#changed();
@@ -112,7 +112,7 @@ export class MeasureTool {
     this.set([]);
   }
 
-  /** Adds the point of the surface at a place of the canvas, in CSS pixels. */
+  /** Adds the point of the surface at a position on the canvas, in CSS pixels. */
   pick(x: number, y: number): void {
     const kind = this.#kind;
     if (!kind) return;
@@ -147,7 +147,7 @@ export class MeasureTool {
     this.#down = button === 0 && isPrimary ? { x, y, id, drift: 0 } : null;
   }
 
-  /** A drag that comes back has turned the view all the same. */
+  /** A drag that returns to its start has still rotated the view. */
   #moved({ clientX, clientY, pointerId }: PointerEvent): void {
     const down = this.#down;
     if (down?.id !== pointerId) return;

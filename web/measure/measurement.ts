@@ -3,14 +3,17 @@ import type { Triple } from "../core/types.ts";
 export const measurementKinds = ["point", "distance", "path", "angle", "note"] as const;
 export type MeasurementKind = (typeof measurementKinds)[number];
 
-/** A point of the world. What a pick knows besides is undefined if the point came with a link. */
+/**
+ * A point in the world. The other properties of a pick are undefined if the point comes from a
+ * link.
+ */
 export interface MeasuredPoint {
   position: Triple;
-  /** The value there. */
+  /** The value at the point. */
   value?: number;
   /** World, of unit length. */
   normal?: Triple;
-  /** Level of the cell that was picked: at 0 the point is exact. */
+  /** Level of the picked cell: at 0 the point is exact. */
   level?: number;
 }
 
@@ -21,14 +24,14 @@ export interface Measurement {
   text?: string;
 }
 
-/** Limits of what links and files may contain. */
+/** Limits for links and files. */
 export const mostMeasurements = 500;
 export const mostPoints = 500;
-/** Of all measurements together. */
+/** Limit for all measurements together. */
 export const mostPointsInAll = 10_000;
 export const longestText = 300;
 
-/** How many points each kind has: at least, at most. */
+/** The minimum and maximum number of points of each kind. */
 export const pointCounts: Readonly<Record<MeasurementKind, readonly [number, number]>> = {
   point: [1, 1],
   distance: [2, 2],
@@ -37,12 +40,12 @@ export const pointCounts: Readonly<Record<MeasurementKind, readonly [number, num
   note: [1, 1],
 };
 
-/** The rule that links, files and the page have for texts: those of notes are not empty. */
+/** The rule for texts in links, files and the page: those of notes are not empty. */
 export function isText(kind: MeasurementKind, text: string): boolean {
   return text.length <= longestText && (kind !== "note" || text !== "");
 }
 
-/** The first measurements, as many as the limits allow. */
+/** The first measurements, up to the limits. */
 export function withinLimits(measurements: readonly Measurement[]): readonly Measurement[] {
   let points = 0;
   const beyond = measurements.findIndex((each) => {
@@ -71,13 +74,13 @@ export function angleOf(points: readonly { position: Triple }[]): number | undef
   const [x0, y0, z0] = minus(a.position, corner.position);
   const [x1, y1, z1] = minus(b.position, corner.position);
   const dot = x0 * x1 + y0 * y1 + z0 * z1;
-  // The arc tangent is precise for all angles, the arc cosine is not for small ones.
+  // The arc tangent is precise for all angles; the arc cosine is not for small ones.
   const cross = Math.hypot(y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1);
   if (Math.hypot(x0, y0, z0) === 0 || Math.hypot(x1, y1, z1) === 0) return undefined;
   return (Math.atan2(cross, dot) * 180) / Math.PI;
 }
 
-/** The place of a point of the world in voxels of the volume. */
+/** A point of the world in voxel coordinates of the volume. */
 export function voxelOf(
   {
     origin,

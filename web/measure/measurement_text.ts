@@ -8,10 +8,10 @@ import {
 } from "./measurement.ts";
 
 /**
- * A measurement as text, as the parameters `measure` of the page's address have it:
- * `kind,x,y,z[,x,y,z …]`, and after a `|` its text. Positions are world coordinates, with eight digits.
- * `kind@2` if the coarsest of its points came from a cell of level 2: none is exact. Values and
- * normals are left out.
+ * A measurement as text, in the form of the parameter `measure` of the page's address:
+ * `kind,x,y,z[,x,y,z …]`, and after a `|` its text. Positions are world coordinates, with eight
+ * digits. `kind@2` means that the coarsest cell of its points has level 2, so the points are not
+ * exact. Values and normals are left out.
  */
 export function writeMeasurement({ kind, points, text }: Measurement): string {
   const numbers = points.flatMap(({ position }) => position.map((n) => Number(n.toPrecision(8))));
@@ -19,12 +19,12 @@ export function writeMeasurement({ kind, points, text }: Measurement): string {
   return [level > 0 ? `${kind}@${level}` : kind, ...numbers].join(",") + (text ? `|${text}` : "");
 }
 
-/** The coarsest level of its cells; 0 if it is exact, or not known. */
+/** The coarsest level of its cells; 0 if all points are exact, or the level is not known. */
 export function levelOf(points: readonly MeasuredPoint[]): number {
   return Math.max(0, ...points.map(({ level = 0 }) => level));
 }
 
-/** Undefined if the text is not that of a measurement. */
+/** Undefined if the text is not a measurement. */
 export function readMeasurement(line: string): Measurement | undefined {
   const bar = line.indexOf("|");
   const [head = "", ...parts] = (bar < 0 ? line : line.slice(0, bar)).split(",");
@@ -44,13 +44,13 @@ export function readMeasurement(line: string): Measurement | undefined {
   return { kind, points, ...(text !== "" && { text }) };
 }
 
-/** Text for a cell of a table. Spreadsheets run text that begins so as a formula. */
+/** Text for a cell of a table. Spreadsheets would run some texts as formulas. */
 function cell(text: string): string {
   const safe = /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
   return /[",\n\r]/.test(safe) ? `"${safe.replace(/"/g, '""')}"` : safe;
 }
 
-/** What a table or a file says of a measurement. */
+/** A measurement in a table or a file. */
 export interface MeasurementRow extends Measurement {
   length_mm?: number;
   angle_degrees?: number;

@@ -3,29 +3,29 @@ import type { Chunk } from "../core/records.ts";
 import type { StoreInfo } from "../core/types.ts";
 import type { MeshFormat } from "./types.ts";
 
-/** What a file of a surface costs, before it is made. */
+/** The cost of a file of a surface, before it is created. */
 export interface SurfaceForecast {
   /** Of chunks. */
   bytesToFetch: number;
-  /** About so many; at coarse levels, and in a box, at most about so many. */
+  /** Approximate; at coarse levels, and in a box, an approximate upper bound. */
   triangles: number;
   fileBytes: number;
-  /** To make the triangles, without the time to fetch. */
+  /** Time to compute the triangles, without fetching. */
   seconds: number;
-  /** Why it cannot be made, and what to do; undefined if it can. */
+  /** Why the file cannot be created, and a remedy; undefined if it can. */
   problem?: string;
 }
 
 /**
- * Cells of chunks, fetching excluded. Measured: 1.4 to 3.5 million a second of processor time (engine
- * 60.5 and bonsai 40.5 as STL and GLB, in Node on one core of a server).
+ * Cells of chunks per second, without fetching. Measured: 1.4 to 3.5 million per second of
+ * processor time (engine 60.5 and bonsai 40.5 as STL and GLB, in Node on one core of a server).
  */
 const cellsPerSecond = 2e6;
-/** Most memory of the module, below the 2 GiB that it may have. */
+/** Maximum memory of the module, below its limit of 2 GiB. */
 const mostMemory = 1.7e9;
-/** Of the mesh of a cell, while its layer of blocks is in memory. */
+/** Memory for the mesh of a cell, while its layer of blocks is in memory. */
 const memoryPerCell = 100;
-/** GLB files have 32-bit lengths; files of other formats that are larger fill the device. */
+/** GLB files have 32-bit lengths; larger files of other formats would fill the device. */
 const mostFileBytes = 2 ** 32 - 1;
 /** Header bytes, and bytes of a vertex and of a triangle. */
 const sizes = {
@@ -34,7 +34,10 @@ const sizes = {
   glb: { header: 4124, vertex: 24, triangle: 12 },
 } as const;
 
-/** `chunks`: all that are needed, ascending by z. A surface has about one vertex for each cell. */
+/**
+ * `chunks`: all chunks that are needed, ascending by z. A surface has about one vertex for each
+ * cell.
+ */
 export function forecastOf(
   info: StoreInfo,
   isovalue: number,

@@ -1,5 +1,5 @@
 /**
- * Triangles of isosurfaces. Nothing here is loaded until it is needed.
+ * Triangles of isosurfaces. The module is loaded at its first use.
  *
  *     const { file, triangles } = await saveSurface(source, 60.5, { format: "stl", signal, progress });
  */

@@ -1,4 +1,4 @@
-/** A worker that does one job: it answers each message, and is ended afterwards. */
+/** A worker for one job: it answers each message, and is terminated afterwards. */
 import type { CompiledModule } from "../core/instantiate.ts";
 import type { Chunk } from "../core/records.ts";
 import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
@@ -10,7 +10,7 @@ export type MeshRequest =
   | { chunk: Chunk; bytes: Uint8Array }
   | { finish: true };
 
-/** `isAdded`: of a chunk; false: it is damaged. */
+/** `isAdded`: whether the chunk was added; false: it is damaged. */
 export type MeshAnswer =
   | { isBegun: true }
   | { isAdded: boolean }

@@ -6,7 +6,7 @@ import type { MeshAnswer, MeshRequest } from "./mesh_worker.ts";
 import { SurfaceMesher } from "./surface_mesher.ts";
 import type { MeshJob, MeshResult } from "./types.ts";
 
-/** Does a job, chunk by chunk: one call at a time. */
+/** Runs a job, chunk by chunk: one call at a time. */
 export interface Mesher {
   /** See SurfaceMesher.add. */
   add(chunk: Chunk, bytes: Uint8Array): Promise<boolean>;
@@ -15,7 +15,7 @@ export interface Mesher {
   close(): void;
 }
 
-/** Begins a job in a worker; on the calling thread where there are none (Node). */
+/** Begins a job in a worker, or on the calling thread if there are no workers (Node). */
 export async function beginMesher(job: MeshJob): Promise<Mesher> {
   const program = await compileMesh();
   if (typeof Worker === "undefined") return inline(await SurfaceMesher.begin(program, job));

@@ -6,11 +6,11 @@ import type { MeshJob, MeshResult } from "./types.ts";
 export interface JobOptions {
   /** Ends the job; it then rejects with the signal's reason. */
   signal?: AbortSignal;
-  /** Called for each chunk: the share of the bytes that are done, 0 to 1. */
+  /** Called for each chunk: the fraction of the bytes that are done, 0 to 1. */
   progress?(share: number): void;
 }
 
-/** Reads chunks and does a job with them. */
+/** Reads chunks and passes them to a job. */
 export async function runJob(
   reader: SurfaceReader,
   chunks: readonly Chunk[],

@@ -28,7 +28,7 @@ export interface SavedSurface {
   triangles: number;
 }
 
-/** What a surface to save costs. Fetches the directory's pages for it. */
+/** The cost of saving a surface. Fetches pages of the directory for this. */
 export async function forecastSurface(
   from: Source | SurfaceReader,
   isovalue: number,
@@ -38,10 +38,11 @@ export async function forecastSurface(
 }
 
 /**
- * The isosurface of an isovalue as a file of triangles: the same bytes as `isosplat extract --mesh`
- * writes with the same comment. Fetches all chunks that the isovalue needs, and makes the triangles in
- * a worker (in Node, on the calling thread), layer by layer. Rejects with a StreamError, a CoreError
- * (not_found: no such level; out_of_memory: `SurfaceForecast.problem`), or the signal's reason.
+ * The isosurface of an isovalue as a file of triangles. The bytes equal those that `isosplat
+ * extract --mesh` writes with the same comment. Fetches all chunks that the isovalue needs, and
+ * computes the triangles in a worker (in Node, on the calling thread), layer by layer. Rejects with
+ * a StreamError, a CoreError (not_found: no such level; out_of_memory: `SurfaceForecast.problem`),
+ * or the signal's reason.
  */
 export async function saveSurface(
   from: Source | SurfaceReader,

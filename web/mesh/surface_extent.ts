@@ -4,9 +4,12 @@ import type { SurfaceReader } from "./surface_reader.ts";
 export interface SurfaceExtent {
   /** World units². */
   area: number;
-  /** Of the values above the isovalue, world units³; undefined if the volume has missing voxels. */
+  /**
+   * Volume of the region with values above the isovalue, world units³; undefined if the volume has
+   * missing voxels.
+   */
   volumeAbove?: number;
-  /** Of the whole grid, world units³. */
+  /** Volume of the whole grid, world units³. */
   gridVolume: number;
 }
 

@@ -13,10 +13,10 @@ const tailBuffer = 1;
 const headerBuffer = 2;
 const numbersBuffer = 3;
 
-/** Statuses of a chunk whose bytes are damaged: it can be fetched again. */
+/** Statuses of a chunk with damaged bytes, which can be fetched again. */
 const damaged = new Set(["checksum_mismatch", "malformed_chunk", "truncated"]);
 
-/** Does a job on the calling thread, with a module instance of its own. Throws CoreErrors. */
+/** Runs a job on the calling thread, with a separate module instance. Throws CoreErrors. */
 export class SurfaceMesher {
   readonly #module: MeshModule;
   readonly #isFile: boolean;
@@ -64,7 +64,8 @@ export class SurfaceMesher {
       ),
     );
     if (!box) return;
-    // A side of the whole volume is no side: coarse cells may reach beyond the last voxel.
+    // A side of the box at the volume's border does not clip: coarse cells may reach beyond the
+    // last voxel.
     const low = box.low.map((n, i) => (n <= 0 ? -Infinity : n * ((info.voxels[i] ?? 1) - 1)));
     const high = box.high.map((n, i) => (n >= 1 ? Infinity : n * ((info.voxels[i] ?? 1) - 1)));
     const corners = Float64Array.from([...low, ...high]);
@@ -74,8 +75,8 @@ export class SurfaceMesher {
   }
 
   /**
-   * Adds a chunk of the level: of a file, in ascending order by z, then y, then x. False if its bytes
-   * are damaged.
+   * Adds a chunk of the level: for a file, in ascending order by z, then y, then x. Returns false
+   * if its bytes are damaged.
    */
   add(chunk: Chunk, bytes: Uint8Array): boolean {
     const module = this.#module;
@@ -110,7 +111,7 @@ export class SurfaceMesher {
     };
   }
 
-  /** Takes the bytes of the parts that are complete. */
+  /** Takes the bytes of the completed parts. */
   #encode(): void {
     while (this.#module._isosplat_mesh_parts_left() > 0) {
       this.#check(this.#module._isosplat_mesh_encode_part());

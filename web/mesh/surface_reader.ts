@@ -9,24 +9,24 @@ import type { Source } from "../stream/source.ts";
 import { StreamError } from "../stream/types.ts";
 import type { GridBox } from "./types.ts";
 
-/** Chunks of a request. */
+/** Number of chunks in a request. */
 const chunksTogether = 32;
 /** Cells of a block along each axis (kBlockCells). */
 const blockCells = 64;
 
-/** Reads all chunks of an isovalue, whatever a view shows. Nothing of them becomes resident. */
+/** Reads all chunks of an isovalue, independent of any view. None of them becomes resident. */
 export class SurfaceReader {
   readonly #access: StoreAccess;
   readonly #end: () => void;
 
-  /** Of an open volume: `StreamSession.access`. */
+  /** `access`: of an open volume, StreamSession.access. */
   constructor(access: StoreAccess, end: () => void = () => {}) {
     this.#access = access;
     this.#end = end;
   }
 
   /**
-   * Opens a store of its own; close() frees it. A source that fails three times in a row ends the
+   * Opens a separate store, which close() frees. A source that fails three times in a row ends the
    * reading with its error.
    */
   static async open(source: Source, signal: AbortSignal, core?: Core): Promise<SurfaceReader> {
@@ -54,8 +54,8 @@ export class SurfaceReader {
   }
 
   /**
-   * The chunks that an isovalue needs at a level, ascending by z, then y, then x: those whose blocks
-   * may have cells in the box. Fetches the pages of the directory that are missing.
+   * The chunks that an isovalue needs at a level, ascending by z, then y, then x: those whose
+   * blocks may have cells in the box. Fetches missing pages of the directory.
    */
   async chunksOf(
     isovalue: number,
@@ -83,10 +83,11 @@ export class SurfaceReader {
   }
 
   /**
-   * Fetches chunks, and calls `arrived` for one after the other, in their order, while the next ones
-   * are on the way. The bytes are not checked. Requests that fail are repeated, as those of a view are;
-   * a chunk for which `arrived` resolves to false is damaged: it is fetched once more, past all caches.
-   * Rejects with a StreamError, the signal's reason, or that of `arrived`.
+   * Fetches chunks, and calls `arrived` for one after the other, in their order, while the next
+   * ones are in flight. The bytes are not checked. Failed requests are repeated, like those of a
+   * view. A chunk for which `arrived` resolves to false is damaged: it is fetched once more,
+   * bypassing all caches. Rejects with a StreamError, the signal's reason, or the reason of
+   * `arrived`.
    */
   async read(
     chunks: readonly Chunk[],

@@ -1,6 +1,6 @@
 import type { StoreInfo, Triple } from "../core/types.ts";
 
-/** The formats of files; their numbers in the module are their places here (MeshFormatId). */
+/** The formats of files. Their indices are their numbers in the module (MeshFormatId). */
 export const meshFormats = ["stl", "ply", "glb"] as const;
 export type MeshFormat = (typeof meshFormats)[number];
 
@@ -32,7 +32,7 @@ export interface ExtentJob {
 
 export type MeshJob = FileJob | ExtentJob;
 
-/** What a job yields: see isosplat_mesh_summary. `file`: of a FileJob. */
+/** The result of a job: see isosplat_mesh_summary. `file`: of a FileJob. */
 export interface MeshResult {
   numbers: readonly [number, number, number];
   file?: Blob;
