@@ -1,4 +1,6 @@
-/** What `import … from "isosplat"` gives: the element, and what most programs need beside it. */
+/**
+ * The exports of `import … from "isosplat"`: the element, and what most programs need in addition.
+ */
 
 export { CoreError } from "../core/calls.ts";
 export { AssetError } from "../core/compile_asset.ts";

@@ -1,29 +1,29 @@
 import { defaultSampleBudget } from "../stream/device.ts";
 
-/** An element that needs a WebGL context while it can be seen. */
+/** An element that needs a WebGL context while it is visible. */
 export interface ContextUser {
-  /** Some part of it is in the window. */
+  /** Whether some part of it is in the window. */
   readonly isVisible: boolean;
-  /** Its picture will still change without further calls. */
+  /** Whether its picture will still change without further calls. */
   readonly isBusy: boolean;
-  /** The keyboard is in it: it keeps its context. */
+  /** Whether it has the keyboard focus, and therefore keeps its context. */
   readonly isFocused: boolean;
-  /** It has a context now, and may hold this many samples (16 bytes each) on the GPU. */
+  /** Grants it a context. It may hold this many samples (16 bytes each) on the GPU. */
   grant(sampleBudget: number): void;
-  /** The number of users has changed, and with it the share of each. */
+  /** Sets its share of the samples, after the number of users has changed. */
   setSampleBudget(samples: number): void;
   /** Keeps a still picture and frees the context. */
   suspend(): Promise<void>;
 }
 
 /**
- * Decides which elements of a page have a WebGL context: browsers have few of them (about 16 in a
- * process), and each has memory on the GPU. An element that has none shows its last picture. The
- * sample budget is shared: each holder has an equal part.
+ * Decides which elements of a page have a WebGL context: browsers have few contexts (about 16 in a
+ * process), and each takes memory on the GPU. An element without one shows its last picture. All
+ * elements with a context share the sample budget in equal parts.
  *
- * If all contexts are in use, one is taken from a holder that is out of sight; else from one whose
- * picture is finished; else, if the request is urgent, from any other; never from the one that has
- * the focus. Of several it is the one whose last use is the longest ago.
+ * If all contexts are in use, one is taken from an element that is out of sight; else from one
+ * whose picture is finished; else, if the request is urgent, from any other; never from the one
+ * with the focus. If there are several candidates, the least recently used one is chosen.
  */
 export class ContextPool {
   readonly #limit: number;
@@ -40,9 +40,12 @@ export class ContextPool {
     this.#budget = budget;
   }
 
-  /** The user wants a context, or uses the one that it has. isUrgent: a visitor is waiting for it. */
+  /**
+   * Requests a context, or reports the use of an existing one. isUrgent: a visitor is waiting for
+   * it.
+   */
   request(user: ContextUser, isUrgent = false): void {
-    // One that is being suspended waits for a new context.
+    // A user that is being suspended waits for a new context.
     if (user !== this.#suspending && this.#holders.delete(user)) {
       this.#holders.add(user);
       return;
@@ -52,7 +55,7 @@ export class ContextPool {
     this.#assign();
   }
 
-  /** The user wants no context any more. It has freed its own, if it had one. */
+  /** The user needs no context any more. It must have freed its context, if it had one. */
   release(user: ContextUser): void {
     this.#waiting.delete(user);
     this.#urgent.delete(user);

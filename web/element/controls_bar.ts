@@ -56,13 +56,13 @@ export class ControlsBar {
     this.show(this.#isovalue);
   }
 
-  /** The range and the units of a volume. */
+  /** Sets the range and the units of a volume. */
   opened({ range, metadata }: StoreInfo): void {
     [this.#slider.min, this.#slider.max] = [String(range[0]), String(range[1])];
     this.#units.textContent = metadata.units ?? "";
   }
 
-  /** Undefined: there is none yet, and what is shown stays. */
+  /** Shows an isovalue. Undefined: there is none yet, and the controls do not change. */
   show(isovalue: number | undefined): void {
     if (isovalue === undefined) return;
     this.#isovalue = isovalue;

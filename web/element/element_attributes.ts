@@ -31,7 +31,7 @@ export function cameraOf(element: Element): Camera | undefined {
   return camera && { ...camera, projection: projectionOf(element) };
 }
 
-/** The fault of an attribute that cannot be used. */
+/** The fault for an attribute with an invalid value. */
 export function expected(name: string, found: string, what: string): StreamError {
   return new StreamError("bad-address", `${name}="${found}": expected ${what}`);
 }

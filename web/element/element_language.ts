@@ -1,8 +1,8 @@
 import { firstKnown, type Language } from "../texts/languages.ts";
 
 /**
- * The language of an element: that of its attribute `lang`, or of the nearest element around it that
- * has one, in this document. English if there are no texts in it.
+ * The language of an element: that of its attribute `lang`, or of the nearest enclosing element
+ * with one, in this document. English if there are no texts in that language.
  */
 export function languageOf(element: Element): Language {
   for (let each: Element | null = element; each; each = parentOf(each)) {

@@ -6,14 +6,14 @@ import { languageOf } from "./element_language.ts";
 import { OverlayArea } from "./overlay_area.ts";
 import { PictureArea } from "./picture_area.ts";
 
-/** What visitors do with the parts of an element. */
+/** Actions of visitors on the parts of an element. */
 export interface ElementPartsActions {
   setIsovalue(isovalue: number): void;
   /** A face of the clip box was dragged. */
   changeClip(clip: Clip): void;
   /** Returns to the first view. */
   reset(): void;
-  /** What is to be shown above the picture could not be loaded. */
+  /** The overlays above the picture could not be loaded. */
   overlaysFailed(error: unknown): void;
 }
 
@@ -73,12 +73,12 @@ export class ElementParts {
     this.#message.hidden = true;
   }
 
-  /** There is no picture of the volume yet. */
+  /** Shows the poster while there is no picture of the volume yet. */
   showPoster(): void {
     this.#poster.hidden = false;
   }
 
-  /** The canvas has a picture of the volume. */
+  /** Shows the canvas once it has a picture of the volume. */
   showCanvas(): void {
     this.#poster.hidden = true;
     this.picture.removeStill();

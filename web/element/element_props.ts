@@ -2,11 +2,13 @@ import type { Source } from "../stream/source.ts";
 import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
 
-/** What frameworks set: attributes, and properties where the element has them under the same name. */
+/**
+ * The properties that frameworks set: attributes, and properties of the element with the same name.
+ */
 export interface IsosplatViewerProps {
   src?: string | undefined;
   source?: Source | null | undefined;
-  /** The attribute, for the first isovalues; `isovalues` are those of now. */
+  /** The attribute, for the first isovalues; `isovalues` are the present ones. */
   isovalue?: string | number | undefined;
   isovalues?: readonly number[] | undefined;
   surfaces?: readonly Surface[] | undefined;

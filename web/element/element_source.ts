@@ -5,9 +5,9 @@ import type { Source } from "../stream/source.ts";
 const serverPath = /^(.*\/)v1\/volumes\/([^/]+)\/?$/;
 
 /**
- * The source that an address names: `…/v1/volumes/NAME` is a volume of an Isosplat server, anything
- * else the file of a store. A query of the former is added to every request, as signed links need
- * it. `base`: the address of the document. Undefined if it is not an http or https address.
+ * The source at a URL: `…/v1/volumes/NAME` is a volume of an Isosplat server, any other URL is the
+ * file of a store. The query of a volume's URL is added to every request, as signed links require.
+ * `base`: the URL of the document. Undefined if it is not an http or https URL.
  */
 export function sourceOf(src: string, base: string): Source | undefined {
   let url: URL;

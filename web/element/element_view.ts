@@ -18,27 +18,30 @@ export interface ElementViewHost {
   viewer(): Viewer | null;
   /** The open volume; null before the first. */
   info(): StoreInfo | null;
-  /** The volume is being opened: what changes now is the volume's default. */
+  /** Whether the volume is being opened: changes at this time are the volume's defaults. */
   isOpening(): boolean;
-  /** Something is to be drawn. */
+  /** Requests a draw. */
   wake(): void;
   surfacesChanged(): void;
   clipChanged(): void;
 }
 
 /**
- * What an element shows: the surfaces of its volume; and of the picture the camera, clipping, slices and
- * look. Keeps them whether a viewer exists or not, passes them on to it, reports their changes as events,
- * and shares them with the group of the element.
+ * The content of an element: the surfaces of its volume, and the camera, clipping, slices and look
+ * of its picture. Keeps them even without a viewer, passes them to the viewer, reports their
+ * changes as events, and shares them with the group of the element.
  */
 export class ElementView {
   readonly #element: HTMLElement;
   readonly #host: ElementViewHost;
   readonly #linked: LinkedElement = { receive: (view) => this.#receive(view) };
   #isAttached = false;
-  /** Not 0 while the viewer is being set to a view of the group, which is not sent back. */
+  /** Not 0 while the viewer is being set to a view of the group, which must not be sent back. */
   #receiving = 0;
-  /** What attributes, calls, gestures or the group have set; the volume's defaults are not in it. */
+  /**
+   * The values that attributes, calls, gestures or the group have set, without the volume's
+   * defaults.
+   */
   #chosen: LinkedView = {};
   /** Empty until the attribute, a call or the volume has isovalues. */
   #surfaces: readonly Surface[] = [];
@@ -94,7 +97,7 @@ export class ElementView {
     return isovalues;
   }
 
-  /** Those that an element has by its attribute, or by the volume once it is open. */
+  /** The isovalues of the attribute, or those of the volume once it is open. */
   #firstIsovalues(): readonly number[] {
     const info = this.#host.info();
     return isovaluesOf(this.#element) ?? (info ? [firstSurface(info).isovalue] : []);
@@ -110,7 +113,7 @@ export class ElementView {
     const before = projectionOf(this.#element);
     const camera = { ...asked, projection: asked.projection ?? before };
     this.#camera = camera;
-    // The attribute is what the picture has; its callback finds the camera as it is.
+    // The attribute follows the picture; its callback finds the camera unchanged.
     if (camera.projection !== before) this.#element.setAttribute("projection", camera.projection);
     this.#host.wake();
     const viewer = this.#host.viewer();
@@ -168,7 +171,7 @@ export class ElementView {
 
   // ---- Volumes ----
 
-  /** A new viewer, in which no volume is open. */
+  /** Applies the view to a new viewer, in which no volume is open. */
   applyTo(viewer: Viewer): void {
     viewer.setLook(this.#look);
     viewer.setClip(this.#clip);
@@ -184,7 +187,10 @@ export class ElementView {
     };
   }
 
-  /** A volume is open: what has not been set is the volume's; what was set meanwhile is the viewer's. */
+  /**
+   * Called when a volume is open. Values that were not set become the volume's; values that were
+   * set meanwhile become the viewer's.
+   */
   opened(viewer: Viewer): void {
     if (this.#surfaces.length > 0) viewer.setSurfaces(this.#surfaces);
     else this.isovalues = viewer.surfaces.map(({ isovalue }) => isovalue);
@@ -195,14 +201,16 @@ export class ElementView {
     }
   }
 
-  /** Another volume has the view of the attributes, of the group, or its own. */
+  /**
+   * Another volume starts with the view of the attributes, of the group, or with its default view.
+   */
   reset(): void {
     this.#leave();
     const camera = cameraOf(this.#element);
     this.#camera = camera ?? null;
     const isovalues = this.readIsovalues();
     if (!isovalues) this.#surfaces = [];
-    // Isovalues and the range of slices are values of the volume before.
+    // Isovalues and the range of slices are values of the previous volume.
     const { range, ...planes } = this.#slices;
     if (range) {
       this.#slices = planes;
@@ -221,7 +229,7 @@ export class ElementView {
 
   // ---- The group ----
 
-  /** The element is in a document, or no longer. */
+  /** The element was added to a document, or removed. */
   setAttached(isAttached: boolean): void {
     this.#isAttached = isAttached;
     if (isAttached) this.#join();
@@ -261,7 +269,10 @@ export class ElementView {
     }
   }
 
-  /** Reports a change to listeners; and to the group, unless it came from there or from opening. */
+  /**
+   * Reports a change to listeners. Also reports it to the group, unless it came from there or from
+   * opening.
+   */
   #changed<K extends keyof IsosplatViewerEvents>(
     name: K,
     detail: IsosplatViewerEvents[K]["detail"],

@@ -11,12 +11,13 @@ import type { ElementView } from "./element_view.ts";
 import { contexts, sharedWorkers } from "./page_resources.ts";
 import { stillOf } from "./picture_area.ts";
 
-/** How long the renderer may take to arrive before the element says so. */
+/** The time that the renderer may take to load before the element reports it. */
 const startLimitMs = 4000;
 
 /**
- * The viewer of an element: exists while the pool grants the element a WebGL context. Opens the source
- * with the element's view, tries again after faults, reports, and leaves a still picture behind.
+ * The viewer of an element. It exists while the pool grants the element a WebGL context. Opens the
+ * source with the element's view, retries after faults, reports events, and leaves a still picture
+ * behind.
  */
 export class ElementViewer {
   readonly #element: HTMLElement;
@@ -36,7 +37,7 @@ export class ElementViewer {
   #isVisible = false;
   #hasPicture = false;
   #wasComplete = false;
-  /** The volume of the last `#open()` is open, and set to the element's view. */
+  /** Whether the volume of the last `#open()` is open and has the element's view. */
   #isOpen = false;
   #info: StoreInfo | null = null;
   #progress: Progress | null = null;
@@ -67,12 +68,12 @@ export class ElementViewer {
     return this.#progress;
   }
 
-  /** The viewer has opened a volume, and is not yet set to the element's view. */
+  /** Whether the viewer has opened a volume that does not have the element's view yet. */
   get isOpening(): boolean {
     return this.#viewer?.info != null && !this.#isOpen;
   }
 
-  /** Another volume, or none. */
+  /** Sets another source, or none. */
   setSource(source: Source | null): void {
     const isFirst = this.#source === null;
     this.#source = source;
@@ -89,7 +90,7 @@ export class ElementViewer {
     }
   }
 
-  /** The element is in a document: it has a viewer when it is seen. */
+  /** The element was added to a document. It gets a viewer once it is visible. */
   attach(): void {
     this.#sight.observe(this.#element);
   }
@@ -104,12 +105,12 @@ export class ElementViewer {
     contexts.release(this.#user);
   }
 
-  /** Something is to be drawn, or a visitor is about to use the element (isUrgent). */
+  /** Requests a draw, also when a visitor is about to use the element (isUrgent). */
   wake(isUrgent = false): void {
     if (this.#isVisible && this.#source) contexts.request(this.#user, isUrgent);
   }
 
-  /** Retries at once what waits for its next attempt. */
+  /** Retries at once everything that waits for its next attempt. */
   retry(): void {
     if (this.#info || !this.#viewer) this.#viewer?.retry();
     else void this.#open();
@@ -195,7 +196,7 @@ export class ElementViewer {
     const { picture } = this.#parts;
     // Null if nothing has been drawn in this context: an older picture stays.
     const still = this.#viewer && this.#hasPicture ? await stillOf(this.#viewer) : null;
-    // The focus may have come while the picture was being made.
+    // The element may have received the focus while the picture was being made.
     const { activeElement } = this.#root;
     const hadFocus = activeElement !== null && activeElement === this.#viewer?.canvas;
     this.#close();
@@ -205,7 +206,7 @@ export class ElementViewer {
     else URL.revokeObjectURL(still.src);
   }
 
-  /** Ends everything that runs, and frees the context. */
+  /** Ends all running work, and frees the context. */
   #close(): void {
     clearTimeout(this.#reopenTimer);
     this.#opening?.abort();
@@ -247,7 +248,7 @@ export class ElementViewer {
     }
   }
 
-  /** A request that is never answered causes no error. */
+  /** Reports a renderer that arrives late: a request that is never answered causes no error. */
   #reportLateRenderer(signal: AbortSignal): void {
     const timer = setTimeout(() => {
       if (signal.aborted) return;

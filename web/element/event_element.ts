@@ -1,6 +1,8 @@
 import type { IsosplatViewerEvents } from "./element_events.ts";
 
-/** Servers that render pages have no elements: there the modules can be imported, and do nothing. */
+/**
+ * Servers that render pages have no elements. The modules can be imported there, and do nothing.
+ */
 const BaseElement: typeof HTMLElement = globalThis.HTMLElement ?? class {};
 
 /** An element whose listeners receive the types of `IsosplatViewerEvents`. */

@@ -7,7 +7,7 @@ const views = document.querySelector<HTMLElement>(".views");
 const form = document.querySelector<HTMLFormElement>("#attributes");
 const source = document.querySelector<HTMLElement>("#source");
 
-/** The addresses of the volumes: of a server's list, or of the catalog of a static site. */
+/** The URLs of the volumes, from a server's list or the catalog of a static site. */
 async function volumes(): Promise<{ name: string; src: string }[]> {
   const server = await fetch("v1/volumes");
   if (server.ok) {
@@ -20,7 +20,7 @@ async function volumes(): Promise<{ name: string; src: string }[]> {
   return list.map(({ name, url }) => ({ name, src: url }));
 }
 
-/** The attributes of both views beside `src`; what is empty is left out. */
+/** The attributes of both views in addition to `src`; empty ones are left out. */
 function attributes(): [first: Map<string, string>, second: Map<string, string>] {
   const entries = [...(form ? new FormData(form) : [])]
     .map(([name, value]) => [name, name === "controls" ? "" : String(value).trim()] as const)
@@ -33,7 +33,7 @@ function attributes(): [first: Map<string, string>, second: Map<string, string>]
 }
 
 function markup(src: string, all: ReadonlyMap<string, string>): string {
-  // As text of an attribute: it may be copied into a page.
+  // Escaped for the text of an attribute, since it may be copied into a page.
   const escaped = (text: string) => text.replaceAll("&", "&amp;").replaceAll('"', "&quot;");
   const list = [["src", src], ...all].map(([name, value]) =>
     value ? `${name}="${escaped(value ?? "")}"` : name,
@@ -41,7 +41,9 @@ function markup(src: string, all: ReadonlyMap<string, string>): string {
   return `<isosplat-viewer ${list.join(" ")}></isosplat-viewer>`;
 }
 
-/** Sets what has changed only: an attribute that is set again would undo what a visitor did since. */
+/**
+ * Sets only changed attributes: setting an attribute again would undo later changes by a visitor.
+ */
 function assign(element: IsosplatViewerElement, all: ReadonlyMap<string, string>): void {
   const names = "isovalue colour opacity background projection show link controls".split(" ");
   for (const name of names) {

@@ -35,18 +35,18 @@ const ownProperties =
  * @attr {string} projection - `perspective` (the default) or `orthographic`.
  * @attr {string} background - The colour behind the surfaces, `rrggbb`. Default: white.
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
- * @attr {string} show - What is shown above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
- * @attr {string} lang - The language of the element: `en` or `de`. Default: that of the element around it that has one, when the element is added to the page. Messages of faults are English.
+ * @attr {string} show - The overlays above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
+ * @attr {string} lang - The language of the element: `en` or `de`. Default: that of the nearest enclosing element with this attribute, when the element is added to the page. Messages of faults are in English.
  * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues, clipping and slices.
  *
  * @fires {CustomEvent<StoreInfo>} opened - A volume is open. Its first surface follows.
  * @fires {CustomEvent<Progress>} progress - The streaming progress has changed.
  * @fires {CustomEvent<Progress>} complete - Everything visible is drawn at the level that the view resolves.
- * @fires {CustomEvent<Camera>} camerachange - The camera moved: by a gesture, by a call, or by the group.
+ * @fires {CustomEvent<Camera>} camerachange - The camera has moved: by a gesture, by a call, or by the group.
  * @fires {CustomEvent<readonly number[]>} isovaluechange - The isovalues have changed: by the controls, by a call, or by the group.
  * @fires {CustomEvent<Clip>} clipchange - The clipping has changed: by a call, or by the group.
  * @fires {CustomEvent<Slices>} sliceschange - The slices have changed: by a call, or by the group.
- * @fires {CustomEvent<StreamError | RendererError>} fault - Something failed. `detail.message` says what was expected, what was found, and the remedy; the element tries again where that can help.
+ * @fires {CustomEvent<StreamError | RendererError>} fault - Something failed. `detail.message` states the expected value, the found value, and the remedy; the element retries where this can help.
  *
  * @slot - Shown above the picture, such as a caption.
  * @slot poster - Shown until the first surface.
@@ -146,7 +146,7 @@ export class IsosplatViewerElement extends EventElement {
     else this.removeAttribute("src");
   }
 
-  /** Where the bytes come from. Set it in place of `src` for tokens and headers of requests. */
+  /** The source of the bytes. Set it instead of `src` for requests with tokens and headers. */
   get source(): Source | null {
     return this.#viewer.source;
   }
@@ -162,7 +162,7 @@ export class IsosplatViewerElement extends EventElement {
     this.toggleAttribute("controls", value);
   }
 
-  /** What is shown above the picture: the attribute. */
+  /** The overlays above the picture: the attribute. */
   get show(): string {
     return this.getAttribute("show") ?? "";
   }
@@ -181,8 +181,8 @@ export class IsosplatViewerElement extends EventElement {
   }
 
   /**
-   * The isovalues. New ones keep the colours of the surfaces that are there. Null or undefined: those
-   * of the attribute, else the volume's first suggestion.
+   * The isovalues. New ones keep the colours of the existing surfaces. Null or undefined: those of
+   * the attribute, else the volume's first suggestion.
    */
   get isovalues(): readonly number[] {
     return this.#view.isovalues;
@@ -215,7 +215,7 @@ export class IsosplatViewerElement extends EventElement {
     this.setAttribute("projection", projection);
   }
 
-  /** The part of the volume that is shown. Null or undefined: all of it. */
+  /** The part of the volume that is shown. Null or undefined: the whole volume. */
   get clip(): Clip {
     return this.#view.clip;
   }
@@ -224,9 +224,9 @@ export class IsosplatViewerElement extends EventElement {
   }
 
   /**
-   * Planes that show the volume's values where cells are loaded, hatched elsewhere: `along` has the places
-   * across x, y and z, as fractions of the volume or null, `plane` an oblique one, `range` the values that are
-   * black and white. Null or undefined: none.
+   * Planes that show the volume's values where cells are loaded, and are hatched elsewhere. `along`
+   * has the positions across x, y and z, as fractions of the volume or null; `plane` is an oblique
+   * plane; `range` has the values shown as black and white. Null or undefined: none.
    */
   get slices(): Slices {
     return this.#view.slices;
@@ -235,7 +235,10 @@ export class IsosplatViewerElement extends EventElement {
     this.#view.slices = asked;
   }
 
-  /** Splats, colouring, background and light. What is set is added to what was set before. */
+  /**
+   * Splats, colouring, background and light. A new value changes only the settings that it
+   * contains.
+   */
   get look(): Partial<Look> {
     return this.#view.look;
   }
@@ -264,7 +267,7 @@ export class IsosplatViewerElement extends EventElement {
     this.viewer?.reset();
   }
 
-  /** Retries at once what waits for its next attempt. */
+  /** Retries at once everything that waits for its next attempt. */
   retry(): void {
     this.#viewer.retry();
   }
@@ -276,7 +279,7 @@ export class IsosplatViewerElement extends EventElement {
   }
 
   /**
-   * The first surface as a file of triangles, at full detail unless `options` say otherwise: see
+   * The first surface as a file of triangles, at full detail unless `options` state otherwise: see
    * `saveSurface` of `isosplat/mesh`. Rejects if no volume is open.
    */
   async saveSurface(options: SaveSurfaceOptions = {}): Promise<SavedSurface> {
@@ -288,7 +291,7 @@ export class IsosplatViewerElement extends EventElement {
     return saveSurface(access ? new SurfaceReader(access) : source, isovalue, options);
   }
 
-  /** A property that was set before the element was defined is an own property: sets it again. */
+  /** A property that was set before the element was defined is an own property. Sets it again. */
   #takeProperty(name: string): void {
     if (!Object.hasOwn(this, name)) return;
     const element = this as unknown as Record<string, unknown>;

@@ -1,6 +1,6 @@
 import type { Camera, Clip, Slices } from "../viewer/types.ts";
 
-/** What linked elements have in common. */
+/** The view that linked elements share. */
 export interface LinkedView {
   camera?: Camera;
   isovalues?: readonly number[];
@@ -9,7 +9,7 @@ export interface LinkedView {
 }
 
 export interface LinkedElement {
-  /** Another element of the group has changed these. Must not send them on. */
+  /** Receives changes of another element of the group. Must not send them on. */
   receive(view: LinkedView): void;
 }
 
@@ -18,7 +18,8 @@ export class LinkGroups {
   readonly #groups = new Map<string, { members: Set<LinkedElement>; view: LinkedView }>();
 
   /**
-   * Returns the view of the group as far as it is known; what it lacks, the others receive from `own`.
+   * Returns the known view of the group. The other elements receive from `own` what the group
+   * lacks.
    */
   join(name: string, element: LinkedElement, own: LinkedView = {}): LinkedView {
     const group = this.#groups.get(name) ?? { members: new Set(), view: {} };
@@ -36,7 +37,7 @@ export class LinkGroups {
     if (group?.members.size === 0) this.#groups.delete(name);
   }
 
-  /** Sets the view of the group. All members but the sender receive what is given. */
+  /** Changes the view of the group. All members except the sender receive `view`. */
   send(name: string, sender: LinkedElement, view: LinkedView): void {
     const group = this.#groups.get(name);
     if (!group?.members.has(sender)) return;

@@ -21,9 +21,9 @@ import { sameValue } from "./same_value.ts";
 /** The part of an AFM model that is used. */
 export interface NotebookModel {
   get(name: string): unknown;
-  /** Calls the listeners of `change:name` at once if the value is another. */
+  /** If the value differs, calls the listeners of `change:name` at once. */
   set(name: string, value: unknown): void;
-  /** Sends what was set to the kernel. */
+  /** Sends the changes to the kernel. */
   save_changes(): void;
   on(event: string, listener: () => void): void;
   off(event: string, listener: () => void): void;
@@ -31,25 +31,29 @@ export interface NotebookModel {
 
 type Applier = (value: unknown) => void;
 
-/** Between two messages to the kernel. Views of the same model need none: they follow at once. */
+/**
+ * Interval between two messages to the kernel. Views of the same model follow at once, without
+ * messages.
+ */
 const saveIntervalMs = 100;
 
 /**
- * Models that a view is writing back to what it made of their values. Other views do not apply that:
- * each makes the same of a value, and two that differed in the last digit would go on for ever.
+ * Models to which a view is writing back the values that its element has derived. Other views do
+ * not apply these values: each derives the same ones, and two views that differ in the last digit
+ * would never stop.
  */
 const writingBack = new WeakSet<NotebookModel>();
 
-/** A pointer that moved further than this has turned the view, and picks nothing. */
+/** A pointer that moved farther than this has rotated the view, and picks nothing. */
 const clickRadiusPx = 4;
 
 /**
- * One view of a model: an element whose properties and the model's traits follow each other.
+ * One view of a model: an element whose properties are synchronized with the model's traits.
  *
- * Changes of the model are applied together, after all of them are there: a new `src` resets the
- * view, so it comes before an isovalue that was set with it. While they are applied, nothing is
- * written to the model; what the element made of them is written afterwards, if it differs. So a
- * value is not sent back to where it came from.
+ * Changes of the model are applied together, once all of them have arrived: a new `src` resets the
+ * view, so it is applied before an isovalue that was set with it. Meanwhile nothing is written to
+ * the model. Afterwards the values that the element has derived are written, if they differ. So a
+ * value is not sent back to its origin.
  */
 export class Notebook {
   readonly element: IsosplatViewerElement = document.createElement("isosplat-viewer");
@@ -59,7 +63,7 @@ export class Notebook {
   readonly #changed = new Set<TraitName>();
   /**
    * Why values of the program could not be applied. They stay in the model, where the program finds
-   * them, until it sets others or a visitor changes the view.
+   * them, until the program sets others or a visitor changes the view.
    */
   readonly #refused = new Map<TraitName, string>();
   #elementFault = "";
@@ -84,7 +88,7 @@ export class Notebook {
     this.#apply();
   }
 
-  /** Removes the element, its WebGL context and every listener. What was set is still saved. */
+  /** Removes the element, its WebGL context and every listener. Pending changes are still saved. */
   dispose(): void {
     if (this.#ended.signal.aborted) return;
     this.#ended.abort();
@@ -213,7 +217,7 @@ export class Notebook {
     this.#writeFault();
   }
 
-  /** A visitor changes the view: what was refused is replaced by it. */
+  /** A visitor has changed the view, which replaces the refused values. */
   #takeOver(): void {
     if (this.#refused.size === 0) return;
     this.#refused.clear();
@@ -227,13 +231,13 @@ export class Notebook {
     this.#onFault(fault?.message ?? "");
   }
 
-  /** With its projection, which a camera of the element need not name. */
+  /** The camera with its projection, which a camera of the element may lack. */
   get #camera(): Camera | null {
     const { camera } = this.element;
     return camera && { ...camera, projection: camera.projection ?? "perspective" };
   }
 
-  /** Before a volume is open, what is not known yet stays as the program has set it. */
+  /** Before a volume is open, unknown values stay as the program has set them. */
   #writeView(): void {
     const { surfaces, clip, slices } = this.element;
     const camera = this.#camera;

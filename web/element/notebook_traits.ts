@@ -1,4 +1,4 @@
-/** The traits of the notebook widget: names, defaults, and what is accepted. */
+/** The traits of the notebook widget: names, defaults, and accepted values. */
 import type { Triple } from "../core/types.ts";
 import { readColour, readProjection } from "../viewer/setting_text.ts";
 import type { Camera, Clip, Slices, Surface } from "../viewer/types.ts";
@@ -15,7 +15,7 @@ export interface PickedPoint {
   isovalue: number;
 }
 
-/** The volume that is open. */
+/** The open volume. */
 export interface VolumeTrait {
   voxels: Triple;
   spacing: Triple;
@@ -28,11 +28,11 @@ export interface VolumeTrait {
 export interface Traits {
   /** As the attribute of the element. */
   src: string;
-  /** That of the first surface. Null: the volume's first suggestion. */
+  /** The isovalue of the first surface. Null: the volume's first suggestion. */
   isovalue: number | null;
   /** All surfaces. Empty: one, at the isovalue. */
   surfaces: readonly Surface[];
-  /** Null: the whole volume. What a camera from the program lacks stays as it is. */
+  /** Null: the whole volume. Properties that a camera from the program lacks do not change. */
   camera: Camera | null;
   /** Null: nothing is cut off. */
   clip: Clip | null;
@@ -41,7 +41,7 @@ export interface Traits {
   /** As the attribute of the element; empty: white. */
   background: string;
   controls: boolean;
-  /** As the attribute of the element: what is shown above the picture. */
+  /** As the attribute of the element: the overlays above the picture. */
   show: string;
   /** As the attribute of the element: widgets of a group have the same view. */
   link: string;
@@ -50,9 +50,9 @@ export interface Traits {
 
   /** The state of streaming, as `Progress.state`; empty before the first. */
   state: string;
-  /** Everything visible is drawn at the level that the view resolves. */
+  /** Whether everything visible is drawn at the level that the view resolves. */
   complete: boolean;
-  /** The message of what is wrong now; else empty. */
+  /** The message of the present fault; empty if there is none. */
   fault: string;
   volume: VolumeTrait | null;
   picked: PickedPoint | null;
@@ -60,7 +60,7 @@ export interface Traits {
 
 export type TraitName = keyof Traits;
 
-/** Those of the Python class are the same (tests/web/notebook.spec.ts). */
+/** The Python class has the same defaults (tests/web/notebook.spec.ts). */
 export const traitDefaults: Readonly<Traits> = {
   src: "",
   isovalue: null,
@@ -80,7 +80,7 @@ export const traitDefaults: Readonly<Traits> = {
   picked: null,
 };
 
-/** What only the widget sets. */
+/** Traits that only the widget sets. */
 export const reportedTraits: readonly TraitName[] = [
   "state",
   "complete",
@@ -97,7 +97,10 @@ const isNumber = (value: unknown): value is number => Number.isFinite(value);
 const isTriple = (value: unknown): value is Triple =>
   Array.isArray(value) && value.length === 3 && value.every(isNumber);
 
-/** Values come from a program: these throw an Error that names the trait, what was expected and what was found. */
+/**
+ * Values come from a program. These functions throw an Error with the trait, the expected and the
+ * found value.
+ */
 function wrong(name: TraitName, found: unknown, expected: string): Error {
   const text = JSON.stringify(found) ?? String(found);
   return new Error(`${name}: expected ${expected}, found ${text.slice(0, 100)}`);
@@ -143,7 +146,7 @@ export function surfacesOf(value: unknown): Surface[] {
 
 const cameraNumbers = ["distance", "azimuth", "elevation", "roll", "fieldOfView"] as const;
 
-/** `present` has what the value lacks. */
+/** `present` supplies properties that the value lacks. */
 export function cameraOf(value: unknown, present: Camera | null): Camera | null {
   if (value === null || value === undefined) return null;
   const expected = `{ target: [x, y, z], ${cameraNumbers.join(", ")}, projection }`;
@@ -162,7 +165,7 @@ export function cameraOf(value: unknown, present: Camera | null): Camera | null 
   return { target, projection, ...numbers } as unknown as Camera;
 }
 
-/** An oblique plane as a program gives it; undefined: it is none. */
+/** An oblique plane in the form of a program; undefined if the value is not a plane. */
 function planeOf(value: unknown): Clip["planes"][number] | undefined {
   if (!isObject(value) || !isTriple(value.normal) || !isNumber(value.offset)) return undefined;
   return { normal: value.normal, offset: value.offset };

@@ -7,7 +7,7 @@ import { type AxisView, cameraAlong } from "../viewer/camera_views.ts";
 import type { Clip } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 
-/** What an element can show above its picture. */
+/** The overlays that an element can show above its picture. */
 export const shownParts = [...overlayParts, "clip"] as const;
 export type ShownPart = (typeof shownParts)[number];
 
@@ -21,8 +21,8 @@ export function readParts(text: string | null): ReadonlySet<ShownPart> | undefin
 }
 
 /**
- * The overlay and the clip handles of an element. They are loaded when they are first shown, and
- * exist while the element has a viewer.
+ * The overlay and the clip handles of an element. They are loaded at their first use, and exist
+ * while the element has a viewer.
  */
 export class OverlayArea {
   readonly element = document.createElement("div");
@@ -53,7 +53,10 @@ export class OverlayArea {
     this.attach(this.#viewer);
   }
 
-  /** Follows another viewer, or none: then what is shown stays, as the last picture does. */
+  /**
+   * Follows another viewer, or none. Without a viewer, the overlays stay as they are, like the last
+   * picture.
+   */
   attach(viewer: Viewer | null): void {
     this.#motion?.stop();
     this.#overlay?.stop();
@@ -103,7 +106,7 @@ export class OverlayArea {
       if (viewer.camera) this.#motion?.to(cameraAlong(viewer.camera, view));
     };
     this.#overlay = new Overlay(viewer, look, this.#texts);
-    // In place of one that a former viewer left.
+    // Replaces the element that a previous viewer left.
     this.element.replaceChildren(this.#overlay.element);
     if (this.#handles) this.element.append(this.#handles.element);
   }

@@ -5,7 +5,7 @@ import { ContextPool } from "./context_pool.ts";
 import { LinkGroups } from "./link_groups.ts";
 import { styles } from "./styles.ts";
 
-/** WebGL contexts of the elements of a page together. */
+/** Maximum number of WebGL contexts for all elements of a page. */
 const mostContexts = 4;
 
 /** The contexts, and the groups, of all elements of a page. */
@@ -13,7 +13,9 @@ export const contexts = new ContextPool(mostContexts);
 export const groups = new LinkGroups();
 
 let sheet: CSSStyleSheet | null = null;
-/** The style sheet that all elements share. A style element would need style-src 'unsafe-inline'. */
+/**
+ * The style sheet that all elements share. A style element would require style-src 'unsafe-inline'.
+ */
 export function sharedSheet(): CSSStyleSheet {
   if (!sheet) {
     sheet = new CSSStyleSheet();

@@ -2,15 +2,16 @@ import { type ElementTexts, elementTexts } from "../texts/element.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 
 /**
- * Where an element shows its picture: the canvas, or the last picture while the element has no WebGL
- * context. Without a canvas it takes the focus, and so the element gets a context.
+ * The area of an element's picture: the canvas, or the last picture while the element has no WebGL
+ * context. Without a canvas the area itself can take the focus, so that the element then gets a
+ * context.
  */
 export class PictureArea {
   readonly element = document.createElement("div");
   readonly #label: () => string | null;
   #texts = elementTexts;
 
-  /** label: what the picture is called for those who cannot see it; default: a text of the element. */
+  /** label: the name of the picture for assistive technology; default: a text of the element. */
   constructor(label: () => string | null) {
     this.element.className = "picture";
     this.#label = label;
@@ -53,7 +54,7 @@ export class PictureArea {
     return canvas;
   }
 
-  /** Shows a picture in place of the canvas. */
+  /** Shows a picture instead of the canvas. */
   setStill(still: HTMLImageElement): void {
     this.removeStill();
     this.element.append(still);

@@ -1,4 +1,4 @@
-/** Whether two values are the same in JSON. The order of names in objects does not count. */
+/** Whether two values are equal in JSON. The order of names in objects does not matter. */
 export function sameValue(a: unknown, b: unknown): boolean {
   if (a === b) return true;
   if (typeof a !== "object" || typeof b !== "object" || !a || !b) return false;

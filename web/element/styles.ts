@@ -1,4 +1,4 @@
-/** The style sheet of the element's shadow tree. A page's own rules for the element come first. */
+/** The style sheet of the element's shadow tree. A page's rules for the element take precedence. */
 export const styles = `
   :host {
     display: block;
