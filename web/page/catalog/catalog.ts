@@ -30,7 +30,7 @@ export class Catalog {
   #shownQuery = "";
   /** The query that is being loaded, or was loaded last. */
   #loadedQuery = "";
-  /** The first list without a query, for the page's head. */
+  /** The first list without a query, for the page's header. */
   #all: VolumeList | null = null;
   #loading = new AbortController();
   #isLoading = false;
@@ -38,7 +38,7 @@ export class Catalog {
   readonly #previews = new Previews(() => this.#render());
   /** Content ids of volumes whose picture could not be loaded. */
   readonly #withoutPicture = new Set<string>();
-  /** Cards that are visible; a volume without a picture gets one that this browser draws. */
+  /** Observes which cards are visible. This browser draws a picture for volumes without one. */
   readonly #cardObserver = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
       const volume = this.#list?.volumes.find(
@@ -61,10 +61,10 @@ export class Catalog {
     void this.#load();
   }
 
-  /** The address of the picture that the server or the site has of a volume. */
+  /** The URL of a volume's picture on the server or site. */
   #servedPicture({ contentId, thumbnail }: VolumeEntry): string | null {
     if (!contentId || !thumbnail || this.#withoutPicture.has(contentId)) return null;
-    return thumbnail.replace(/^\/+/, ""); // the page may be below another path than the server's
+    return thumbnail.replace(/^\/+/, ""); // relative, since the page may be below a path that the server does not know
   }
 
   #drawInstead({ name, contentId }: VolumeEntry): void {
@@ -82,7 +82,7 @@ export class Catalog {
     }, typingPause);
   }
 
-  /** Loads the list for the query; or, with `isMore`, its next volumes. */
+  /** Loads the list for the query; with `isMore`, its next volumes. */
   async #load({ isMore = false } = {}): Promise<void> {
     this.#loading.abort();
     this.#loading = new AbortController();
@@ -102,7 +102,7 @@ export class Catalog {
           this.#render();
         },
       );
-      // A volume that came in the meantime moves the others: none is shown twice.
+      // If a volume was added in the meantime, the others have moved: do not show one twice.
       const names = new Set(before.map(({ name }) => name));
       const added = list.volumes.filter(({ name }) => !names.has(name));
       this.#list = { ...list, volumes: [...before, ...added] };
@@ -228,7 +228,10 @@ function summary({ total, fileBytes }: VolumeList): string {
     : startTexts.count(total);
 }
 
-/** `served`: the picture to show unless this browser has one; `failed`: it cannot be shown. */
+/**
+ * `served`: the URL of the picture, unless this browser has one; `failed`: called if it cannot be
+ * shown.
+ */
 function card(volume: VolumeEntry, served: string | null, failed: () => void): TemplateResult {
   const title = volume.title || volume.name;
   if (volume.error) {
@@ -261,7 +264,7 @@ function card(volume: VolumeEntry, served: string | null, failed: () => void): T
   </a>`;
 }
 
-/** The histogram on a logarithmic scale: shown on a card until there is a picture of the volume. */
+/** The histogram on a logarithmic scale. A card shows it until there is a picture of the volume. */
 function sparkline(volume: VolumeEntry): TemplateResult | typeof nothing {
   const counts = volume.histogram?.counts;
   if (!counts || counts.length === 0) return nothing;

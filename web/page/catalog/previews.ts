@@ -6,9 +6,12 @@ import { volumeSource } from "../shell/site.ts";
 import { theme, themeBackground } from "../shell/theme.ts";
 import { keepThumbnail, pictureSize, thumbnail } from "../shell/thumbnails.ts";
 
-/** A volume whose first surface takes longer (ms) keeps its histogram; refinement stops sooner. */
+/**
+ * A volume whose first surface takes longer (ms) keeps its histogram. Refinement stops after
+ * `refining`.
+ */
 const longest = { firstSurface: 20_000, refining: 3_000 };
-/** Closer than for the whole volume, since surfaces seldom reach its corners. */
+/** Closer than in the view of the whole volume, since surfaces seldom reach its corners. */
 const zoom = 1.25;
 
 /** A volume that needs a picture. */
@@ -18,8 +21,8 @@ export interface VolumeWithoutPicture {
 }
 
 /**
- * Draws pictures of volumes that have none in this browser, at their first isovalue: about 100 to
- * 700 KB each, one volume after another. Does nothing if the browser saves data.
+ * Draws pictures of volumes that have none in this browser, at their first isovalue, one volume
+ * after another. Each takes about 100 to 700 KB. Does nothing if the browser saves data.
  */
 export class Previews {
   readonly #onThumbnail: () => void;
@@ -67,7 +70,7 @@ export class Previews {
     }
   }
 
-  /** Resolves to whether the volume's first surface is drawn. */
+  /** Resolves to whether the volume's first surface was drawn. */
   async #draw(viewer: Viewer, name: string): Promise<boolean> {
     const cleanups: (() => void)[] = [];
     const drawn = new Promise<boolean>((resolve) => {
@@ -102,7 +105,7 @@ export class Previews {
   }
 }
 
-/** Not every browser provides this; then saving data is off. */
+/** Not every browser has this property; saving data then counts as off. */
 function savesData(): boolean {
   const { connection } = navigator as Navigator & {
     connection?: { saveData: boolean; effectiveType: string };
@@ -110,7 +113,7 @@ function savesData(): boolean {
   return connection !== undefined && (connection.saveData || connection.effectiveType !== "4g");
 }
 
-/** A canvas has a size only after layout. */
+/** A canvas gets its size only by layout. */
 function hiddenCanvas(): HTMLCanvasElement {
   const canvas = document.createElement("canvas");
   canvas.className = "preview-canvas";

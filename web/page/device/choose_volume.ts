@@ -6,7 +6,7 @@ import { deviceTexts } from "../../texts/device.ts";
 import type { ZarrImage, ZarrScale } from "../../zarr/types.ts";
 import { formatBytes, formatDims } from "../shell/format.ts";
 
-/** Of so many volumes, the largest are offered. */
+/** Maximum number of volumes to offer: the largest ones. */
 const mostOffered = 1000;
 
 /** Asks which of several volumes to open. Resolves to undefined: none, or cancelled. */
@@ -41,7 +41,7 @@ type ChoiceKind = keyof VolumeChoice["options"];
 
 const kinds = ["allow", "segment", "channel", "timeStep", "dataset", "series"] as const;
 
-/** The option that a choice is about. */
+/** The kind of option that a choice sets. */
 function kindOf({ options }: VolumeChoice): ChoiceKind {
   return kinds.find((kind) => options[kind] !== undefined) ?? "series";
 }
@@ -54,8 +54,8 @@ function choiceText({ name = "", options }: VolumeChoice, kind: ChoiceKind): str
 }
 
 /**
- * Asks which scale of an image to open, unless its address names one. Resolves to undefined if the
- * visitor cancels. Rejects if the browser can build none.
+ * Asks which scale of an image to open, unless its URL names one. Resolves to undefined if the
+ * visitor cancels. Rejects if the browser can build none of them.
  */
 export async function chooseScale({
   scales: all,
@@ -78,11 +78,12 @@ export async function chooseScale({
   return choose(deviceTexts.whichScale + tooLarge, scales, text);
 }
 
-/** More things than this are offered in a list that opens, not as buttons. */
+/** More choices than this are offered in a drop-down list instead of buttons. */
 const mostButtons = 12;
 
 /**
- * Asks which of several things is meant. `problem`: why. Resolves to undefined if the visitor cancels.
+ * Asks for one of several choices. `problem`: the reason for asking. Resolves to undefined if the
+ * visitor cancels.
  */
 async function choose<T>(
   label: string,

@@ -35,31 +35,31 @@ import { askRawLayout } from "./raw_dialog.ts";
 import { ShownVolume } from "./shown_volume.ts";
 import { Task } from "./task_card.ts";
 
-/** Where files were fetched. */
+/** The URL from which files were fetched. */
 interface Origin {
   address: URL;
   version: string | undefined;
   remote: RemoteFiles;
 }
 
-/** What a kept store says of where its volume was fetched. */
+/** The origin of a kept store's volume. */
 type Place = Pick<KeptStore, "address" | "version">;
 
-/** Bytes that hold a store's content id, and more. */
+/** A store's first bytes, which include its content id. */
 const headerBytes = 4096;
 
 /**
- * Takes files that are dropped, pasted or chosen anywhere on the page: opens stores and sessions,
- * builds stores of others, and keeps what was built.
+ * Handles files that are dropped, pasted or chosen anywhere on the page: opens stores and sessions,
+ * builds stores of other files, and keeps the stores that were built.
  */
 export class DeviceFiles {
   readonly #shown: ShownVolume;
   readonly section: DeviceSection;
   #task: Task | undefined;
-  /** Ends the preview of a volume. */
+  /** Aborts the preview of a volume. */
   #previewing: AbortController | undefined;
 
-  /** `page`: the volume that is shown, if one is. */
+  /** `page`: the page of the volume that is shown, if there is one. */
   constructor(root: HTMLElement, page?: VolumePage) {
     this.#shown = new ShownVolume(root, page);
     this.section = new DeviceSection({
@@ -84,7 +84,7 @@ export class DeviceFiles {
       document.body.append(hint);
     });
     window.addEventListener("dragleave", ({ relatedTarget }) => {
-      if (relatedTarget === null) hint.remove(); // it has left the window
+      if (relatedTarget === null) hint.remove(); // the pointer has left the window
     });
     window.addEventListener("drop", (event) => {
       hint.remove();
@@ -101,7 +101,7 @@ export class DeviceFiles {
     return found !== undefined;
   }
 
-  /** Opens the volume at an address: fetched now, or kept before. */
+  /** Opens the volume at a URL: fetches it, or opens its kept store. */
   openAddress(address: URL): Promise<void> {
     return this.#run(deviceTexts.fetching, async (task) => {
       const kept = (await keptStores()).filter((store) => store.address === address.href);
@@ -130,7 +130,7 @@ export class DeviceFiles {
     else if (known) await this.openKept(known.contentId);
   }
 
-  /** The address bar gets the address of the scale that was chosen. */
+  /** The address bar shows the URL of the chosen scale. */
   async #openZarr(address: URL, task: Task): Promise<void> {
     const image = await openZarr(address, task.signal);
     const scale = await chooseScale(image);
@@ -158,7 +158,7 @@ export class DeviceFiles {
   }
 
   async #run(title: string, work: (task: Task) => Promise<void>): Promise<void> {
-    if (this.#task?.isRunning) return; // its card says what it is doing
+    if (this.#task?.isRunning) return; // its card shows the running work
     this.#task?.close(); // its card may still show an error
     this.#previewing?.abort();
     const task = new Task(title);
@@ -209,7 +209,7 @@ export class DeviceFiles {
     const opened = await openVolume(files, volume, layout, task.signal, chooseInFile, find);
     if (!opened) return;
     try {
-      // Without a choice, the address says which volume it is.
+      // If no choice was made, the URL alone identifies the volume.
       const isOfAddress = origin && volumes.length === 1 && !layout && !opened.isChosen;
       await this.#build(opened, task, isOfAddress ? placeOf(origin, opened) : {});
     } finally {
@@ -217,7 +217,7 @@ export class DeviceFiles {
     }
   }
 
-  /** The files, each ZIP replaced by what it contains. */
+  /** The files, with each ZIP replaced by its contents. */
   async #unzipped(files: readonly InputFile[], task: Task): Promise<readonly InputFile[]> {
     const zip = files.find(isZip);
     if (!zip) return files;
@@ -232,7 +232,7 @@ export class DeviceFiles {
     return found;
   }
 
-  /** Two tabs that are given the same files build their volume once. */
+  /** If two tabs get the same files, their volume is built only once. */
   async #build(volume: ReadableVolume, task: Task, place: Place): Promise<void> {
     const { key, description } = volume;
     const { name } = description;
@@ -286,7 +286,7 @@ export class DeviceFiles {
     });
   }
 
-  /** The address bar keeps the address of a volume that was fetched: others can open it as well. */
+  /** For a fetched volume, the address bar keeps its URL, so that others can open it as well. */
   async #openHeld(id: string, { address }: Place = {}): Promise<void> {
     const found = await keptBlob(id);
     if (!found) throw new Error(deviceTexts.removed);
@@ -294,7 +294,7 @@ export class DeviceFiles {
   }
 }
 
-/** The version is that of one file: of more, each one has to be looked at. */
+/** The version is that of a single file. Several files would have to be checked one by one. */
 function placeOf({ address, version }: Origin, { files }: ReadableVolume): Place {
   return { address: address.href, ...(version && files === 1 ? { version } : {}) };
 }

@@ -11,7 +11,9 @@ export interface DeviceSectionActions {
   take(files: Iterable<File>): void;
 }
 
-/** The start page's part for files of this device: where to drop them, and what is kept. */
+/**
+ * The section of the start page for files of this device: a drop area, and the list of kept stores.
+ */
 export class DeviceSection {
   readonly element = document.createElement("section");
   readonly #actions: DeviceSectionActions;
@@ -26,7 +28,7 @@ export class DeviceSection {
     void this.#load();
   }
 
-  /** A sentence above the list. */
+  /** Sets a sentence above the list. */
   set notice(text: string) {
     this.#notice = text;
     this.#render();

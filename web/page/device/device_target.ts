@@ -2,7 +2,7 @@ import type { KeptStore } from "../../device/kept_stores.ts";
 import { BlobSource } from "../../stream/blob_source.ts";
 import type { Target } from "../address/target.ts";
 
-/** What the address of a store on this device begins with, in `src=`; its content id follows. */
+/** The beginning of the address of a store on this device, in `src=`; its content id follows. */
 export const deviceAddress = "device:";
 
 export function deviceTarget({ name }: KeptStore, blob: Blob): Target {

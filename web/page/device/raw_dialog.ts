@@ -9,7 +9,9 @@ import { formatBytes, formatType } from "../shell/format.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
-/** Asks how the voxels of a raw file lie in it, beginning with a guess. Undefined: cancelled. */
+/**
+ * Asks for the layout of the voxels in a raw file, beginning with a guess. Undefined: cancelled.
+ */
 export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout | undefined> {
   await import("../shell/components.ts");
   let layout = guessRaw(path, file.size);

@@ -20,7 +20,7 @@ export class SaveButton {
   #busy = "";
   #bytes: { site: number; page: number } | undefined;
 
-  /** `info`: what the store says of itself, once it is open. */
+  /** `info`: the store's description, once it is open. */
   constructor(store: KeptStore, blob: Blob, info: () => StoreInfo | null) {
     this.#store = store;
     this.#blob = blob;

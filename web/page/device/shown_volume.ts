@@ -9,12 +9,12 @@ import { SaveButton } from "./save_button.ts";
 /**
  * The volume that the page shows, among stores of this device.
  *
- * A volume whose store takes long to build is shown at once as a provisional store of fewer voxels: a
- * reduced copy, or the coarsest scale of its file. Call `openProvisional` with it, and later `open` with
- * the complete store, whose `filesKey` is the same: it takes the place of the other, and camera,
- * settings and steps of undo stay. The grids of both have to cover the same part of the world. If no
- * complete store comes, the provisional one stays, and says what it is; `leaveProvisional` returns to
- * what was shown before.
+ * If a store takes long to build, the page first shows a provisional store of fewer voxels: a
+ * reduced copy, or the coarsest scale of the file. Call `openProvisional` with it, and later `open`
+ * with the complete store, which must have the same `filesKey`. The complete store replaces the
+ * provisional one, and camera, settings and steps of undo stay. The grids of both must cover the
+ * same part of the world. If no complete store follows, the provisional one stays, with its
+ * description; `leaveProvisional` returns to the previous content.
  *
  *     shown.openProvisional({ ...coarse, filesKey }, coarseBlob, "Preview: 64 × 64 × 32 of …");
  *     shown.open({ ...complete, filesKey }, completeBlob);
@@ -25,7 +25,7 @@ export class ShownVolume {
   #provisional: KeptStore | undefined;
   #leave = () => {};
 
-  /** `page`: the volume that is shown, if one is. */
+  /** `page`: the page of the volume that is shown, if there is one. */
   constructor(root: HTMLElement, page?: VolumePage) {
     this.#root = root;
     this.#page = page;
@@ -36,14 +36,20 @@ export class ShownVolume {
     return this.#page;
   }
 
-  /** A volume will be shown in a moment: loads what its page needs, unless one is shown already. See releaseView. */
+  /**
+   * Prepares for a volume that will be shown soon: loads the code of its page, unless one is shown
+   * already. See releaseView.
+   */
   prepare(): void {
     if (this.#page) return;
     prepareView();
     void import("../shell/components.ts");
   }
 
-  /** Shows a store in place of what the page has shown. `keepsAddress`: else its own is a new one. */
+  /**
+   * Shows a store instead of the present one. `keepsAddress`: keeps the address; otherwise the
+   * store gets a new one.
+   */
   open(store: KeptStore, blob: Blob, { keepsAddress = false } = {}): void {
     const page = this.#page;
     const { filesKey } = this.#provisional ?? {};
@@ -58,7 +64,7 @@ export class ShownVolume {
     }
   }
 
-  /** `what`: what the store is, in words for the visitor. */
+  /** `what`: a description of the store for the visitor. */
   openProvisional(store: KeptStore, blob: Blob, what: string, { keepsAddress = false } = {}): void {
     if (!keepsAddress) pushAddress(store);
     this.#showPage({ ...deviceTarget(store, blob), provisional: what });
@@ -67,8 +73,8 @@ export class ShownVolume {
   }
 
   /**
-   * Shows what was shown before the provisional store; the start page if it has kept the address.
-   * Without a provisional store, nothing happens.
+   * Shows the content from before the provisional store, or the start page if the store has kept
+   * the address. Without a provisional store, does nothing.
    */
   leaveProvisional(): void {
     if (this.#provisional) this.#leave();
@@ -83,7 +89,7 @@ export class ShownVolume {
   #showPage(target: Target): VolumePage {
     this.#page?.close();
     this.#provisional = undefined;
-    // What was shown may still change its own elements.
+    // The previous page may still change its elements.
     const root = document.createElement("div");
     root.id = this.#root.id;
     this.#root.replaceWith(root);
@@ -95,9 +101,9 @@ export class ShownVolume {
     return page;
   }
 
-  /** A store that is not kept would be lost if the page were loaded again. */
+  /** A store that is not kept would be lost if the page was reloaded. */
   async #onPopState(): Promise<void> {
-    this.#page?.close(); // it would write its view into this address
+    this.#page?.close(); // otherwise it would write its view to this address
     const { src } = readUrl(location.search);
     const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
     const found = id === undefined ? undefined : await keptBlob(id);

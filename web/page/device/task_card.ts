@@ -3,7 +3,7 @@ import type { BuildProgress } from "../../builder/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { formatBytes } from "../shell/format.ts";
 
-/** Work on files of this device: a card with its progress, and a button that cancels it. */
+/** A task for files of this device: a card with its progress, and a button that cancels it. */
 export class Task {
   readonly #card = document.createElement("section");
   readonly #cancel = new AbortController();
@@ -38,7 +38,7 @@ export class Task {
     this.#render();
   }
 
-  /** `bytes`: of the whole file, if they are known. */
+  /** `bytes`: size of the whole file, if it is known. */
   fetching(title: string, received: number, bytes: number | undefined): void {
     this.#title = title;
     this.#fraction = bytes ? received / bytes : undefined;

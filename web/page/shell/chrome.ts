@@ -46,7 +46,7 @@ export function themeButton(): TemplateResult {
   });
 }
 
-/** Chooses the page's language; each is called by its own name. */
+/** Chooses the page's language. Each language is listed by its own name. */
 export function languageChoice(): TemplateResult {
   const names = Object.entries(languages) as [Language, string][];
   return html`<select

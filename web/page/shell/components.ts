@@ -1,4 +1,4 @@
-// The parts of the component library that the page uses, each with only its own dependencies.
+// The components of the library that the page uses, each with only its dependencies.
 import "@awesome.me/webawesome/dist/components/button/button.js";
 import "@awesome.me/webawesome/dist/components/details/details.js";
 import "@awesome.me/webawesome/dist/components/dialog/dialog.js";

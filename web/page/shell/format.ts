@@ -33,7 +33,7 @@ export function formatValue(value: number): string {
   return localized(plainValue(value));
 }
 
-/** The same with a decimal point in every language, for names of files. */
+/** The same with a decimal point in every language, for file names. */
 export function plainValue(value: number): string {
   if (!Number.isFinite(value)) return "–";
   return String(Number(value.toPrecision(6)));
@@ -41,8 +41,8 @@ export function plainValue(value: number): string {
 
 /**
  * Parses a number with a decimal point or a decimal comma, independent of the browser's language.
- * If a text has both, the last one is the decimal sign and the other groups digits ("1.024,5" and
- * "1,024.5"); a single one is the decimal sign. Undefined for anything else.
+ * If a text has both, the last one is the decimal sign and the other one separates groups
+ * ("1.024,5" and "1,024.5"); a single one is the decimal sign. Undefined if it is not a number.
  */
 export function parseValue(text: string): number | undefined {
   const plain = text.replace(/[\s'’_]/g, "").replace(/^\u2212/, "-");
@@ -50,7 +50,7 @@ export function parseValue(text: string): number | undefined {
     /^([-+]?)([\d.,]+)(e[-+]?\d+)?$/i.exec(plain) ?? [];
   const signs = digits.replace(/\d/g, "");
   const last = signs.at(-1);
-  // The same sign several times groups digits; then there is no decimal sign.
+  // If one sign occurs several times, it separates groups, and there is no decimal sign.
   const isAllGrouping = signs.length > 1 && [...signs].every((each) => each === last);
   const decimal = last === undefined || isAllGrouping ? digits.length : digits.lastIndexOf(last);
   const grouping = isAllGrouping ? last : last === "." ? "," : ".";
@@ -79,7 +79,7 @@ export function formatAxes(direction: readonly number[]): string | undefined {
   return degrees < 0.01 ? undefined : pageTexts.notPerpendicular(localized(degrees.toFixed(1)));
 }
 
-/** "i16" → "16 bit signed"; another text stays as it is. */
+/** "i16" → "16 bit signed". Other texts are returned unchanged. */
 export function formatType(type: string | undefined): string {
   const [, letter, bits] = /^([uif])(8|16|32|64)$/.exec(type ?? "") ?? [];
   if (letter === "u") return pageTexts.bits(Number(bits));

@@ -46,8 +46,8 @@ const icons = {
 export type IconName = keyof typeof icons;
 
 /**
- * An icon without its own label: the control that contains it has one. The element is kept when the
- * page renders again; otherwise the control would lay itself out again.
+ * An icon without a label: the control that contains it has one. Renders of the page keep the
+ * element; otherwise the control would lay itself out again.
  */
 export function icon(name: IconName): TemplateResult {
   const drawn = () => createElement(icons[name], { "aria-hidden": "true", class: "icon" });

@@ -1,7 +1,7 @@
 import { registerOffline } from "../../offline/registration.ts";
 import { deviceTexts } from "../../texts/device.ts";
 
-/** Lets this page work without a network, as soon as the link is idle. Announces new versions. */
+/** Makes this page work without a network, once the link is idle. Announces new versions. */
 export async function startOffline(): Promise<void> {
   if (!import.meta.env.PROD) return; // the development server has no service worker
   while (document.querySelector('[role="application"][aria-busy="true"]')) {
@@ -10,7 +10,7 @@ export async function startOffline(): Promise<void> {
   await registerOffline(announce);
 }
 
-/** Says that there is a new version. It is used when the visitor wants it, never before. */
+/** Announces a new version. It is used only when the visitor requests it. */
 function announce(replace: () => void): void {
   if (document.querySelector(".update-notice")) return;
   const notice = document.createElement("section");

@@ -5,12 +5,12 @@ import { RendererError } from "../../viewer/renderer_error.ts";
 import type { IconName } from "./icons.ts";
 import { ApiError } from "./volumes_api.ts";
 
-/** A problem as a message, with what the visitor can do. */
+/** A problem as a message, with a remedy for the visitor. */
 export interface Problem {
   icon: IconName;
   title: string;
   text: string;
-  /** What was expected and found, for a report; shown in small type. */
+  /** The expected and the found value, for a report; shown in small type. */
   detail?: string;
   offers: readonly Offer[];
 }

@@ -15,7 +15,7 @@ export function thumbnail(contentId: string): string | null {
   }
 }
 
-/** Makes the picture: a WebP of a few KB, from the centre of the view. */
+/** Creates the picture: a WebP of a few KB, from the centre of the view. */
 export async function keepThumbnail(contentId: string, picture: Blob): Promise<void> {
   const { width, height } = pictureSize;
   const bitmap = await createImageBitmap(picture);
@@ -25,7 +25,7 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
   const scale = Math.max(width / bitmap.width, height / bitmap.height);
   const w = bitmap.width * scale;
   const h = bitmap.height * scale;
-  // Not on the GPU: reading it back would wait for the pictures that are drawn there.
+  // Not on the GPU: reading back would wait for the pictures that are being drawn there.
   const context = canvas.getContext("2d", { willReadFrequently: true });
   context?.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
   bitmap.close();
@@ -41,7 +41,7 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
   }
 }
 
-/** Makes and stores the picture when the browser is idle. */
+/** Creates and stores the picture when the browser is idle. */
 export function keepThumbnailWhenIdle(contentId: string, picture: () => Promise<Blob>): void {
   const keep = () =>
     picture()

@@ -1,6 +1,6 @@
 import type { IconName } from "./icons.ts";
 
-/** Display time: this, and as much again for every 40 letters. */
+/** Display time: this, and the same again for every 40 letters. */
 const shownMs = 2500;
 const lettersPerShownMs = 40;
 
@@ -29,7 +29,7 @@ export class Toast {
     this.#show({ text, icon: "check" });
   }
 
-  /** Reports something that the visitor may not expect. */
+  /** Reports an event that the visitor may not expect. */
   note(text: string): void {
     this.#show({ text, icon: "alert" });
   }

@@ -18,7 +18,7 @@ export interface VolumeEntry {
   contentId?: string;
   histogram?: { low: number; high: number; counts: number[] };
   range?: [number, number];
-  /** The address of its picture: a path of the server, or a file of a static site. */
+  /** The URL of its picture: a path of the server, or a file of a static site. */
   thumbnail?: string;
   /** The file exists, but cannot be read. */
   error?: { status: string; message: string };
@@ -42,23 +42,23 @@ export class ApiError extends Error {
 /** A part of a list of volumes. */
 export interface VolumeList {
   volumes: VolumeEntry[];
-  /** Volumes of the whole list, and their bytes. */
+  /** Number and bytes of the volumes of the whole list. */
   total: number;
   fileBytes: number;
-  /** The server does not answer: this is the list of an earlier visit, at this time. */
+  /** Set if the server does not answer: the time of an earlier visit, which this list is from. */
   keptAt?: Date;
 }
 
 export interface ListQuery {
   /** Words, each of which a volume must have in its name or title. */
   query?: string;
-  /** Volumes to leave out at the beginning. */
+  /** Number of volumes to skip. */
   offset?: number;
-  /** The most volumes to return, at most 1000. Default: 100. */
+  /** Maximum number of volumes to return, at most 1000. Default: 100. */
   limit?: number;
 }
 
-/** The volumes on this page's server, or of its static site. */
+/** The volumes of this page's server or static site. */
 export async function fetchVolumes(
   wanted: ListQuery = {},
   signal?: AbortSignal,
@@ -123,8 +123,8 @@ async function fetchList(
 }
 
 /**
- * Repeats until the function succeeds, fails permanently, or the signal aborts it. `failed` is
- * called after each failure that is followed by another try, with the time of that try.
+ * Repeats the function until it succeeds, fails permanently, or the signal aborts it. After each
+ * failure that will be retried, calls `failed` with the time of the next attempt.
  */
 export async function withBackoff<T>(
   attempt: (signal: AbortSignal) => Promise<T>,
