@@ -16,7 +16,7 @@ root.replaceChildren();
 
 const { volume, src } = readUrl(location.search);
 const target = openTarget(volume, src);
-// Requested first of all; if it fails, its first user reports the error.
+// This request comes first; if it fails, its first user reports the error.
 if (target) compiledRenderer().catch(() => {});
 
 startTheme();
@@ -27,7 +27,7 @@ try {
     const { start } = await import("./start.ts");
     await start(root, src);
   } else {
-    // The controls' code is several times larger than the rest, so it loads after the first
+    // The code of the controls is several times larger than the rest, so it loads after the first
     // surface.
     const page = new VolumePage(root, target);
     await Promise.race([
@@ -41,7 +41,7 @@ try {
   throw error;
 }
 
-// Until device_files.ts has loaded, a file that is dropped must not replace the page.
+// Until device_files.ts has loaded, a dropped file must not replace the page.
 for (const type of ["dragover", "drop"]) {
   window.addEventListener(type, (event) => {
     // Text may be dropped into fields.
@@ -49,13 +49,13 @@ for (const type of ["dragover", "drop"]) {
   });
 }
 
-/** Opening files of this device is loaded after the first surface as well. */
+/** The code that opens files of this device is loaded after the first surface as well. */
 async function loadDeviceFiles(page: VolumePage): Promise<void> {
   const { DeviceFiles } = await import("./device/device_files.ts");
   new DeviceFiles(page.root, page);
 }
 
-/** Each part works without the others: the picture and the keyboard without any of them. */
+/** Each part works without the others. The picture and the keyboard need none of them. */
 async function loadAll(parts: readonly Promise<unknown>[]): Promise<void> {
   const failed = (await Promise.allSettled(parts)).find(({ status }) => status === "rejected");
   if (failed?.status === "rejected") throw failed.reason;

@@ -1,5 +1,5 @@
-// The program of a single page: viewer, WebAssembly and store in one HTML file, opened from file://.
-// The build makes single.html of it; web/device/save_single_page.ts adds the store.
+// The program of a single page: viewer, WebAssembly and store in one HTML file, opened from
+// file://. The build generates single.html from it; web/device/save_single_page.ts adds the store.
 import "./style.css";
 import "./shell/components.ts";
 import { BlobSource } from "../stream/blob_source.ts";
@@ -11,7 +11,7 @@ const root = document.querySelector<HTMLElement>("#page");
 if (!root) throw new Error("the page has no #page");
 root.replaceChildren();
 
-// Some browsers do not let a file change its address: views are then not in the address bar.
+// Some browsers do not let a file change its address. The address bar then does not show views.
 const replace = history.replaceState.bind(history);
 history.replaceState = (...call) => {
   try {

@@ -7,8 +7,8 @@ import { deviceAddress } from "./device/device_target.ts";
 import { VolumePage } from "./volume/volume_page.ts";
 
 /**
- * Shows what is not a store of a server or of another host: the start page, a store on this device
- * (`src=device:CONTENT-ID`), or a volume at an address.
+ * Shows everything except stores of a server or of another host: the start page, a store on this
+ * device (`src=device:CONTENT-ID`), or a volume at a URL.
  */
 export async function start(root: HTMLElement, src: string | undefined): Promise<void> {
   const components = import("./shell/components.ts");

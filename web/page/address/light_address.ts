@@ -33,7 +33,7 @@ export function readLight(parameter: string, text: string): Partial<Light> | und
   return light;
 }
 
-/** What readLight expects, for the visitor. */
+/** The values that readLight accepts, in words for the visitor. */
 export function expectedOfLight(parameter: string): string {
   const ranges = (lightParameters[parameter] ?? []).map((name) => rangeText(lightRanges[name]));
   return pageTexts.isInRanges(ranges.join(", "));
@@ -43,7 +43,7 @@ function rangeText([low, high]: readonly [number, number]): string {
   return pageTexts.to(String(low), String(high));
 }
 
-/** The value of a parameter: only as far as it differs from the defaults; undefined: not at all. */
+/** The value of a parameter, without trailing defaults; undefined if all settings are defaults. */
 export function writeLight(parameter: string, light: Light): string | undefined {
   const names = lightParameters[parameter] ?? [];
   const last = names.findLastIndex((name) => light[name] !== defaultLight[name]);

@@ -30,8 +30,8 @@ export async function openSession(file: File): Promise<void> {
 }
 
 /**
- * Keeps a session in this tab, for the page whose address has this query: addresses have no space for
- * many measurements. False if the browser does not allow it.
+ * Keeps a session in this tab, for the page whose address has this query, since addresses have no
+ * space for many measurements. Returns false if the browser does not allow it.
  */
 export function keepSession(search: string, session: Session): boolean {
   try {
@@ -42,7 +42,7 @@ export function keepSession(search: string, session: Session): boolean {
   }
 }
 
-/** The session that was kept for this query. */
+/** The kept session for this query. */
 export function keptSession(search: string): Session | undefined {
   try {
     const text = sessionStorage.getItem(keptSessionKey) ?? "";

@@ -2,13 +2,13 @@ import { FileSource } from "../../stream/file_source.ts";
 import { volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
 
-/** How the addresses of volumes end, which are not stores: see start.ts. */
+/** The endings of URLs of volumes, which are not stores: see start.ts. */
 const volumeEnding =
   /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
 
 /**
- * What the page's address refers to: a volume of its server or site, or a store on any host. Undefined
- * for everything else: see start.ts.
+ * The target of the page's address: a volume of its server or site, or a store on any host.
+ * Undefined for everything else: see start.ts.
  */
 export function openTarget(
   volume: string | undefined,
@@ -20,12 +20,12 @@ export function openTarget(
   return { name: fileName(address), source: () => new FileSource(address.href) };
 }
 
-/** Whether what is at an address is a volume, by its ending; if not, it is a store. */
+/** Whether a URL refers to a volume, by its ending; otherwise it refers to a store. */
 function isOfVolume({ pathname }: URL): boolean {
   return volumeEnding.test(pathname);
 }
 
-/** Undefined if the text is not an address from which something can be fetched. */
+/** Undefined if the text is not a URL that can be fetched. */
 export function addressIn(text: string): URL | undefined {
   try {
     const address = new URL(text, location.href);

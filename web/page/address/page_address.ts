@@ -28,7 +28,10 @@ export interface AddressState {
   slices: Slices;
   show: ReadonlySet<OverlayPart>;
   camera: Camera | undefined;
-  /** The camera is what the page shows without one in the address: it depends on the window. */
+  /**
+   * Whether the camera is the default, which depends on the window and is not written to the
+   * address.
+   */
   isDefaultCamera: boolean;
   measures: readonly string[];
 }
@@ -74,9 +77,9 @@ export class AddressBar {
   #changedAt = 0;
 
   /**
-   * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`: called
-   * with a view that the address has, its settings without measurements, and whether the address has
-   * all measurements: more than fit are left out.
+   * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`:
+   * called with a view that the address has, its settings without measurements, and whether the
+   * address has all measurements. If they do not all fit, it has none.
    */
   constructor(
     view: () => AddressState | null,
@@ -88,7 +91,7 @@ export class AddressBar {
     this.#pendingChanged = pendingChanged;
   }
 
-  /** The address bar does not show the current view yet. */
+  /** Whether the address bar does not show the current view yet. */
   get isPending(): boolean {
     return this.#timer !== 0;
   }

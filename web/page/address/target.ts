@@ -1,8 +1,8 @@
 import type { Source } from "../../stream/source.ts";
 
-/** What a volume page shows: a store of a server, of another host, or of this device. */
+/** The target of a volume page: a store of a server, of another host, or of this device. */
 export interface Target {
-  /** The volume's name or the store's address. */
+  /** The volume's name or the store's URL. */
   name: string;
   source: () => Source;
   /** Of a provisional store (shown_volume.ts): a description for the visitor. */

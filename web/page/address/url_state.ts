@@ -34,13 +34,16 @@ import {
 } from "../../viewer/types.ts";
 import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
 
-/** A longer query (letters) is not written: servers refuse addresses of more than about 8 KiB. */
+/**
+ * Queries longer than this (in letters) are not written: servers refuse addresses of more than
+ * about 8 KiB.
+ */
 export const longestQuery = 7000;
 
-/** Of sessionStorage: the session that belongs to the address (open_session.ts). */
+/** The key in sessionStorage of the session that belongs to the address (open_session.ts). */
 export const keptSessionKey = "isosplat-session";
 
-/** A fainter surface looks invisible; the panel's slider starts here. */
+/** Fainter surfaces look invisible; the panel's slider starts here. */
 export const minOpacity = 0.05;
 
 /**
@@ -73,7 +76,7 @@ export interface UrlState {
   isovalues?: number[];
   colours?: string[];
   opacities?: number[];
-  /** Without `projection`, which may be there alone. */
+  /** Without `projection`, which may occur alone. */
   camera?: Camera;
   projection?: Projection;
   kind?: SplatKind | "automatic";
@@ -86,7 +89,7 @@ export interface UrlState {
   clip?: Clip;
   slices?: Slices;
   show?: ReadonlySet<OverlayPart>;
-  /** One for each measurement, not checked: web/measure reads them. */
+  /** One for each measurement, not validated: web/measure parses them. */
   measures?: readonly string[];
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
@@ -203,8 +206,8 @@ function ignored(name: string, text: string, expected: string): string {
 }
 
 /**
- * The query, with its question mark. Commas are not escaped, everything else is. Numbers have as
- * many digits as are needed to read the same numbers: the address then gives the same picture,
+ * The query, with its question mark. Commas are not escaped, all other characters are. Numbers have
+ * as many digits as are needed to read the same numbers, so the address gives the same picture,
  * pixel by pixel, on the page and with `isosplat render`.
  */
 export function writeUrl(state: UrlState): string {

@@ -1,4 +1,4 @@
-/** Most views that can be taken back. */
+/** Maximum number of views that can be undone. */
 const most = 100;
 
 interface Entry<View> {
@@ -20,7 +20,7 @@ export class ViewHistory<View> {
     return this.#future.length > 0;
   }
 
-  /** The view has come to rest. */
+  /** Adds the view that has come to rest. */
   rested(key: string, view: View): void {
     if (this.#present?.key === key) return;
     if (this.#present) this.#past = [...this.#past, this.#present].slice(-most);
@@ -28,12 +28,12 @@ export class ViewHistory<View> {
     this.#future = [];
   }
 
-  /** The next view that comes to rest takes the place of the present one, without a step. */
+  /** The next view that comes to rest replaces the present one, without a step. */
   replacePresent(): void {
     this.#present = null;
   }
 
-  /** The view before the present one, which becomes the present one. */
+  /** Makes the previous view the present one, and returns it. */
   undo(): View | undefined {
     const before = this.#past.at(-1);
     if (!before || !this.#present) return undefined;

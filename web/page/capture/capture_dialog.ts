@@ -14,9 +14,9 @@ type Dialog = HTMLElement & { open: boolean };
 
 export interface CaptureHost {
   viewer: Viewer;
-  /** The surface that the panel's isovalue belongs to. */
+  /** The surface whose isovalue the panel shows. */
   activeSurface(): number;
-  /** Saves a file whose name begins with that of the volume. */
+  /** Saves a file whose name begins with the volume's name. */
   save(ending: string, content: Blob): void;
 }
 
@@ -166,7 +166,7 @@ export class CaptureDialog {
   }
 }
 
-/** What the picture lacks, in a sentence; empty if it lacks nothing. */
+/** The shortcomings of the picture, in a sentence; empty if there are none. */
 function shortcoming(viewer: Viewer): string {
   switch (viewer.progress?.state) {
     case "limited":

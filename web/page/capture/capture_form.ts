@@ -12,7 +12,7 @@ export interface FormActions {
   addView(): void;
 }
 
-/** The fields of the dialog of pictures and films. */
+/** The fields of the dialog for pictures and films. */
 export function captureFields(
   settings: CaptureSettings,
   shown: PictureSize,
@@ -82,7 +82,7 @@ export function captureFields(
     }`;
 }
 
-/** How large the film will be. */
+/** The expected size of the film. */
 export function forecast(settings: CaptureSettings, shown: PictureSize): string {
   if (settings.what === "picture") return "";
   const frames = captureTexts.frames(frameCount(settings));

@@ -7,7 +7,7 @@ import type { Camera, PictureSize } from "../../viewer/types.ts";
 
 export type What = "picture" | "turntable" | "sweep" | "path";
 
-/** What the dialog of pictures and films is set to. */
+/** The settings of the dialog for pictures and films. */
 export interface CaptureSettings {
   what: What;
   /** A name of sizeChoices(), or "own". */
@@ -20,7 +20,7 @@ export interface CaptureSettings {
   /** Isovalues of the sweep. */
   from: number;
   to: number;
-  /** The views of the path. */
+  /** The camera views of the path. */
   cameras: readonly Camera[];
 }
 
@@ -32,7 +32,7 @@ export interface SizeChoice {
 
 const mostFrames = 3600;
 
-/** Sizes to choose from; `shown`: that of the canvas. */
+/** The sizes to choose from; `shown`: the size of the canvas. */
 export function sizeChoices({ width, height }: PictureSize): SizeChoice[] {
   const all = [
     { name: "shown", label: captureTexts.asShown, size: { width, height } },
@@ -48,7 +48,7 @@ export function sizeChoices({ width, height }: PictureSize): SizeChoice[] {
   return all.filter(({ size }) => Math.max(size.width, size.height) <= mostPixels);
 }
 
-/** The size that is set. Videos have even sizes. */
+/** The chosen size. Videos have even sizes. */
 export function chosenSize(settings: CaptureSettings, shown: PictureSize): PictureSize {
   const { sizeName, own, what, format } = settings;
   const { width, height } = sizeChoices(shown).find(({ name }) => name === sizeName)?.size ?? own;
@@ -60,7 +60,7 @@ export function frameCount({ seconds, framesPerSecond }: CaptureSettings): numbe
   return Math.round(seconds * framesPerSecond);
 }
 
-/** Why the settings cannot be used; undefined: they can. */
+/** Why the settings are invalid; undefined if they are valid. */
 export function problemOf(settings: CaptureSettings, shown: PictureSize): string | undefined {
   const { width, height } = chosenSize(settings, shown);
   const isFine = (px: number) => Number.isInteger(px) && px >= 1 && px <= mostPixels;
@@ -82,7 +82,7 @@ export function problemOf(settings: CaptureSettings, shown: PictureSize): string
   return undefined;
 }
 
-/** The frames of the film that is set; `surface`: the one whose isovalue changes. */
+/** The frames of the film; `surface`: the surface whose isovalue changes. */
 export function framesOf(settings: CaptureSettings, view: FrameView, surface: number): FrameView[] {
   const frames = frameCount(settings);
   if (settings.what === "sweep") return sweep(view, surface, [settings.from, settings.to], frames);

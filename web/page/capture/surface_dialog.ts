@@ -12,7 +12,10 @@ import { formatBytes, formatCount, formatValue } from "../shell/format.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
-/** Offers an isosurface of an open volume as a file of triangles. `save` gives it to the visitor. */
+/**
+ * Offers an isosurface of an open volume as a file of triangles. `save` passes the file to the
+ * visitor.
+ */
 export function openSurfaceDialog(
   access: StoreAccess,
   isovalue: number,
@@ -32,10 +35,10 @@ class SurfaceDialog {
   #level = 0;
   #isClipped: boolean;
   #forecast: SurfaceForecast | undefined;
-  /** 0 … 1 while the file is being made. */
+  /** Progress while the file is being created, 0 … 1. */
   #share: number | undefined;
   #message = "";
-  /** Ends the forecast, or the making of the file. */
+  /** Aborts the forecast, or the creation of the file. */
   #work = new AbortController();
 
   constructor(

@@ -20,7 +20,7 @@ import { type ExtentState, measureSection, resultOf } from "./measure_section.ts
 export interface MeasureHost {
   /** Measurements or the tool have changed. */
   changed(): void;
-  /** Lays the page out: nothing has changed that the address has. */
+  /** Lays the page out after a change that does not affect the address. */
   render(): void;
   /** Lays the page out at once. */
   renderNow(): void;
@@ -28,14 +28,14 @@ export interface MeasureHost {
   done(text: string): void;
   /** Offers a file to save. */
   save(name: string, type: string, text: string): void;
-  /** The query of the address of the present view. */
+  /** The query of the present view's address. */
   view(): string;
 }
 
-/** Between two reports of how far an area is (ms). */
+/** Interval between two progress reports of an area (ms). */
 const progressMs = 250;
 
-/** Measurements in the page: tool, marks above the picture, section, link and files. */
+/** Measurements in the page: tool, marks over the picture, section, link and files. */
 export class Measure {
   readonly tool: MeasureTool;
   readonly #layer: MeasureLayer;
@@ -43,16 +43,16 @@ export class Measure {
   readonly #host: MeasureHost;
   #extents: readonly ExtentState[] = [];
   #measuring: AbortController | null = null;
-  /** Of the isovalues that `key` has. */
+  /** The bytes for the isovalues in `key`. */
   #bytes: { key: string; bytes: number } | null = null;
 
-  /** The content id of the volume that was measured, and of the one that is shown. */
+  /** The content ids of the measured volume and of the volume that is shown. */
   #measured: string | undefined;
   #shown: string | undefined;
-  /** Whether the address had all measurements when it was written last. */
+  /** Whether the address contained all measurements when it was last written. */
   #isInAddress = true;
 
-  /** lines: the measurements of the address; search: its query. */
+  /** lines: the measurements in the address; search: its query. */
   constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[], search: string) {
     this.#viewer = viewer;
     this.#host = host;
@@ -77,17 +77,17 @@ export class Measure {
     viewer.on("opened", (info) => this.#opened(info));
   }
 
-  /** Lies on the canvas. */
+  /** The element over the canvas. */
   get element(): HTMLElement {
     return this.#layer.element;
   }
 
-  /** As the address has them. */
+  /** The measurements in the form of the address. */
   get lines(): readonly string[] {
     return this.tool.measurements.map(writeMeasurement);
   }
 
-  /** The volume may be another version of the one that was measured. */
+  /** A volume was opened, which may be another version of the measured one. */
   #opened({ contentId }: StoreInfo): void {
     if (contentId === this.#shown) return;
     this.#shown = contentId;
@@ -131,7 +131,10 @@ export class Measure {
     );
   }
 
-  /** What the area and volume of the surfaces read, when it is known and the view is at rest. */
+  /**
+   * The bytes to fetch for area and volume of the surfaces, if they are known and the view is at
+   * rest.
+   */
   #bytesToMeasure(): number | undefined {
     const isovalues = this.#viewer.surfaces.map(({ isovalue }) => isovalue);
     const key = isovalues.join();
@@ -144,7 +147,10 @@ export class Measure {
     return bytes;
   }
 
-  /** Area and volume of each isosurface, one after the other. A second call stops the first. */
+  /**
+   * Computes area and volume of each isosurface, one after the other. A second call stops the
+   * first.
+   */
   async #measureSurfaces(): Promise<void> {
     if (this.#measuring) {
       this.#measuring.abort();
@@ -190,7 +196,7 @@ export class Measure {
     show({ extent });
   }
 
-  /** The focused button is removed: the next one gets the focus, or the first tool. */
+  /** If the focused button is removed, the next one gets the focus, or the first tool. */
   #remove(index: number | "all", section: Element | null): void {
     if (index === "all") this.tool.clear();
     else this.tool.remove(index);

@@ -3,12 +3,15 @@ import type { MeasureTool } from "../../measure/measure_tool.ts";
 import { pointCounts } from "../../measure/measurement.ts";
 import { measureTexts } from "../../texts/measure.ts";
 
-/** Above the picture while a tool is active: what to do, what was missed, and how to end. */
+/**
+ * The bar over the picture while a tool is active: instructions, the result of a missed click, and
+ * a button to end.
+ */
 export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResult {
   const { kind, draft, miss } = tool;
   const canEnd = kind === "path" && draft.length >= pointCounts.path[0];
   const keys = kind === "path" ? measureTexts.pathKeys : measureTexts.keys;
-  /** The button may disappear. */
+  /** Runs an action; the button may disappear. */
   const act = (action: () => void) => () => {
     action();
     canvas.focus({ preventScroll: true });

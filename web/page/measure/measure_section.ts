@@ -16,7 +16,7 @@ import { measureTexts } from "../../texts/measure.ts";
 import { listed, localized } from "../../texts/numbers.ts";
 import { formatBytes, formatValue } from "../shell/format.ts";
 
-/** Area and volume of an isosurface: found, or on the way. */
+/** Area and volume of an isosurface: computed, or in progress. */
 export interface ExtentState {
   isovalue: number;
   /** 0 … 1 while it is being computed. */
@@ -26,9 +26,9 @@ export interface ExtentState {
 }
 
 export interface MeasureActions {
-  /** Removes a measurement, or all; section: whose focus is to be kept. */
+  /** Removes a measurement, or all; section: the element that must keep the focus. */
   remove(index: number | "all", section: Element | null): void;
-  /** Computes area and volume of the isosurfaces shown; or stops. */
+  /** Starts or stops computing area and volume of the isosurfaces that are shown. */
   measureSurfaces(): void;
   copy(): void;
   saveCsv(): void;
@@ -36,7 +36,7 @@ export interface MeasureActions {
   saveSession(): void;
 }
 
-/** The number of a measurement, as it is beside it in the picture. */
+/** The result of a measurement, in the form shown in the picture. */
 export function resultOf({ kind, points, text }: Measurement): string {
   if (kind === "note") return text ?? "";
   if (kind === "point") {
@@ -53,7 +53,7 @@ export function resultOf({ kind, points, text }: Measurement): string {
   return text ? `${text}: ${value}` : value;
 }
 
-/** What else is known of its points. */
+/** The other known properties of its points. */
 function facts({ kind, points }: Measurement, info: StoreInfo): string {
   if (kind !== "point" && kind !== "note") {
     const isCoarse = points.some(({ level }) => level !== undefined && level > 0);
@@ -146,7 +146,7 @@ export function measureSection(
   </div>`;
 }
 
-/** Outside of what screen readers announce. */
+/** Not announced by screen readers. */
 function progressPart({ isovalue, share }: ExtentState): TemplateResult | typeof nothing {
   if (share === undefined) return nothing;
   const name = measureTexts.isovalue(formatValue(isovalue));
@@ -171,7 +171,7 @@ function extentPart({ isovalue, extent, problem }: ExtentState) {
   </p>`;
 }
 
-/** A new text leaves the points as they are. */
+/** A new text does not change the points. */
 function keyOf({ points }: Measurement): unknown {
   return points;
 }

@@ -6,7 +6,7 @@ import { languageChoice } from "../shell/chrome.ts";
 import { select } from "./form_elements.ts";
 import type { PictureActions, PictureState } from "./panel_state.ts";
 
-/** The names that are the same in all languages. */
+/** Names that are the same in all languages. */
 const maps = { viridis: "Viridis", magma: "Magma", cividis: "Cividis", turbo: "Turbo" };
 const backgrounds = [
   { colour: "#ffffff", name: "white" },

@@ -53,7 +53,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
       )}
       ${clip.planes.map((plane) =>
         planeSlider(panelTexts.plane, plane, info, percent, (offset) => {
-          // Another plane may have taken its place.
+          // Another plane may have replaced it.
           const moved = (now: ClipPlane) =>
             now.normal === plane.normal ? { ...now, offset } : now;
           actions.changeClip((now) => ({ ...now, planes: now.planes.map(moved) }));

@@ -10,9 +10,9 @@ import { theme, themeBackground } from "../shell/theme.ts";
 import type { PageActions, PageState, PictureActions, PictureState } from "./panel_state.ts";
 
 /**
- * How the viewer shows the picture, and what lies above it: appearance, clipping, slices, parts of the
- * overlay. Starts with the settings of the address; passes every change to the viewer, which keeps them,
- * then notifies the page. Surfaces and isovalues: SurfaceSettings.
+ * The settings of the picture and its overlays: appearance, clipping, slices, parts of the overlay.
+ * Starts with the settings of the address. Passes every change to the viewer, which keeps them, and
+ * then notifies the page. SurfaceSettings has the surfaces and isovalues.
  */
 export class DisplaySettings {
   readonly #viewer: Viewer;
@@ -53,7 +53,7 @@ export class DisplaySettings {
     };
   }
 
-  /** Shows what was shown before: undo and redo. */
+  /** Restores earlier settings, for undo and redo. */
   restore(
     view: Pick<AddressState, "look" | "isThemeBackground" | "clip" | "slices" | "show">,
   ): void {

@@ -6,7 +6,7 @@ import { fraction, type IsovalueScale } from "./isovalue_scale.ts";
 export interface HistogramMark {
   value: number;
   colour: string;
-  /** This isosurface is the one that the slider changes. */
+  /** Whether the slider changes this isosurface. */
   isActive: boolean;
 }
 
@@ -16,9 +16,9 @@ export interface HistogramContent {
   /** Voxel counts of equal parts of the range from low to high. */
   histogram: { low: number; high: number; counts: readonly number[] } | undefined;
   suggestions: readonly number[];
-  /** Cells that are active at the middle of equal parts of the range: the curve. */
+  /** The number of active cells at the middle of equal parts of the range, for the curve. */
   activeCells: { low: number; high: number; counts: readonly number[] } | undefined;
-  /** Heights are logarithms of counts: there may be a thousand times more air than bone. */
+  /** Whether heights are logarithms of counts: there may be a thousand times more air than bone. */
   isLogarithmic: boolean;
 }
 
@@ -27,11 +27,11 @@ export interface HistogramActions {
   pick(value: number): void;
   /** A drag begins on the mark of this surface. */
   activate(index: number): void;
-  /** The wheel: by this many steps. */
+  /** The wheel was turned: moves the value by this many steps. */
   step(by: number): void;
 }
 
-/** A drag that begins so near to a mark (CSS pixels) moves that mark. */
+/** A drag that begins within this distance of a mark (CSS pixels) moves the mark. */
 const reach = 10;
 
 /** Space above the bars for the marks' heads, CSS pixels. */
@@ -50,7 +50,7 @@ export class Histogram {
   /** A second copy of the bars, clipped at the active isosurface. */
   readonly #inside = layer("histogram-inside");
   readonly #marks: HTMLElement[] = [];
-  /** What the marks show. */
+  /** The marks that are shown. */
   #shown: readonly HistogramMark[] = [];
   readonly #actions: HistogramActions;
   #content: HistogramContent | undefined;
@@ -126,7 +126,7 @@ export class Histogram {
       // The mark is as wide as the histogram, so a percentage of its own width moves its left edge
       // to the value.
       mark.style.transform = `translateX(${percent}%)`;
-      // Whatever is set costs the page new styles, even if it is the same.
+      // Setting a style costs a style recalculation, even if the value is the same.
       if (colour !== before[i]?.colour) mark.style.setProperty("--colour", colour);
       if (isActive !== before[i]?.isActive) mark.classList.toggle("active", isActive);
       if (isActive) this.#inside.style.clipPath = `inset(0 0 0 ${percent}%)`;
@@ -154,7 +154,7 @@ export class Histogram {
     this.#actions.pick(scale.low + place * (scale.high - scale.low));
   };
 
-  /** The mark within reach of this position; the nearest of several. */
+  /** The nearest mark within reach of this position. */
   #markAt(x: number): number | undefined {
     const scale = this.#content?.scale;
     if (!scale) return undefined;
@@ -166,7 +166,7 @@ export class Histogram {
   }
 
   readonly #wheel = (event: WheelEvent): void => {
-    // With Ctrl it zooms the page; sideways it scrolls.
+    // With Ctrl the wheel zooms the page; sideways it scrolls.
     if (event.ctrlKey || event.deltaY === 0) return;
     event.preventDefault();
     this.#actions.step(event.deltaY > 0 ? -1 : 1);
@@ -198,7 +198,7 @@ function heightOf(count: number, most: number, isLogarithmic: boolean): number {
   return isLogarithmic ? Math.log1p(count) / Math.log1p(most) : count / most;
 }
 
-/** Active cells over isovalues, as high as the histogram where they are most. */
+/** Active cells over isovalues. The maximum has the height of the histogram. */
 function curveOf(
   { activeCells, scale, isLogarithmic }: HistogramContent,
   width: number,
@@ -251,8 +251,8 @@ function ticksOf({ suggestions, scale }: HistogramContent, width: number, height
 }
 
 /**
- * If the volume has fewer whole numbers than there are bins, some bins are empty only because of
- * this. They are filled from their neighbours.
+ * If the volume has fewer whole numbers than there are bins, some bins are empty only for this
+ * reason. They are filled from their neighbours.
  */
 export function withoutGaps(counts: readonly number[]): number[] {
   return counts.map((count, i) => {

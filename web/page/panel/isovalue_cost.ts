@@ -1,7 +1,7 @@
 import { panelTexts } from "../../texts/panel.ts";
 import { formatBytes, formatCount } from "../shell/format.ts";
 
-/** What an isovalue costs: "about 294 k cells, 400 KB at full detail". Empty if unknown. */
+/** The cost of an isovalue: "about 294 k cells, 400 KB at full detail". Empty if unknown. */
 export function costText(cells: number | undefined, bytes: number | undefined): string {
   const parts = [
     ...(cells === undefined ? [] : [panelTexts.activeCells(formatCount(cells))]),

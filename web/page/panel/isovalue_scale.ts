@@ -11,7 +11,7 @@ export interface IsovalueScale {
   step: number;
 }
 
-/** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger: 0.0037 → 0.002. */
+/** The largest number of the form 1, 2, 5 · 10ⁿ that does not exceed `step`: 0.0037 → 0.002. */
 export function roundStep(step: number): number {
   const power = 10 ** Math.floor(Math.log10(step));
   const digit = step / power;

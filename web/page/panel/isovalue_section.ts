@@ -7,7 +7,7 @@ import { costText } from "./isovalue_cost.ts";
 import { sliderEnds } from "./isovalue_scale.ts";
 import type { VolumeActions, VolumeState } from "./panel_state.ts";
 
-/** Durations of a sweep from which to choose, in seconds. */
+/** Durations of a sweep to choose from, in seconds. */
 const sweepSeconds = [5, 10, 20, 40];
 
 /** The isovalue of the active surface: a field, the histogram with its slider, the sweep, suggestions. */

@@ -14,7 +14,7 @@ export class IsovalueSweep {
     return this.#handle !== 0;
   }
 
-  /** seconds: for the way from low to high. */
+  /** seconds: duration from low to high. */
   start(from: number, low: number, high: number, seconds: number): void {
     this.stop();
     let begin: number | undefined;

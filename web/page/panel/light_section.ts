@@ -15,7 +15,7 @@ import type { PictureActions, PictureState } from "./panel_state.ts";
 
 type Strength = Exclude<keyof Light, "azimuth" | "elevation">;
 
-/** The numbers that have sliders: the ball has the others. */
+/** The settings with sliders; the ball sets the others. */
 const sliders = lightNames.filter(
   (name): name is Strength => name !== "azimuth" && name !== "elevation",
 );
@@ -25,7 +25,7 @@ function directionText({ azimuth, elevation }: Light): string {
   return panelTexts.lightAt(degrees(azimuth), azimuth < 0, degrees(elevation), elevation < 0);
 }
 
-/** A ball as the key light shows it: dragging moves the light, as do the arrow keys. */
+/** A ball lit by the key light. Dragging it, or the arrow keys, move the light. */
 function ball(
   light: Light,
   change: PictureActions["changeLight"],

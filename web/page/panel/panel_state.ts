@@ -5,7 +5,7 @@ import type { Light } from "../../viewer/light.ts";
 import type { Clip, Look, Projection, Slices, Surface } from "../../viewer/types.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
 
-/** What the panel shows of the volume: its surfaces and their isovalues. */
+/** The state of the volume in the panel: its surfaces and their isovalues. */
 export interface VolumeState {
   info: StoreInfo;
   scale: IsovalueScale;
@@ -14,27 +14,27 @@ export interface VolumeState {
   active: number;
   histogram: HTMLElement;
   isLogarithmic: boolean;
-  /** What the visitor is typing into the field of the isovalue, until it is entered or left. */
+  /** The unfinished text in the field of the isovalue, until it is entered or the field is left. */
   typed: string | undefined;
   isSweeping: boolean;
   sweepSeconds: number;
-  /** Of the active surface's isovalue, at the finest level; undefined if it is not known. */
+  /** Bytes for the active surface's isovalue, at the finest level; undefined if unknown. */
   bytes: number | undefined;
 }
 
-/** What the panel shows of the picture: look, projection, clipping and slices. */
+/** The state of the picture in the panel: look, projection, clipping and slices. */
 export interface PictureState {
   look: Look;
-  /** The background colour follows the theme. */
+  /** Whether the background colour follows the theme. */
   isThemeBackground: boolean;
   clip: Clip;
   slices: Slices;
   projection: Projection | undefined;
 }
 
-/** What the panel shows of the page. */
+/** The state of the page in the panel. */
 export interface PageState {
-  /** What lies above the picture. */
+  /** The overlays above the picture. */
   show: ReadonlySet<OverlayPart>;
   canUndo: boolean;
   canRedo: boolean;
@@ -43,8 +43,8 @@ export interface PageState {
 export interface PanelState extends VolumeState, PictureState, PageState {}
 
 /**
- * Changes of the surfaces and their isovalues. Settings may have changed since the panel was drawn: an
- * action changes those of now, and ignores a surface that is gone.
+ * Changes of the surfaces and their isovalues. Settings may have changed since the panel was drawn:
+ * an action changes the present ones, and ignores a surface that was removed.
  */
 export interface VolumeActions {
   /** From the slider: rounded to the scale. */
@@ -52,9 +52,12 @@ export interface VolumeActions {
   /** From the number field: not rounded, limited to the range. */
   enter(value: number): void;
   toggleLogarithmic(): void;
-  /** Starts or stops to move the isovalue through its range. */
+  /** Starts or stops a sweep of the isovalue through its range. */
   toggleSweep(): void;
-  /** Stops a sweep. The field shows this text, whatever else changes; undefined: the isovalue. */
+  /**
+   * Stops a sweep. The field shows this text, whatever else changes; undefined: it shows the
+   * isovalue.
+   */
   type(text: string | undefined): void;
   setSweepSeconds(seconds: number): void;
   activate(index: number): void;
@@ -65,37 +68,37 @@ export interface VolumeActions {
   removeSurface(index: number): void;
 }
 
-/** Changes of the picture as it is now, which may not be drawn in the panel yet. */
+/** Changes of the present picture, which the panel may not show yet. */
 export interface PictureActions {
   changeLook(change: Partial<Look>): void;
   changeLight(change: Partial<Light>): void;
-  /** Turns the key light from where it is now. */
+  /** Turns the key light from its present direction. */
   turnLight(rightDegrees: number, upDegrees: number): void;
   followTheme(): void;
   /** Turns to a view along an axis. */
   lookAlong(view: AxisView): void;
-  /** Moves so that the whole volume is seen, without turning. */
+  /** Moves so that the whole volume is visible, without turning. */
   fit(): void;
-  /** Between perspective and orthographic. */
+  /** Switches between perspective and orthographic. */
   toggleProjection(): void;
   changeClip(change: (now: Clip) => Clip): void;
-  /** Replaces the clip plane by one across the view. */
+  /** Replaces the clip plane by one perpendicular to the view. */
   cutAcrossView(): void;
   changeSlices(change: (now: Slices) => Slices): void;
-  /** Replaces the oblique slice by one across the view. */
+  /** Replaces the oblique slice by one perpendicular to the view. */
   sliceAcrossView(): void;
 }
 
 /** Changes of the page. */
 export interface PageActions {
-  /** Shows or hides what lies above the picture. */
+  /** Shows or hides an overlay above the picture. */
   toggleShown(part: OverlayPart): void;
-  /** Whether the faces of the clip box have handles in the picture. */
+  /** Shows or hides handles at the faces of the clip box. */
   showClipHandles(isShown: boolean): void;
   /** Saves the picture without its background. */
   saveTransparent(): void;
   openCapture(): void;
-  /** Take back, or repeat, the last change of the view. */
+  /** Undo or redo the last change of the view. */
   undo(): void;
   redo(): void;
 }

@@ -4,7 +4,10 @@ import { extentAlong } from "../../viewer/clipping.ts";
 import type { ClipPlane } from "../../viewer/types.ts";
 import type { ValueElement } from "./form_elements.ts";
 
-/** Moves a plane along its normal through the volume. `formatter`: of the share of the way, 0 … 1. */
+/**
+ * Moves a plane along its normal through the volume. `formatter`: converts the fraction of the way,
+ * 0 … 1.
+ */
 export function planeSlider(
   label: string,
   { normal, offset }: ClipPlane,

@@ -22,7 +22,7 @@ export function slicesSection(state: PanelState, actions: PanelActions): Templat
   </div>`;
 }
 
-/** A slice across an axis, which steps from voxel to voxel. */
+/** A slice across an axis, with steps of one voxel. */
 function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActions) {
   const name = axes[axis] ?? "";
   const last = (info.voxels[axis] ?? 2) - 1;
@@ -108,7 +108,7 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     );
   const move = (offset: number) =>
     actions.changeSlices((now) =>
-      // Another plane may have taken its place.
+      // Another plane may have replaced it.
       now.plane?.normal === normal ? { ...now, plane: { normal, offset } } : now,
     );
   return html`${planeSlider(slicesTexts.oblique, plane, info, place, move)}
@@ -118,7 +118,7 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     >`;
 }
 
-/** The values that are black and white. What is entered is kept in order. */
+/** The values shown as black and white. Entered values are kept in ascending order. */
 function rangePart({ slices, info }: PanelState, actions: PanelActions) {
   const { range } = slices;
   const field = (label: string, end: 0 | 1) => {

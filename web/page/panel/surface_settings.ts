@@ -18,9 +18,10 @@ import type { VolumeActions, VolumeState } from "./panel_state.ts";
 import { withAddedSurface } from "./surfaces.ts";
 
 /**
- * The surfaces of the volume that the page shows, and what changes their isovalues. Starts with those of
- * the address; passes every change to the viewer, then notifies the page. The surfaces that the visitor
- * has chosen are here: the viewer shows others while a film is made, and none before a volume is open.
+ * The surfaces of the volume that the page shows, and the changes of their isovalues. Starts with
+ * the surfaces of the address. Passes every change to the viewer, and then notifies the page. The
+ * visitor's surfaces are stored here, since the viewer shows others while a film is drawn, and none
+ * before a volume is open.
  */
 export class SurfaceSettings {
   readonly #viewer: Viewer;
@@ -52,7 +53,7 @@ export class SurfaceSettings {
     return this.#surfaces;
   }
 
-  /** There is one isovalue, which a store has suggested: the visitor has not chosen it. */
+  /** Whether the only isovalue is the store's suggestion, and not a choice of the visitor. */
   get hasSuggested(): boolean {
     return this.#surfaces.length === 1 && this.#surfaces[0]?.isovalue === this.#suggested;
   }
@@ -79,7 +80,7 @@ export class SurfaceSettings {
       const { colours, opacities } = this.#url;
       const isovalue = firstIsovalue(info);
       this.#suggested = isovalue;
-      // A colour may have been chosen.
+      // The visitor may have chosen a colour.
       surfaces = surfacesAt([isovalue], colours, opacities).map((surface) => ({
         ...surface,
         ...this.#surfaces[0],
@@ -121,7 +122,7 @@ export class SurfaceSettings {
     };
   }
 
-  /** Shows the surfaces that were shown before: undo and redo. */
+  /** Restores earlier surfaces, for undo and redo. */
   restore(surfaces: readonly Surface[]): void {
     this.#sweep.stop();
     this.#active = Math.max(0, Math.min(this.#active, surfaces.length - 1));

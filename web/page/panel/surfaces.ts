@@ -6,9 +6,9 @@ import { type IsovalueScale, roundToScale } from "./isovalue_scale.ts";
 const outerOpacity = 0.4;
 
 /**
- * Adds a surface at the end of the list, at the candidate isovalue farthest from the existing ones;
- * two surfaces at one isovalue would hide each other. The surface that usually encloses the others
- * (the lower isovalue) becomes translucent, so that both are visible.
+ * Adds a surface at the end of the list, at the candidate isovalue farthest from the existing ones,
+ * since two surfaces at one isovalue would hide each other. The surface that usually encloses the
+ * others (the lower isovalue) becomes translucent, so that both are visible.
  */
 export function withAddedSurface(
   surfaces: readonly Surface[],
@@ -23,7 +23,7 @@ export function withAddedSurface(
   const candidates = [...inside, ...shares, ...gapMidpoints(surfaces, scale)];
   const farthest = (values: readonly number[]) =>
     values.reduce((best, value) => (away(value) > away(best) ? value : best));
-  // Suggestions come first, if they are far enough apart to be distinguished.
+  // Suggestions take precedence, if they are far enough apart to be distinguished.
   const best = farthest(inside.length > 0 ? inside : candidates);
   const isovalue = away(best) >= 0.02 * (high - low) ? best : farthest(candidates);
   const used = new Set(surfaces.map((surface) => surface.colour));

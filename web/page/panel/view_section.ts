@@ -5,7 +5,7 @@ import { panelTexts } from "../../texts/panel.ts";
 import { axisViews } from "../../viewer/camera_views.ts";
 import type { PanelActions, PanelState } from "./panel_state.ts";
 
-/** Views along the axes, and what lies above the picture. */
+/** Views along the axes, and the overlays above the picture. */
 export function viewSection(
   { info, show, projection, canUndo, canRedo }: PanelState,
   actions: PanelActions,

@@ -15,7 +15,7 @@ export interface LoadedPartsHost extends MeasureHost {
   changeClip(clip: Clip): void;
 }
 
-/** The parts of a volume page that are loaded after the first surface, or when they are first used. */
+/** The parts of a volume page that are loaded after the first surface, or at their first use. */
 export class LoadedParts {
   readonly #viewer: Viewer;
   readonly #url: UrlState;
@@ -28,7 +28,7 @@ export class LoadedParts {
   #loadingMeasure: Promise<void> | null = null;
   #slicesSection: LayoutState["slicesSection"] = null;
 
-  /** `search`: the query of the address as the page was opened, which `url` states. */
+  /** `search`: the query of the address when the page was opened, from which `url` was parsed. */
   constructor(viewer: Viewer, url: UrlState, search: string, host: LoadedPartsHost) {
     this.#viewer = viewer;
     this.#url = url;
@@ -44,7 +44,7 @@ export class LoadedParts {
     return this.#clipHandles;
   }
 
-  /** The clip box was asked for. */
+  /** Whether the visitor wants the clip box. */
   get isClipBoxShown(): boolean {
     return this.#isClipBoxShown;
   }
@@ -58,18 +58,18 @@ export class LoadedParts {
     return this.#slicesSection;
   }
 
-  /** The measurements as the address has them. */
+  /** The measurements in the form of the address. */
   get measures(): readonly string[] {
     return this.#measure?.lines ?? this.#url.measures ?? [];
   }
 
-  /** The elements of the measurements, of an open volume. */
+  /** The elements for the measurements of an open volume. */
   measureParts(info: StoreInfo | null): LayoutState["measure"] {
     const measure = this.#measure;
     return measure && info && { element: measure.element, section: measure.section(info) };
   }
 
-  /** What lies above the picture is loaded after the first surface. */
+  /** Loads the overlays above the picture, after the first surface. */
   async loadOverlay(): Promise<void> {
     const { Overlay } = await import("../../overlay/overlay.ts");
     this.#overlay = new Overlay(this.#viewer, (view) => this.#host.lookAlong(view));
@@ -101,7 +101,7 @@ export class LoadedParts {
     }
   }
 
-  /** Measurements are loaded when they are first used, or if the address has some. */
+  /** Loads the measurements at their first use, or if the address has some. */
   loadMeasure(): Promise<void> {
     this.#loadingMeasure ??= import("../measure/measure.ts").then(
       ({ Measure }) => {
@@ -121,7 +121,7 @@ export class LoadedParts {
     return this.#loadingMeasure;
   }
 
-  /** Measures distances, or ends measuring. */
+  /** Begins or ends measuring distances. */
   async beginMeasuring(): Promise<void> {
     await this.loadMeasure();
     const tool = this.#measure?.tool;
@@ -129,7 +129,7 @@ export class LoadedParts {
   }
 }
 
-/** A session may belong to the address: see open_session.ts. */
+/** Whether a session belongs to the address: see open_session.ts. */
 function hasKeptSession(): boolean {
   try {
     return sessionStorage.getItem(keptSessionKey) !== null;

@@ -5,7 +5,7 @@ import type { Camera } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { UrlState } from "../address/url_state.ts";
 
-/** The camera of a volume page: where it comes from, and its smooth moves. */
+/** The camera of a volume page: its initial value, and its smooth moves. */
 export class PageCamera {
   readonly #viewer: Viewer;
   readonly #url: UrlState;
@@ -30,15 +30,15 @@ export class PageCamera {
     return this.#moved;
   }
 
-  /** The camera for a volume that is opened. Undefined: the viewer chooses. */
+  /** The camera for opening a volume. Undefined: the viewer chooses. */
   toOpen(keepsView: boolean): Camera | undefined {
     const present = keepsView ? this.#viewer.camera : null;
     return present ?? this.#moved ?? this.#ofAddress;
   }
 
   /**
-   * A volume is open. `asked`: the camera of `toOpen`; `before`: `moved` then. Returns whether the
-   * viewer had to show another camera than `asked`; false for a view that was kept.
+   * Called when a volume is open. `asked`: the result of `toOpen`; `before`: `moved` at that time.
+   * Returns whether the viewer shows another camera than `asked`; false for a view that was kept.
    */
   opened(asked: Camera | undefined, before: Camera | null, keepsView: boolean): boolean {
     const shown = this.#viewer.camera;
@@ -54,7 +54,7 @@ export class PageCamera {
     return camera && projection === "orthographic" ? { ...camera, projection } : camera;
   }
 
-  /** The camera, or the one at which it will come to rest. */
+  /** The camera, or the target of its present motion. */
   get resting(): Camera | undefined {
     return this.#motion.target ?? this.#moved ?? this.#viewer.camera ?? this.#ofAddress;
   }
@@ -83,7 +83,7 @@ export class PageCamera {
     this.to({ ...camera, target, distance });
   }
 
-  /** The point of the surface at a place of the window becomes the centre of rotation. */
+  /** Makes the point of the surface at a position in the window the centre of rotation. */
   centre({ clientX, clientY }: { clientX: number; clientY: number }): void {
     const { camera, canvas } = this.#viewer;
     const box = canvas.getBoundingClientRect();

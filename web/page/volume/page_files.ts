@@ -7,7 +7,7 @@ import { plainValue } from "../shell/format.ts";
 import { keepThumbnailWhenIdle } from "../shell/thumbnails.ts";
 import type { Toast } from "../shell/toast.ts";
 
-/** The files that a volume page saves: pictures, films and surfaces; and the picture that lists show. */
+/** The files that a volume page saves: pictures, films and surfaces; and the picture for lists. */
 export class PageFiles {
   readonly #viewer: Viewer;
   readonly #surfaces: SurfaceSettings;
@@ -16,7 +16,7 @@ export class PageFiles {
   #capture: Promise<CaptureDialog> | null = null;
   #keptThumbnail = "";
 
-  /** title: of the volume, for the names of files. */
+  /** title: the volume's title, for file names. */
   constructor(viewer: Viewer, surfaces: SurfaceSettings, toast: Toast, title: () => string) {
     this.#viewer = viewer;
     this.#surfaces = surfaces;
@@ -24,7 +24,7 @@ export class PageFiles {
     this.#title = title;
   }
 
-  /** Offers a file to save, whose name begins with the volume's. */
+  /** Offers a file to save, whose name begins with the volume's name. */
   save(ending: string, content: Blob): void {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(content);
@@ -75,7 +75,7 @@ export class PageFiles {
     }
   }
 
-  /** Keeps the present picture for lists of volumes, unless it has been kept already. */
+  /** Keeps the present picture for lists of volumes, unless it was kept already. */
   keepThumbnail({ contentId }: StoreInfo): void {
     if (this.#keptThumbnail === contentId) return;
     this.#keptThumbnail = contentId;

@@ -33,7 +33,7 @@ export function handlePageKey(
   }
 }
 
-/** What a key does in the history of the view, unless a text field uses it. */
+/** The action of a key for undo and redo, unless a text field uses the key. */
 export function historyStep(
   event: KeyboardEvent,
   canvas: HTMLElement,
@@ -48,7 +48,7 @@ export function historyStep(
   return event.shiftKey ? "redo" : "undo";
 }
 
-/** Which element uses the key: text fields use all keys, other controls some, the page the rest. */
+/** Who uses the key: text fields use all keys, other controls some, the page the rest. */
 function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" | "none" {
   const origin = event.composedPath()[0];
   if (!(origin instanceof HTMLElement) || origin === document.body || origin === canvas)
@@ -59,7 +59,7 @@ function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" 
   return "control";
 }
 
-/** What keys do besides those of the camera: what `shell/help.ts` lists. */
+/** The actions of keys that do not move the camera, as `shell/help.ts` lists them. */
 export function keyActions(
   surfaces: SurfaceSettings,
   parts: LoadedParts,

@@ -14,7 +14,7 @@ import type { StatusLine } from "./status_line.ts";
 import { bannerOf, type VolumeFaults } from "./volume_faults.ts";
 import { type LayoutActions, type LayoutState, volumeLayout } from "./volume_layout.ts";
 
-/** What the layout shows. */
+/** The data that the layout shows. */
 export interface LaidOutPage {
   readonly viewer: Viewer;
   readonly surfaces: SurfaceSettings;
@@ -27,18 +27,20 @@ export interface LaidOutPage {
   readonly target: Target;
   /** The volume, once it is open. */
   readonly info: StoreInfo | null;
-  /** A surface has been drawn. */
+  /** Whether a surface has been drawn. */
   readonly hasPicture: boolean;
   readonly title: string;
   readonly actions: LayoutActions;
 }
 
-/** Lays out a volume page, and keeps what belongs to the layout alone: which parts of it are open. */
+/**
+ * Lays out a volume page. Stores the state that only the layout has: which of its parts are open.
+ */
 export class PageLayout {
   readonly #root: HTMLElement;
   readonly #page: LaidOutPage;
   readonly #histogram: Histogram;
-  /** The bytes of an isovalue. */
+  /** The bytes for an isovalue. */
   #cost: { isovalue: number; bytes: number } | null = null;
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;
@@ -71,13 +73,13 @@ export class PageLayout {
     this.renderNow();
   }
 
-  /** Another store is open: its isovalues cost other bytes. */
+  /** Another store is open, whose isovalues cost other bytes. */
   opened(): void {
     this.#cost = null;
     this.request();
   }
 
-  /** The view rests. The isovalue's bytes are found now: it takes time in large volumes. */
+  /** The view rests. Computes the isovalue's bytes now, since this takes time in large volumes. */
   rests(): void {
     const { surfaces, active } = this.#page.surfaces.state;
     const isovalue = surfaces[active]?.isovalue;
@@ -105,7 +107,10 @@ export class PageLayout {
     this.request();
   }
 
-  /** A surface was removed: the focused button is gone, or belongs to another surface. */
+  /**
+   * Moves the focus after a surface was removed: the focused button is gone, or belongs to another
+   * surface.
+   */
   focusSurface(index: number): void {
     this.renderNow();
     const rows = this.#root.querySelectorAll<HTMLElement>(".surface-value");
@@ -151,7 +156,7 @@ export class PageLayout {
         ...settings,
       },
       background: settings.look.background,
-      // If there is no picture, the error takes its place.
+      // If there is no picture, the error is shown instead.
       problem: faults.problem ?? (hasPicture ? null : fault),
       names: faults.names,
       legend: viewer.legend,

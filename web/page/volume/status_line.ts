@@ -7,8 +7,8 @@ import { levelText, stateText } from "./status_text.ts";
 const everyMs = 200;
 
 /**
- * Shows what is drawn, its cost, and what is still to fetch. Only text, updated a few times a
- * second.
+ * Shows what is drawn, its cost, and the data still to fetch. Contains only text, which is updated
+ * a few times a second.
  */
 export class StatusLine {
   readonly element = document.createElement("div");
@@ -42,7 +42,7 @@ export class StatusLine {
     this.#schedule();
   }
 
-  /** Called when the picture rests: hides the frame rate, which would be out of date. */
+  /** Called when the picture rests: hides the frame rate, which would be outdated. */
   rests(): void {
     if (this.#frame) this.frame({ ...this.#frame, framesPerSecond: 0 });
   }

@@ -10,7 +10,7 @@ export function levelText({ finestLevel, coarsestLevel }: Progress): string {
   return pageTexts.levels(finestLevel, coarsestLevel);
 }
 
-/** What is left to fetch for this view. */
+/** The data still to fetch for this view. */
 export function stateText(progress: Progress): string {
   const toGo = progress.bytesToGo > 0 ? pageTexts.toGo(formatBytes(progress.bytesToGo)) : "";
   switch (progress.state) {
@@ -31,7 +31,7 @@ export function stateText(progress: Progress): string {
   }
 }
 
-/** The picture is as complete as possible until the fault is repaired. */
+/** The picture stays incomplete until the fault is repaired. */
 function incompleteText({ damagedParts, fault }: Progress): string {
   const isDamaged = fault?.kind === "damaged-part" || fault?.kind === "damaged-page";
   if (!isDamaged || damagedParts === 0) return pageTexts.missing;
@@ -42,7 +42,7 @@ function completeText({ finestLevel }: Progress): string {
   return finestLevel < 0 ? pageTexts.noSurface : pageTexts.complete;
 }
 
-/** The view needs nothing more: the bytes are for other isovalues. */
+/** The view is complete: the bytes are for other isovalues. */
 function preparationText({ preparation }: Progress): string {
   if (!preparation) return "";
   const { bytes, bytesPlanned } = preparation;

@@ -13,20 +13,20 @@ interface PreparedView extends View {
 
 let prepared: PreparedView | undefined;
 
-/** Loads the renderer and compiles its shaders for the next `takeView`, while there is nothing to show. */
+/** Loads the renderer and compiles its shaders in advance, for the next `takeView`. */
 export function prepareView(): void {
   if (prepared) return;
   prepared = newView();
-  prepared.viewer.prepare().catch(() => {}); // opening a volume tries again, and reports the error
+  prepared.viewer.prepare().catch(() => {}); // opening a volume retries this, and reports the error
 }
 
-/** Frees what was prepared and not taken. */
+/** Frees a prepared view that was not used. */
 export function releaseView(): void {
   prepared?.viewer.dispose();
   prepared = undefined;
 }
 
-/** The view that was prepared, or a new one. `reset`: what the key R does. */
+/** Returns the prepared view, or a new one. `reset`: the action of the key R. */
 export function takeView(reset: () => void): View {
   const view = prepared ?? newView();
   prepared = undefined;

@@ -5,7 +5,10 @@ import { kindOf, type Problem, problemOf, problemOfFault } from "../shell/proble
 import { fetchVolumes } from "../shell/volumes_api.ts";
 import type { Banner } from "./volume_layout.ts";
 
-/** What prevents the picture of a volume page, or a complete one; and when opening is tried again. */
+/**
+ * Faults that prevent the picture of a volume page, or a complete one; and the next attempt to open
+ * the volume.
+ */
 export class VolumeFaults {
   /** Opens the volume again. */
   readonly #reopen: () => void;
@@ -25,12 +28,12 @@ export class VolumeFaults {
     this.#changed = changed;
   }
 
-  /** Why the volume could not be opened. */
+  /** The reason why the volume could not be opened. */
   get problem(): Problem | null {
     return this.#problem;
   }
 
-  /** Volumes that exist, if the one of the address does not. */
+  /** Names of existing volumes, if the volume of the address does not exist. */
   get names(): readonly string[] {
     return this.#names;
   }
@@ -39,18 +42,18 @@ export class VolumeFaults {
     return this.#isContextLost;
   }
 
-  /** The renderer must be started again. */
+  /** Whether the renderer must be restarted. */
   get hasRendererError(): boolean {
     return this.#rendererError !== null;
   }
 
-  /** Nothing further comes by itself. */
+  /** Whether nothing will change without further calls. */
   get isSettled(): boolean {
     const { state } = this.#progress ?? {};
     return state === "complete" || state === "incomplete" || state === "offline";
   }
 
-  /** `again`: the message of the last try stays until this one succeeds. */
+  /** `again`: the message of the last attempt stays until this one succeeds. */
   opening({ again, keepsView }: { again: boolean; keepsView: boolean }): void {
     clearTimeout(this.#reopenTimer);
     if (!again) {
@@ -91,8 +94,8 @@ export class VolumeFaults {
   }
 
   /**
-   * The volume cannot be opened. `what`: its name; `isRetryScheduled`: another try is already
-   * scheduled; `isListed`: it was asked for by the name that the server lists.
+   * The volume cannot be opened. `what`: its name; `isRetryScheduled`: another attempt is already
+   * scheduled; `isListed`: the name is one that the server lists.
    */
   notOpened(error: unknown, what: string, isRetryScheduled: boolean, isListed: boolean): void {
     this.#problem = problemOf(error, what);
@@ -123,13 +126,13 @@ export class VolumeFaults {
     return { ...problemOfFault(fault.kind, name, fault.message), isWaiting };
   }
 
-  /** Nothing is tried again. */
+  /** Stops all further attempts. */
   close(): void {
     clearTimeout(this.#reopenTimer);
   }
 }
 
-/** A fault above a picture. */
+/** A fault shown over a picture. */
 export function bannerOf(fault: ReturnType<VolumeFaults["current"]>): Banner | null {
   return fault && { ...fault, text: `${fault.title}. ${fault.text}` };
 }

@@ -24,20 +24,20 @@ import type { ToastMessage } from "../shell/toast.ts";
 /** A message beside the picture, which stays visible. */
 export interface Banner {
   text: string;
-  /** What was expected and found, for a report. */
+  /** The expected and the found value, for a report. */
   detail?: string;
-  /** The page tries again by itself soon. */
+  /** Whether the page will retry soon without further calls. */
   isWaiting: boolean;
   offers: readonly Offer[];
 }
 
 export interface LayoutState {
   title: string;
-  /** What a provisional store is. */
+  /** The description of a provisional store. */
   provisional: string | undefined;
   /** Buttons that are loaded later. */
   tools: HTMLElement | null;
-  /** Null until the volume is open: there is nothing to control before. */
+  /** Null until the volume is open, since there is nothing to control before. */
   panel: PanelState | null;
   background: string;
   problem: Problem | null;
@@ -46,16 +46,16 @@ export interface LayoutState {
   legend: Legend | null;
   banner: Banner | null;
   toast: ToastMessage | null;
-  /** There is no picture yet, but the volume is loading. */
+  /** Whether there is no picture yet, but the volume is loading. */
   isOpening: boolean;
   isSheetOpen: boolean;
   isPanelHidden: boolean;
   canvas: HTMLElement;
-  /** Lies on the canvas; null until it has loaded. */
+  /** The overlay over the canvas; null until it has loaded. */
   overlay: HTMLElement | null;
-  /** The clip box and its handles, which lie on the canvas; null unless they are shown. */
+  /** The clip box and its handles over the canvas; null unless they are shown. */
   clipHandles: HTMLElement | null;
-  /** The marks of measurements, which lie on the canvas, and their section; null until loaded. */
+  /** The marks of measurements over the canvas, and their section; null until loaded. */
   measure: { element: HTMLElement; section: TemplateResult } | null;
   /** The section of slices; null until loaded. */
   slicesSection: ((state: PanelState, actions: PanelActions) => TemplateResult) | null;
@@ -126,7 +126,7 @@ function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): Temp
   </header>`;
 }
 
-/** The overlay while there is no picture. */
+/** Covers the canvas while there is no picture. */
 function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typeof nothing {
   if (state.problem) {
     return html`<div class="cover">

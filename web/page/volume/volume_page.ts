@@ -72,7 +72,7 @@ export class VolumePage {
   #hasPicture = false;
   readonly #layout: PageLayout;
 
-  /** Resolves when there is something to see: a surface or an error message. */
+  /** Resolves when something is visible: a surface or an error message. */
   readonly firstContent: Promise<void>;
   #resolveFirstContent = () => {};
 
@@ -98,7 +98,7 @@ export class VolumePage {
       if (this.#hasPicture || frame.samplesDrawn === 0) return;
       this.#hasPicture = true;
       this.#layout.request();
-      // The browser has shown it in the frame after the next.
+      // The browser shows it in the frame after the next one.
       requestAnimationFrame(() => requestAnimationFrame(this.#resolveFirstContent));
     });
     viewer.on("opened", (info) => this.#onOpened(info));
@@ -141,19 +141,19 @@ export class VolumePage {
   }
 
   /**
-   * Shows another store of the same volume, with the present view: camera, settings and steps of undo
-   * stay, and the picture until the other store has one. An isovalue that the page has chosen is chosen
-   * anew. `src`: the store's address; default: as it is.
+   * Shows another store of the same volume with the present view. Camera, settings and steps of
+   * undo stay, and so does the picture until the other store has one. An isovalue that the page has
+   * chosen is chosen again. `src`: the store's address; by default unchanged.
    */
   replace(target: Target, src = this.#url.src): Promise<void> {
-    this.#address.write(); // what has not come to rest is a step of undo as well
+    this.#address.write(); // a view that has not come to rest is a step of undo as well
     this.#history.replacePresent();
     this.#target = target;
     if (src !== undefined) this.#url.src = src;
     return this.#open({ keepsView: true });
   }
 
-  /** `again`: the message of the last try stays until this one succeeds. */
+  /** `again`: the message of the last attempt stays until this one succeeds. */
   async #open({ again = false, keepsView = false } = {}): Promise<void> {
     this.#faults.opening({ again, keepsView });
     this.#resetProgress();
@@ -188,7 +188,7 @@ export class VolumePage {
     }
   }
 
-  /** The address and the layout follow every setting. */
+  /** A setting has changed: updates the address and the layout. */
   #changed(): void {
     this.#address.changed();
     this.#layout.request();
@@ -209,7 +209,7 @@ export class VolumePage {
   }
 
   #onProgress(progress: Progress): void {
-    // Errors of chunks that were lost with the context.
+    // These are errors of chunks that were lost with the context.
     if (this.#faults.isContextLost) return;
     this.#status.progress(progress);
     if (this.#faults.progress(progress)) this.#layout.request();
@@ -243,7 +243,7 @@ export class VolumePage {
     }
   }
 
-  /** Publishes whether the picture or the address will still change by themselves. */
+  /** Publishes whether the picture or the address will still change without further calls. */
   #showBusy(): void {
     this.#canvas.ariaBusy = String(this.#viewer.isBusy || this.#address.isPending);
   }
@@ -254,7 +254,7 @@ export class VolumePage {
     this.#status.clear();
   }
 
-  /** The volume cannot be opened. `isRetryScheduled`: another try is already scheduled. */
+  /** The volume cannot be opened. `isRetryScheduled`: another attempt is already scheduled. */
   #showError(error: unknown, isRetryScheduled = false): void {
     this.#resolveFirstContent();
     this.#surfaces.closed();
@@ -264,7 +264,7 @@ export class VolumePage {
   }
 
   #retry(): void {
-    // Restarts the renderer if it failed, and requests that wait for another try.
+    // Restarts the renderer if it failed, and requests that wait for another attempt.
     if (this.#viewer.info === null || this.#faults.hasRendererError) void this.#open();
     else this.#viewer.retry();
   }
@@ -298,7 +298,7 @@ export class VolumePage {
   };
 
   #restore(step: "undo" | "redo"): void {
-    this.#address.write(); // what has not come to rest is a view as well
+    this.#address.write(); // a view that has not come to rest is a step as well
     const view = this.#history[step]();
     if (!view) return;
     this.#settings.restore(view);
@@ -311,7 +311,7 @@ export class VolumePage {
     this.#layout.request();
   }
 
-  /** What lies above the picture is loaded after the first surface. */
+  /** Loads the overlays above the picture, after the first surface. */
   loadOverlay(): Promise<void> {
     return this.#parts.loadOverlay();
   }
@@ -326,7 +326,7 @@ export class VolumePage {
     this.#layout.tools = element;
   }
 
-  /** Ends what the page has begun; its elements are not removed. */
+  /** Ends all work of the page; its elements are not removed. */
   close(): void {
     this.#info = null; // the address is no longer written
     this.#parts.clipHandles?.stop();
