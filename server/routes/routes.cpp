@@ -27,9 +27,9 @@ constexpr std::string_view kIndex = R"({"type":"integer","minimum":0})";
 constexpr auto kListParameters = std::to_array<QueryParameter>({
     {"query", false, "words",
      "Words, separated by blanks: each must occur in the name or the title.", kText},
-    {"offset", false, "n", "Volumes to leave out at the beginning.",
+    {"offset", false, "n", "Number of volumes to skip.",
      R"({"type":"integer","minimum":0,"default":0})"},
-    {"limit", false, "n", "The most volumes to return.",
+    {"limit", false, "n", "Maximum number of volumes to return.",
      R"({"type":"integer","minimum":1,"maximum":1000,"default":100})"},
 });
 
