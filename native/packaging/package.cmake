@@ -6,8 +6,8 @@
 #   share/isosplat/page             the page
 #   share/man, share/bash-completion, share/zsh, share/doc (with examples), lib/systemd
 #
-# The component library (shared/bindings/library/install.cmake) is a Debian package of its own,
-# libisosplat-dev. The archive holds both components.
+# The component library (shared/bindings/library/install.cmake) is a separate Debian package,
+# libisosplat-dev. The archive contains both components.
 
 set(page ${PROJECT_SOURCE_DIR}/build/page)
 set(documents ${PROJECT_BINARY_DIR}/documents)
@@ -50,21 +50,21 @@ install(FILES native/packaging/nginx.conf native/packaging/nginx-cluster.conf na
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME isosplat)
 set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
-# Debian sorts what follows ~ before the version without it.
+# Debian sorts a version with a suffix after ~ before the version without it.
 string(REPLACE - ~ CPACK_DEBIAN_PACKAGE_VERSION ${ISOSPLAT_VERSION})
 set(CPACK_PACKAGE_VENDOR Isosplat)
-# .ci/make-packages names who makes them.
+# .ci/make-packages sets the maintainer.
 set(CPACK_PACKAGE_CONTACT "Isosplat <isosplat@localhost>")
 set(CPACK_PACKAGE_FILE_NAME isosplat-${ISOSPLAT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_PACKAGE_CHECKSUM SHA256)
 set(CPACK_STRIP_FILES ON)
-# Each program comes from a build tree of its own; the library from this one.
+# Each program comes from a separate build tree, the library from this one.
 set(CPACK_INSTALL_CMAKE_PROJECTS "${PROJECT_BINARY_DIR};isosplat;program;/"
                                  "${PROJECT_BINARY_DIR};isosplat;library;/")
 foreach(build ${ISOSPLAT_OTHER_BUILDS})
   list(PREPEND CPACK_INSTALL_CMAKE_PROJECTS "${build};isosplat;program;/")
 endforeach()
-# What each of these lines stands for, in the generators that make a package of each component.
+# The components that each line above installs, for generators that create one package per component.
 set(CPACK_COMPONENTS_PROGRAM program)
 set(CPACK_COMPONENTS_LIBRARY library)
 
@@ -74,7 +74,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME isosplat)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-# What draws where there is no GPU, for `isosplat render`.
+# The software renderer for machines without a GPU, for `isosplat render`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "isosurfaces of large volumes, as splats in a browser
 The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, HDF5,
