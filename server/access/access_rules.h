@@ -81,7 +81,7 @@ class AccessRules {
     return rules_.empty() && link_key_.empty() && !has_lines_ && !jwt_verifier_;
   }
 
-  /// What a client with these credentials may read at `now` (seconds since 1970). Tokens and
+  /// The rights of a client with these credentials at `now` (seconds since 1970). Tokens and
   /// signatures are compared in constant time. `rules`: null is the same as open.
   static Grant grant(std::shared_ptr<const AccessRules> rules, const Credentials& credentials,
                      uint64_t now);
@@ -139,7 +139,7 @@ class AccessRules {
 /// The name of the token that is not in the token file.
 inline constexpr std::string_view kServerToken = "ISOSPLAT_TOKEN";
 
-/// What one client may read.
+/// The rights of one client.
 class Grant {
  public:
   /// Whether the client may read a volume. The time does not depend on whether the volume exists.

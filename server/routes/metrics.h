@@ -45,12 +45,12 @@ class Metrics {
   std::atomic<uint64_t> computations_refused{0};  ///< requests, since too many waited, so far
   std::atomic<uint64_t> work_cancelled{
       0};  ///< requests whose client disconnected before the end, so far
-  std::atomic<uint64_t> connections_closed{0};    ///< to make room for others, so far
-  std::atomic<uint64_t> out_of_memory{0};         ///< what failed for lack of memory, so far
-  std::atomic<uint64_t> faults{0};                ///< errors of the server, so far
-  std::atomic<uint64_t> tls_failures{0};          ///< handshakes that failed, so far
-  std::atomic<uint64_t> reloads{0};               ///< that succeeded, so far
-  std::atomic<uint64_t> reloads_failed{0};        ///< so far
+  std::atomic<uint64_t> connections_closed{0};  ///< to make room for others, so far
+  std::atomic<uint64_t> out_of_memory{0};   ///< operations that failed for lack of memory, so far
+  std::atomic<uint64_t> faults{0};          ///< errors of the server, so far
+  std::atomic<uint64_t> tls_failures{0};    ///< handshakes that failed, so far
+  std::atomic<uint64_t> reloads{0};         ///< that succeeded, so far
+  std::atomic<uint64_t> reloads_failed{0};  ///< so far
   std::atomic<bool> was_reload_successful{true};  ///< the last one; before it, the start
   std::atomic<int64_t> reload_time{0};            ///< of the last one, in seconds since 1970
   std::atomic<int64_t> certificate_end{0};        ///< in seconds since 1970; 0: no TLS

@@ -68,7 +68,7 @@ struct RouteCall {
   std::shared_ptr<const CatalogSnapshot> catalog;
   StorePool& stores;
   std::shared_ptr<const PageAssets> page;  ///< null: none
-  const Grant& grant;                      ///< what the client may read
+  const Grant& grant;                      ///< the rights of the client
   const Monitor& monitor;
   TextCompressor& compressor;
   ChunkCache& chunks;
