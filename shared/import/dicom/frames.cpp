@@ -55,8 +55,8 @@ double seconds_of(std::string_view date_time) {
   return seconds_of(date_time.substr(0, 8), date_time.substr(8));
 }
 
-/// What the tiles of a whole-slide image are (PS3.3, C.8.12.4); empty for other images. The tiles
-/// of a plane lie beside each other, so they are no slices.
+/// A description of the tiles of a whole-slide image (PS3.3, C.8.12.4); empty for other images. The
+/// tiles of a plane are adjacent, so they are not slices.
 std::string describe_tiles(const Item& data, double frames) {
   constexpr std::string_view kWholeSlide = "1.2.840.10008.5.1.4.1.1.77.1.6";
   const double columns = data.number(kTotalMatrixColumns).value_or(0);

@@ -25,7 +25,7 @@ std::optional<Attribute> parse(const Hdf5File& file, const Hdf5Message& message)
   const uint64_t name_bytes = fields.number(2), type_bytes = fields.number(2),
                  space_bytes = fields.number(2);
   if (version == 3) fields.skip(1);
-  // Bits 0 and 1: the type or the dataspace is elsewhere.
+  // Bits 0 and 1: the type or the dataspace is stored elsewhere.
   if (version < 1 || version > 3 || (version > 1 && (flags & 3) != 0)) return std::nullopt;
   const auto part = [&](uint64_t bytes) {
     const auto taken = fields.bytes(bytes);

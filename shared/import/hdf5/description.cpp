@@ -112,7 +112,7 @@ Result<Hdf5Description> describe_hdf5(const std::shared_ptr<Hdf5File>& file,
     if (!is_it) return tl::unexpected(is_it.error());
     if (*is_it) return description;
   }
-  return Hdf5Description{};  // the last one always describes
+  return Hdf5Description{};  // the last convention always matches
 }
 
 }  // namespace isosplat::import

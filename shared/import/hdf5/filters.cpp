@@ -8,8 +8,8 @@
 namespace isosplat::import {
 namespace {
 
-/// The filter stores the first byte of all elements, then the second of all, and so on. What does
-/// not fill an element stays at the end.
+/// Reverses the filter that stores the first byte of all elements, then the second of all, and so
+/// on. Bytes that do not fill an element stay at the end.
 std::vector<std::byte> unshuffled(std::span<const std::byte> bytes, size_t element) {
   std::vector<std::byte> out(bytes.begin(), bytes.end());
   const size_t count = bytes.size() / element;

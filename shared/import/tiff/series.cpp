@@ -55,7 +55,7 @@ void read_gdal_scale(std::string_view xml, TiffSeries& series) {
   }
 }
 
-/// The series by the kind of the file.
+/// The series, according to the kind of the file.
 TiffSeriesList described_series(const std::filesystem::path& path, const TiffPages& pages,
                                 const TiffPage& first) {
   const std::string& text = first.description;
@@ -86,7 +86,7 @@ Result<std::vector<TiffSeries>> tiff_series(const std::filesystem::path& path,
                                             const TiffPages& pages, const TiffPage& first) {
   auto all = described_series(path, pages, first);
   if (!all) return all;
-  // Descriptions do not mention that pixels have several samples, as those of colours.
+  // Descriptions do not mention several samples per pixel, such as those of colours.
   for (TiffSeries& series : *all) {
     const auto page = static_cast<size_t>(series.first_page);
     const uint64_t samples = series.ome.empty() && page < pages.entries.size()

@@ -5,14 +5,15 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/tiff/series.h"
 
-// Reads the descriptions that Python's tifffile writes: {"shape": [6, 7, 8], "axes": "ZYX"}, and of
-// its versions before 2017 shape=(6, 7, 8). Each array of a file has one in its first page.
+// Reads the descriptions that Python's tifffile writes: {"shape": [6, 7, 8], "axes": "ZYX"}, or
+// shape=(6, 7, 8) in versions before 2017. Each array of a file has a description in its first
+// page.
 namespace isosplat::import {
 namespace {
 
 constexpr uint64_t kMaxText = 1 << 20;
 
-/// What follows `"name":` in a JSON object; empty if it has no such name.
+/// The text after `"name":` in a JSON object; empty if the object has no such name.
 std::string_view value_of(std::string_view json, std::string_view name) {
   const std::string key = fmt::format("\"{}\"", name);
   const size_t at = json.find(key);
@@ -71,7 +72,8 @@ Result<TiffSeries> array_of(const std::filesystem::path& path, std::string_view 
     axes.erase(at, 1);
     return true;
   };
-  // From the last axis on: perhaps samples, then x, y, perhaps slices of one page, and samples.
+  // From the last axis on: optionally samples, then x, y, then optionally slices of one page, and
+  // samples.
   const bool several = kind.samples > 1;
   const size_t n = shape.size();
   const bool samples_last = several && n >= 3 &&
@@ -110,7 +112,7 @@ Result<TiffSeries> array_of(const std::filesystem::path& path, std::string_view 
     if (shape[i] == 1) pop(1, i);
   }
 
-  // The axes of pages, from the slowest to that of consecutive pages.
+  // The axes of pages, from the slowest to the fastest.
   std::vector<TiffAxis> order;
   const auto take = [&](TiffAxis axis, int64_t size) {
     const bool is_free =
@@ -165,7 +167,7 @@ void read_lengths(std::string_view text, const TiffPage& first, TiffSeries& seri
     series.lengths[2] = *spacing;
     series.units[2] = unit;
   }
-  // With another unit of resolution, tiff_geometry takes that.
+  // If the unit of resolution is another one, tiff_geometry uses that.
   if (unit.empty() || first.resolution_unit != 1 || !first.pixels_per_unit_x) return;
   const auto pixel = [](std::optional<double> per_unit) -> std::optional<double> {
     if (!(per_unit.value_or(0) > 0)) return std::nullopt;
@@ -206,7 +208,7 @@ TiffSeriesList shaped_series(const std::filesystem::path& path, const TiffPages&
     series->first_page = page;
     series->name = text_of(text, "name");
     read_lengths(text, first, *series);
-    // Whether the next pages have directories of their own.
+    // Whether the next pages have separate directories.
     uint64_t following = 1;
     while (following < series->pages && page + following < found) {
       const TiffPageEntry& next = pages.entries[static_cast<size_t>(page + following)];

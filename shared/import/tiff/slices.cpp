@@ -160,7 +160,7 @@ class OmeSlices {
     return index;
   }
 
-  /// Whether all planes are in one file of another name, which does not exist.
+  /// Whether all planes are in one file of another name that does not exist.
   bool is_renamed() const {
     const std::vector<OmePages>& blocks = volume_.series.ome;
     const std::string& name = blocks.front().file;

@@ -16,7 +16,7 @@
 #include "shared/import/volume/volume_name.h"
 
 // Opens TIFF stacks: a file with a page per slice, or a folder with a file per slice. series.h
-// says which pages are slices; file.h decodes them.
+// determines which pages are slices; file.h decodes them.
 namespace isosplat::import {
 namespace {
 
@@ -143,7 +143,7 @@ Result<OpenVolume> open_tiff_file(const std::filesystem::path& path, const Impor
   auto slices = tiff_slices(path, file->pages, *series, *volume, options.allowed, notes);
   if (!slices) return tl::unexpected(slices.error());
 
-  // The slices have the size and type of the first one that is there.
+  // The slices have the size and type of the first existing one.
   const auto there = std::find_if(slices->begin(), slices->end(),
                                   [](const TiffSlice& slice) { return !slice.path.empty(); });
   TiffPage page = file->first;
@@ -199,7 +199,7 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
   }
   if (files.size() == 1) return open_tiff_file(files[0], options);
   std::vector<std::string> notes;
-  // The description of an OME-TIFF says which file has which slice.
+  // The description of an OME-TIFF states which file has which slice.
   if (auto file = open_pages(files[0], options.allowed, notes);
       file && is_ome(file->first.description)) {
     const auto series = tiff_series(files[0], file->pages, file->first);

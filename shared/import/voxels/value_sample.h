@@ -18,13 +18,13 @@ bool has_fill_value(const VolumeHeader& header, double voxel, const FillValue& f
 /// Whether some voxel of the header's type can have the fill value.
 bool can_have(const VolumeHeader& header, const FillValue& fill);
 
-/// One end of the value range: the extreme value, where it is, and the next value.
+/// One end of the value range: the extreme value, its positions, and the next value.
 struct RangeEnd {
   double value = std::numeric_limits<double>::infinity();
   double next = std::numeric_limits<double>::infinity();
-  uint64_t count = 0;    ///< voxels with the extreme value
-  uint64_t at_edge = 0;  ///< of them on the four edges of their slices
-  uint64_t at_face = 0;  ///< of them on the six faces of the volume
+  uint64_t count = 0;    ///< of these, on the four edges of their slices
+  uint64_t at_edge = 0;  ///< of these, on the six faces of the volume
+  uint64_t at_face = 0;  ///< of these, beside another one in the row or the column
   uint64_t joined = 0;   ///< of them beside another one in the row or the column
 };
 

@@ -18,7 +18,7 @@ struct TypeName {
   size_t bytes = 0;  ///< 0: bits, eight to a byte
 };
 
-/// long and vtkIdType have 8 bytes, as on every 64-bit system but Windows.
+/// long and vtkIdType have 8 bytes, as on every 64-bit system except Windows.
 std::optional<TypeName> type_named(const std::string& name) {
   static const std::map<std::string, TypeName> kTypes = {
       {"bit", {std::nullopt, 0}},

@@ -39,8 +39,8 @@ const VtkArray* choose_array(const std::vector<VtkArray>& arrays) {
   return nullptr;
 }
 
-/// The error if the file may end before the scalars of points: those of cells are then not read in
-/// their place.
+/// The error if the file may end before the scalars of points. In this case, those of cells must
+/// not be read instead.
 Result<void> check_point_data(const std::filesystem::path& path, const VtkFile& file,
                               const VtkArray& array) {
   const bool points_are_empty =
@@ -67,7 +67,7 @@ void note_other_arrays(const VtkFile& file, const VtkArray& array,
   }
 }
 
-/// Checks what follows the array. Errors: malformed_volume for values beyond the number that the
+/// Checks the data after the array. Errors: malformed_volume for values beyond the number that the
 /// header declares, unless surplus is allowed.
 Result<void> check_end(const std::filesystem::path& path, const VtkFile& file,
                        const VtkArray& array, Allowances allowed, std::vector<std::string>& notes) {
