@@ -1,5 +1,5 @@
 /**
- * The exports of `import … from "isosplat"`: the element, and what most programs need in addition.
+ * The exports of `import … from "isosplat"`: the element, and exports that most programs also need.
  */
 
 export { CoreError } from "../core/calls.ts";

@@ -12,7 +12,7 @@ import type { LinkedElement, LinkedView } from "./link_groups.ts";
 import { groups } from "./page_resources.ts";
 import { sameValue } from "./same_value.ts";
 
-/** What a view needs from its element. */
+/** The functions that a view needs from its element. */
 export interface ElementViewHost {
   /** Null while the element has no WebGL context. */
   viewer(): Viewer | null;

@@ -25,7 +25,7 @@ const shortestWait = 8;
 /** New chunks fade in if a picture takes no longer than this (ms). */
 const longestFaded = 50;
 
-/** What the scheduler needs from its viewer. */
+/** The functions that the scheduler needs from its viewer. */
 export interface FrameSchedulerHost {
   /** Null while there is no volume or no renderer. */
   scene(): Scene | null;

@@ -4,7 +4,7 @@ import type { RendererModule } from "./renderer_module.ts";
 /** Interval between checks whether the GPU has finished a test (ms). */
 const polling = 8;
 
-/** What the tester needs from its viewer. */
+/** The functions that the tester needs from its viewer. */
 export interface TestedViewer {
   /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;

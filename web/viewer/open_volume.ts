@@ -12,7 +12,7 @@ import { firstSurface } from "./surfaces.ts";
 import type { ViewCamera } from "./view_camera.ts";
 import type { OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
 
-/** What an open volume needs from its viewer. */
+/** The functions that an open volume needs from its viewer. */
 export interface OpenVolumeHost {
   /** Null before the first renderer. */
   scheduler(): FrameScheduler | null;

@@ -2,7 +2,7 @@ import { RendererError } from "./renderer_error.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import type { Camera, Look, PictureInParts, PictureSize } from "./types.ts";
 
-/** What a picture in parts needs from its viewer. */
+/** The functions that a picture in parts needs from its viewer. */
 export interface PictureInPartsHost {
   /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;

@@ -9,7 +9,7 @@ const shortestLife = 30_000;
 /** Interval in ms between checks whether the first shaders are compiled. */
 const shaderPolling = 8;
 
-/** What a renderer's life needs from its viewer. */
+/** The functions that RendererLife needs from its viewer. */
 export interface RendererLifeHost {
   /** A renderer is ready. */
   made(renderer: RendererModule): void;

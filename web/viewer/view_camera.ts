@@ -3,7 +3,7 @@ import type { CanvasSize } from "./canvas_size.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import type { Camera, Projection } from "./types.ts";
 
-/** What the camera needs from its viewer. */
+/** The functions that the camera needs from its viewer. */
 export interface ViewCameraHost {
   renderer(): RendererModule | null;
   /** The volume that is open. */

@@ -44,7 +44,7 @@ export interface ViewerOptions {
   maxPixelRatio?: number;
   /** Whether mouse, touch and keys on the canvas move the camera. Default true. */
   controls?: boolean;
-  /** What the key R does. Default: `Viewer.reset()`. */
+  /** The action of the key R. Default: `Viewer.reset()`. */
   reset?: () => void;
   /** Decodes chunks, and is not closed with the viewer: several may share it. Default: one's own. */
   decoder?: Decoder;

@@ -62,9 +62,9 @@ export const minOpacity = 0.05;
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
  *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
  *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts
- *   show=axes,scale,box            what lies above the picture; none: nothing
+ *   show=axes,scale,box            the overlays above the picture; none: nothing
  *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
- *   plane=x,y,z,offset             once for each clip plane: keeps what is before it, see ClipPlane
+ *   plane=x,y,z,offset             once for each clip plane: keeps the side of its normal, see ClipPlane
  *   clip-caps=on                   closes the cut faces
  *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane

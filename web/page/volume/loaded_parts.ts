@@ -9,7 +9,7 @@ import { keptSessionKey, type UrlState } from "../address/url_state.ts";
 import type { Measure, MeasureHost } from "../measure/measure.ts";
 import type { LayoutState } from "./volume_layout.ts";
 
-/** What the parts need from their page. */
+/** The functions that the parts need from their page. */
 export interface LoadedPartsHost extends MeasureHost {
   lookAlong(view: AxisView): void;
   changeClip(clip: Clip): void;

@@ -194,7 +194,7 @@ export class VolumePage {
     this.#layout.request();
   }
 
-  /** What the address states; null while no volume is open. */
+  /** The state to write to the address; null while no volume is open. */
   #addressState(): AddressState | null {
     if (!this.#info) return null;
     return {
