@@ -12,7 +12,7 @@
 #include "shared/core/preprocess/verify_block.h"
 #include "shared/core/store/checksum.h"
 #include "shared/core/store/format.h"
-#include "shared/system/posix_file/posix_file.h"
+#include "shared/system/posix_file/file_parts.h"
 
 namespace isosplat {
 namespace {
@@ -21,10 +21,9 @@ constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
 
 class Verifier {
  public:
-  Verifier(const PosixFile& file, uint64_t file_bytes, StoreReader reader,
-           const VerifyOptions& options)
+  Verifier(const FileParts& file, StoreReader reader, const VerifyOptions& options)
       : file_(file),
-        file_bytes_(file_bytes),
+        file_bytes_(file.bytes()),
         reader_(std::move(reader)),
         options_(options),
         threads_(options.threads > 0 ? options.threads
@@ -41,7 +40,7 @@ class Verifier {
   Result<void> check_tree(BlockKey key, std::vector<BlockVerifier>& by_level, HalvedBlock& halved);
   Result<void> check_block(BlockKey key, BlockVerifier& verifier, HalvedBlock& halved);
 
-  const PosixFile& file_;
+  const FileParts& file_;
   const uint64_t file_bytes_;
   StoreReader reader_;
   const VerifyOptions& options_;
@@ -219,15 +218,20 @@ Result<VerifyReport> Verifier::verify() {
 
 Result<VerifyReport> verify_store_file(const std::filesystem::path& path,
                                        const VerifyOptions& options) {
-  const auto file = PosixFile::open(path);
+  auto file = PosixFile::open(path);
   if (!file) return tl::unexpected(file.error());
   const auto identity = file->identity();
   if (!identity) return tl::unexpected(identity.error());
-  std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, identity->bytes));
-  if (auto read = file->read(0, header); !read) return tl::unexpected(read.error());
+  auto shared = std::make_shared<const PosixFile>(std::move(*file));
+  return verify_store(FileParts(std::move(shared), identity->bytes), options);
+}
+
+Result<VerifyReport> verify_store(const FileParts& file, const VerifyOptions& options) {
+  std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, file.bytes()));
+  if (auto read = file.read(0, header); !read) return tl::unexpected(read.error());
   auto reader = StoreReader::open(header);
   if (!reader) return tl::unexpected(reader.error());
-  return Verifier(*file, identity->bytes, std::move(*reader), options).verify();
+  return Verifier(file, std::move(*reader), options).verify();
 }
 
 }  // namespace isosplat

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "shared/core/store/store_reader.h"
+#include "shared/system/posix_file/file_parts.h"
 
 namespace isosplat {
 
@@ -34,5 +35,8 @@ struct VerifyReport {
 /// ChunkDecoder.
 Result<VerifyReport> verify_store_file(const std::filesystem::path& path,
                                        const VerifyOptions& options = {});
+
+/// The same for a store that is a part of a file, such as a bundle.
+Result<VerifyReport> verify_store(const FileParts& file, const VerifyOptions& options = {});
 
 }  // namespace isosplat

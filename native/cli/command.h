@@ -13,6 +13,7 @@ inline constexpr int kFailure = 1;
 inline constexpr int kUsage = 2;  ///< wrong arguments
 
 void add_build_command(CLI::App& program, int& exit_code);
+void add_bundle_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_extract_command(CLI::App& program, int& exit_code);
 void add_health_command(CLI::App& program, int& exit_code);
@@ -21,6 +22,7 @@ void add_publish_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_serve_command(CLI::App& program, int& exit_code);
 void add_sign_link_command(CLI::App& program, int& exit_code);
+void add_unbundle_command(CLI::App& program, int& exit_code);
 void add_verify_command(CLI::App& program, int& exit_code);
 void add_view_command(CLI::App& program, int& exit_code);
 

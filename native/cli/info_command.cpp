@@ -7,8 +7,10 @@
 #include "native/cli/chunk_report.h"
 #include "native/cli/command.h"
 #include "native/cli/histogram_text.h"
+#include "native/cli/info_scene.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
+#include "native/scene/scene_file.h"
 #include "shared/core/builder/metadata.h"
 
 namespace isosplat::cli {
@@ -331,6 +333,7 @@ int run_store(const InfoCall& call) {
 }
 
 int run(const InfoCall& call) {
+  if (scene_kind(call.path) != SceneKind::none) return print_scene(call.path, call.json);
   return is_store(call.path) || call.path.ends_with(".isosplat") ? run_store(call)
                                                                  : run_volume(call);
 }
@@ -338,9 +341,10 @@ int run(const InfoCall& call) {
 }  // namespace
 
 void add_info_command(CLI::App& program, int& exit_code) {
-  CLI::App* command = program.add_subcommand("info", "Describe a store or a volume");
+  CLI::App* command = program.add_subcommand("info", "Describe a store, a scene or a volume");
   auto call = std::make_shared<InfoCall>();
-  command->add_option("path", call->path, "A store, or a volume as for build")->required();
+  command->add_option("path", call->path, "A store, a scene, a bundle, or a volume as for build")
+      ->required();
   command->add_flag("--json", call->json, "Print JSON");
   command->add_flag("--chunks", call->chunks,
                     "Stores: chunk sizes, bands per block, and chunks needed for isovalues");

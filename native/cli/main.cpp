@@ -68,6 +68,8 @@ int main(int argc, char** argv) {
   isosplat::cli::add_extract_command(program, exit_code);
   isosplat::cli::add_render_command(program, exit_code);
   isosplat::cli::add_verify_command(program, exit_code);
+  isosplat::cli::add_bundle_command(program, exit_code);
+  isosplat::cli::add_unbundle_command(program, exit_code);
   isosplat::cli::add_demo_command(program, exit_code);
   try {
     program.parse(argc, argv);

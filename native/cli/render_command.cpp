@@ -13,6 +13,7 @@
 #include "native/cli/thumbnail.h"
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
+#include "native/headless/scene_picture.h"
 #include "native/headless/store_scene.h"
 #include "server/catalog/thumbnail.h"
 
@@ -74,6 +75,58 @@ void explain_empty_pictures(const StoreInfo& info, std::span<const double> isova
   }
 }
 
+/// What is drawn: a store, or a scene.
+struct Subject {
+  std::shared_ptr<StoreFile> store;
+  std::optional<SceneFile> scene;
+};
+
+Result<Subject> open_subject(const RenderCall& call) {
+  Subject subject;
+  if (scene_kind(call.store) == SceneKind::none) {
+    auto store = StoreFile::open(call.store);
+    if (!store) return tl::unexpected(store.error());
+    subject.store = std::move(*store);
+    return subject;
+  }
+  auto scene = SceneFile::open(call.store);
+  if (!scene) return tl::unexpected(scene.error());
+  subject.scene = std::move(*scene);
+  return subject;
+}
+
+struct Shown {
+  uint32_t level = 0;  ///< the coarsest that is drawn
+  VolumeGrid extent;
+};
+
+/// Uploads what the picture needs. Of a scene, sets its surfaces, clipping and background.
+Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
+                           const RenderCall& call, render::RenderSettings& settings) {
+  if (subject.store) {
+    const auto shown =
+        show_store(renderer, *subject.store, call.isovalues, call.level, call.samples);
+    if (!shown) return tl::unexpected(shown.error());
+    return Shown{shown->level, subject.store->info().grid};
+  }
+  const auto shown = show_scene(renderer, *subject.scene, call.step, call.level, call.samples);
+  if (!shown) return tl::unexpected(shown.error());
+  for (const std::string& text : shown->notes) note(text);
+  settings.isosurfaces = shown->isosurfaces;
+  apply_scene(subject.scene->scene(), settings);
+  return Shown{shown->coarsest, shown->extent};
+}
+
+/// Which options a store or a scene needs. The faults are those of the arguments.
+void check_arguments(const RenderCall& call) {
+  const bool is_scene = scene_kind(call.store) != SceneKind::none;
+  if (!is_scene && call.isovalues.empty()) throw CLI::RequiredError("--isovalue");
+  if (is_scene && !(call.isovalues.empty() && call.colours.empty() && call.opacities.empty())) {
+    throw CLI::ExcludesError("a scene, which states its surfaces,",
+                             "--isovalue, --colour and --opacity");
+  }
+}
+
 int run(const RenderCall& call) {
   const auto size = parse_pixel_size(call.size);
   if (!size || std::min(size->width, size->height) < 1 ||
@@ -85,12 +138,13 @@ int run(const RenderCall& call) {
   const int width = static_cast<int>(size->width), height = static_cast<int>(size->height);
   auto settings = render_settings(call);
   if (!settings) return report(settings.error());
-  const auto store = StoreFile::open(call.store);
-  if (!store) return report(store.error());
+  const auto subject = open_subject(call);
+  if (!subject) return report(subject.error());
+  const StoreFile* const store = subject->store.get();
   const auto pictures = picture_paths(call);
   if (auto checked = check_outputs(call, pictures); !checked) return report(checked.error());
-  if (settings->colour_by == render::ColourBy::isovalue && call.colour_range.size() != 2) {
-    const StoreInfo& info = (*store)->info();
+  if (store && settings->colour_by == render::ColourBy::isovalue && call.colour_range.size() != 2) {
+    const StoreInfo& info = store->info();
     settings->colour_low = info.mapping.value(info.range.min);
     settings->colour_high = info.mapping.value(info.range.max);
   }
@@ -98,15 +152,18 @@ int run(const RenderCall& call) {
   if (!context) return report(context.error());
   auto renderer = render::Renderer::create();
   if (!renderer) return report(renderer.error());
-  const auto scene = show_store(**renderer, **store, call.isovalues, call.level, call.samples);
-  if (!scene) return report(scene.error());
-  if (!call.level && scene->level > 0) {
+  const auto shown = show_subject(**renderer, *subject, call, *settings);
+  if (!shown) return report(shown.error());
+  if (!call.level && shown->level > 0) {
     note(fmt::format("level {} is drawn: finer levels have more than {} samples (see --samples)",
-                     scene->level, call.samples));
+                     shown->level, call.samples));
   }
   (*renderer)->set_settings(*settings);
 
-  render::Camera camera = render_camera(call, (*store)->info().grid, double(width) / height);
+  render::Camera camera = render_camera(call, shown->extent, double(width) / height);
+  if (subject->scene && subject->scene->scene().camera && call.camera.empty()) {
+    camera = camera_of(*subject->scene->scene().camera);
+  }
   const size_t frames = pictures.size();
   render::FrameStatistics statistics;
   bool is_empty = true;
@@ -114,10 +171,9 @@ int run(const RenderCall& call) {
     (*renderer)->set_camera(camera);
     const auto image = draw_image(**renderer, width, height, &statistics, !call.aliased);
     if (!image) return report(image.error());
-    if (const auto written = write_picture(picture, *image, (*store)->content()); !written) {
-      return report(written.error());
-    }
-    if (is_refused_thumbnail(picture, **store)) {
+    const auto written = write_picture(picture, *image, store ? store->content() : "");
+    if (!written) return report(written.error());
+    if (store && is_refused_thumbnail(picture, *store)) {
       note(
           fmt::format("{} is too large to be the store's picture in lists: expected at most {} × "
                       "{} pixels and 1 MiB (see --size)",
@@ -126,10 +182,10 @@ int run(const RenderCall& call) {
     is_empty = is_empty && is_only_background(*image, settings->background);
     camera.azimuth += 360.0 / static_cast<double>(frames);
   }
-  explain_empty_pictures((*store)->info(), call.isovalues, is_empty);
+  if (store) explain_empty_pictures(store->info(), call.isovalues, is_empty);
   fmt::print("{}: {} × {}{}, {} samples of level {}, {}\n", call.output, width, height,
              frames > 1 ? fmt::format(", {} frames", frames) : "",
-             with_commas(statistics.samples_drawn), scene->level, (*renderer)->limits().renderer);
+             with_commas(statistics.samples_drawn), shown->level, (*renderer)->limits().renderer);
   if (settings->shading == render::Shading::smooth && !(*renderer)->limits().float_targets) {
     note("this OpenGL has no floating-point render targets: shading is exact instead of smooth");
   }
@@ -139,18 +195,22 @@ int run(const RenderCall& call) {
 }  // namespace
 
 void add_render_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("render", "Draw isosurfaces of a store into a picture (PNG file)");
+  CLI::App* command = program.add_subcommand(
+      "render", "Draw isosurfaces of a store or a scene into a picture (PNG file)");
   auto call = std::make_shared<RenderCall>();
   add_render_options(command, call.get());
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"
       "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent\n"
+      "  isosplat render scene.json -o scene.png\n"
       "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.png\n"
       "The last one is the store's picture in the page's list of volumes, in place of that of\n"
       "isosplat build: STORE.png beside the store, of at most 1 MiB."));
-  command->callback([call, &exit_code] { exit_code = run(*call); });
+  command->callback([call, &exit_code] {
+    check_arguments(*call);
+    exit_code = run(*call);
+  });
 }
 
 }  // namespace isosplat::cli

@@ -5,16 +5,19 @@
 #include <limits>
 
 #include "native/cli/numbers.h"
+#include "shared/core/scene/scene.h"
 
 namespace isosplat::cli {
 namespace {
 
 void add_output_options(CLI::App* command, RenderCall* call) {
-  command->add_option("store", call->store, "A store file")->required();
+  command->add_option("store", call->store, "A store, a scene or a bundle")->required();
   command->add_option("-i,--isovalue", call->isovalues, "One or several isovalues: 60.5,180.5")
       ->delimiter(',')
-      ->check(is_number())
-      ->required();
+      ->check(is_number());
+  command->add_option("--step", call->step, "Scenes: the step of time, from 0")
+      ->check(is_whole_number(0, kMaxSteps - 1))
+      ->capture_default_str();
   command->add_option("-o,--output", call->output, "The PNG file")->capture_default_str();
   command->add_option("--size", call->size, "WIDTHxHEIGHT in pixels")->capture_default_str();
   command

@@ -6,6 +6,7 @@
 #include "native/cli/numbers.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
+#include "native/scene/scene_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -15,23 +16,53 @@ struct VerifyCall {
   unsigned threads = 0;
 };
 
+/// Verifies one store, of a file or of a scene, and prints the result. `name`: for messages.
+template <class Verify>
+int verify_one(const VerifyCall& call, const std::string& name, Verify verify) {
+  ProgressLine line(fmt::format("Verifying {}", std::filesystem::path(name).filename().string()));
+  VerifyOptions options;
+  options.threads = call.threads;
+  options.progress = [&](double fraction) { line.show(fraction, "decoding all chunks"); };
+  const Result<VerifyReport> verified = verify(options);
+  line.clear();
+  if (!verified) {
+    Error error = verified.error();
+    if (!error.message.starts_with(name)) error.message = name + ": " + error.message;
+    return report(error);
+  }
+  fmt::print("{}: valid: {} chunks with {} cells, {}\n", name, with_commas(verified->chunks),
+             with_commas(verified->cells), format_bytes(verified->info.file_bytes));
+  return kSuccess;
+}
+
+/// A scene or a bundle, and each of its stores.
+int verify_scene(const VerifyCall& call, const std::string& path) {
+  const auto scene = SceneFile::open(path);
+  if (!scene) return report(scene.error());
+  int exit_code = kSuccess;
+  for (const std::string& store : store_paths(scene->scene())) {
+    const int code = verify_one(call, path + ": " + store, [&](const VerifyOptions& options) {
+      const auto bytes = scene->store_bytes(store);
+      return bytes ? verify_store(*bytes, options)
+                   : Result<VerifyReport>(tl::unexpected(bytes.error()));
+    });
+    if (code != kSuccess) exit_code = code;
+  }
+  if (exit_code == kSuccess) {
+    fmt::print("{}: valid: {} layers\n", path, with_commas(scene->scene().layers.size()));
+  }
+  return exit_code;
+}
+
 int run(const VerifyCall& call) {
   int exit_code = kSuccess;
   for (const std::string& path : call.stores) {
-    ProgressLine line(fmt::format("Verifying {}", std::filesystem::path(path).filename().string()));
-    VerifyOptions options;
-    options.threads = call.threads;
-    options.progress = [&](double fraction) { line.show(fraction, "decoding all chunks"); };
-    const auto verified = verify_store_file(path, options);
-    line.clear();
-    if (!verified) {
-      Error error = verified.error();
-      if (!error.message.starts_with(path)) error.message = path + ": " + error.message;
-      exit_code = report(error);
-      continue;
-    }
-    fmt::print("{}: valid: {} chunks with {} cells, {}\n", path, with_commas(verified->chunks),
-               with_commas(verified->cells), format_bytes(verified->info.file_bytes));
+    const int code = scene_kind(path) != SceneKind::none
+                         ? verify_scene(call, path)
+                         : verify_one(call, path, [&](const VerifyOptions& options) {
+                             return verify_store_file(path, options);
+                           });
+    if (code != kSuccess) exit_code = code;
   }
   return exit_code;
 }
@@ -39,9 +70,10 @@ int run(const VerifyCall& call) {
 }  // namespace
 
 void add_verify_command(CLI::App& program, int& exit_code) {
-  CLI::App* command = program.add_subcommand("verify", "Check all checksums and chunks of stores");
+  CLI::App* command = program.add_subcommand(
+      "verify", "Check all checksums and chunks of stores, scenes and bundles");
   auto call = std::make_shared<VerifyCall>();
-  command->add_option("stores", call->stores, "Store files")->required();
+  command->add_option("stores", call->stores, "Stores, scenes or bundles")->required();
   command->add_option("--threads", call->threads, "Threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();

@@ -33,7 +33,7 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
 
 Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
-                              uint64_t sample_budget, uint32_t finest) {
+                              uint64_t sample_budget, uint32_t finest, const VolumePlace& placed) {
   const StoreInfo& info = store.info();
   if (level && *level >= info.levels) {
     return fail(Status::not_found, fmt::format("{}: expected a level from 0 to {}, found {}",
@@ -51,7 +51,7 @@ Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store
     if (level || scene.samples <= sample_budget || scene.level + 1 == info.levels) break;
   }
 
-  renderer.set_volume(info.grid, info.mapping);
+  renderer.set_volume(placed.grid.value_or(info.grid), info.mapping, placed.volume);
   const LevelGrid grid = level_grid(info.grid.voxels, scene.level);
   ChunkDecoder decoder;
   std::vector<std::byte> bytes;
@@ -66,12 +66,12 @@ Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store
       return tl::unexpected(decoded.error());
     }
     const auto handle = static_cast<ChunkHandle>(handles.size());
-    if (auto added = renderer.add_chunk(handle, chunk.block, samples); !added) {
+    if (auto added = renderer.add_chunk(handle, chunk.block, samples, placed.volume); !added) {
       return tl::unexpected(added.error());
     }
     handles.push_back(handle);
   }
-  renderer.set_visible(handles);
+  renderer.set_visible(handles, placed.volume);
   scene.chunks = chunks.size();
   return scene;
 }

@@ -78,10 +78,6 @@ class ChunkCollector {
 
 Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& path,
                                                    uint64_t directory_bytes) {
-  const std::string name = path.string();
-  const auto failed = [&](Status status, const std::string& why) {
-    return fail(status, name + ": " + why);
-  };
   Result<PosixFile> file = PosixFile::open(path);
   if (!file) {
     std::error_code ignored;
@@ -89,27 +85,39 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& 
         std::filesystem::is_other(path, ignored) || std::filesystem::is_directory(path, ignored);
     return fail(is_other ? Status::not_a_store : Status::io_error, file.error().message);
   }
-  const Result<FileIdentity> found = file->identity();
-  if (!found) return tl::unexpected(found.error());
-  const FileIdentity identity = *found;
-  std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, identity.bytes));
-  if (Result<void> read = file->read(0, header); !read) return tl::unexpected(read.error());
-  Result<StoreReader> reader = StoreReader::open(header);
-  if (!reader) return failed(reader.error().status, reader.error().message);
-  if (reader->info().file_bytes != identity.bytes) {
-    return failed(
-        identity.bytes < reader->info().file_bytes ? Status::truncated : Status::malformed_header,
-        "expected " + std::to_string(reader->info().file_bytes) + " bytes, found " +
-            std::to_string(identity.bytes) + ": rebuild the store, or copy it again");
-  }
-  header.resize(std::min<uint64_t>(header.size(), reader->levels()[0].chunks_offset));
+  const Result<FileIdentity> identity = file->identity();
+  if (!identity) return tl::unexpected(identity.error());
   // The server sends these messages to clients, so they must not name the folder.
   file->set_name(path.filename().string());
-  return std::shared_ptr<StoreFile>(new StoreFile(
-      path, std::move(*file), identity, std::move(header), std::move(*reader), directory_bytes));
+  auto shared = std::make_shared<const PosixFile>(std::move(*file));
+  return open(FileParts(std::move(shared), identity->bytes), path, directory_bytes);
 }
 
-StoreFile::StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
+Result<std::shared_ptr<StoreFile>> StoreFile::open(FileParts parts,
+                                                   const std::filesystem::path& path,
+                                                   uint64_t directory_bytes) {
+  const std::string name = path.string();
+  const auto failed = [&](Status status, const std::string& why) {
+    return fail(status, name + ": " + why);
+  };
+  const Result<FileIdentity> identity = parts.file().identity();
+  if (!identity) return tl::unexpected(identity.error());
+  std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, parts.bytes()));
+  if (Result<void> read = parts.read(0, header); !read) return tl::unexpected(read.error());
+  Result<StoreReader> reader = StoreReader::open(header);
+  if (!reader) return failed(reader.error().status, reader.error().message);
+  if (reader->info().file_bytes != parts.bytes()) {
+    return failed(
+        parts.bytes() < reader->info().file_bytes ? Status::truncated : Status::malformed_header,
+        "expected " + std::to_string(reader->info().file_bytes) + " bytes, found " +
+            std::to_string(parts.bytes()) + ": rebuild the store, or copy it again");
+  }
+  header.resize(std::min<uint64_t>(header.size(), reader->levels()[0].chunks_offset));
+  return std::shared_ptr<StoreFile>(new StoreFile(
+      path, std::move(parts), *identity, std::move(header), std::move(*reader), directory_bytes));
+}
+
+StoreFile::StoreFile(std::filesystem::path path, FileParts file, FileIdentity identity,
                      std::vector<std::byte> header, StoreReader reader, uint64_t directory_bytes)
     : path_(std::move(path)),
       file_(std::move(file)),
@@ -129,7 +137,7 @@ Error StoreFile::with_file_name(Error error) const {
 }
 
 Result<void> StoreFile::check_unchanged(NoWait* no_wait) const {
-  const Result<FileIdentity> now = file_.identity(no_wait);
+  const Result<FileIdentity> now = file_.file().identity(no_wait);
   if (!now) return tl::unexpected(now.error());
   if (now->has_same_content(identity_)) return {};
   return tl::unexpected(with_file_name(

@@ -13,7 +13,7 @@
 
 #include "shared/core/base/status.h"
 #include "shared/core/store/store_reader.h"
-#include "shared/system/posix_file/posix_file.h"
+#include "shared/system/posix_file/file_parts.h"
 
 namespace isosplat {
 
@@ -61,6 +61,9 @@ class StoreFile {
   /// Errors: those of StoreReader::open, truncated (the file is shorter than its header says), and
   /// io_error. Messages begin with the path.
   static Result<std::shared_ptr<StoreFile>> open(const std::filesystem::path& path,
+                                                 uint64_t directory_bytes = uint64_t{256} << 20);
+  /// The same for a store that is a part of a file, such as a bundle. `path`: for messages.
+  static Result<std::shared_ptr<StoreFile>> open(FileParts parts, const std::filesystem::path& path,
                                                  uint64_t directory_bytes = uint64_t{256} << 20);
   StoreFile(const StoreFile&) = delete;
   StoreFile& operator=(const StoreFile&) = delete;
@@ -121,7 +124,7 @@ class StoreFile {
   Result<void> check_unchanged(NoWait* no_wait = nullptr) const;
 
  private:
-  StoreFile(std::filesystem::path path, PosixFile file, FileIdentity identity,
+  StoreFile(std::filesystem::path path, FileParts file, FileIdentity identity,
             std::vector<std::byte> header, StoreReader reader, uint64_t directory_bytes);
 
   /// Puts the file's name in front of the message.
@@ -146,7 +149,7 @@ class StoreFile {
   void free_memory_for(uint64_t bytes) const;
 
   std::filesystem::path path_;
-  PosixFile file_;
+  FileParts file_;
   FileIdentity identity_;
   std::vector<std::byte> header_;
   StoreInfo info_;

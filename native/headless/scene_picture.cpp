@@ -1,0 +1,139 @@
+#include "native/headless/scene_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "native/headless/store_scene.h"
+
+namespace isosplat {
+namespace {
+
+// Colours for bone and skin, then those of Okabe and Ito (2008), as those of several isovalues.
+constexpr std::array<Vec3f, 8> kColours{{{0.90f, 0.85f, 0.74f},
+                                         {0.84f, 0.55f, 0.42f},
+                                         {0.34f, 0.71f, 0.91f},
+                                         {0.00f, 0.62f, 0.45f},
+                                         {0.94f, 0.89f, 0.26f},
+                                         {0.00f, 0.45f, 0.70f},
+                                         {0.84f, 0.37f, 0.00f},
+                                         {0.80f, 0.47f, 0.65f}}};
+
+std::string name_of(const Scene& scene, size_t layer) {
+  const std::string& name = scene.layers[layer].name;
+  return name.empty() ? fmt::format("layer {}", layer) : fmt::format("layer {} ({})", layer, name);
+}
+
+/// The first suggested isovalue of a store; its metadata are not trusted.
+std::optional<double> suggested_isovalue(const StoreInfo& info) {
+  const auto metadata = nlohmann::json::parse(info.metadata, nullptr, false);
+  if (!metadata.is_object()) return std::nullopt;
+  const auto found = metadata.find("suggested_isovalues");
+  if (found == metadata.end() || !found->is_array() || found->empty() ||
+      !found->front().is_number()) {
+    return std::nullopt;
+  }
+  return found->front().get<double>();
+}
+
+/// The smallest box along the axes of the world around several grids.
+class WorldBox {
+ public:
+  void add(const VolumeGrid& grid) {
+    for (int i = 0; i < 8; ++i) {
+      const Vec3d corner =
+          grid.world({i & 1 ? grid.voxels.x - 1.0 : 0.0, i & 2 ? grid.voxels.y - 1.0 : 0.0,
+                      i & 4 ? grid.voxels.z - 1.0 : 0.0});
+      low_ = {std::min(low_.x, corner.x), std::min(low_.y, corner.y), std::min(low_.z, corner.z)};
+      high_ = {std::max(high_.x, corner.x), std::max(high_.y, corner.y),
+               std::max(high_.z, corner.z)};
+    }
+  }
+  VolumeGrid grid() const { return {{2, 2, 2}, high_ - low_, low_}; }
+
+ private:
+  Vec3d low_{1e300, 1e300, 1e300}, high_{-1e300, -1e300, -1e300};
+};
+
+}  // namespace
+
+Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& file, size_t step,
+                                std::optional<uint32_t> level, uint64_t sample_budget) {
+  const Scene& scene = file.scene();
+  const size_t steps = scene.time ? scene.time->values.size() : 1;
+  if (step >= steps) {
+    return fail(Status::not_found,
+                fmt::format("expected a step from 0 to {}, found {}", steps - 1, step));
+  }
+  ScenePicture picture;
+  WorldBox box;
+  auto left =
+      static_cast<uint64_t>(std::count_if(scene.layers.begin(), scene.layers.end(),
+                                          [](const SceneLayer& layer) { return layer.visible; }));
+  for (size_t i = 0; i < scene.layers.size(); ++i) {
+    const SceneLayer& layer = scene.layers[i];
+    if (!layer.visible) continue;
+    const auto failed = [&](Error error) {
+      error.message = name_of(scene, i) + ": " + error.message;
+      return tl::unexpected(std::move(error));
+    };
+    const auto opened = file.open_store(layer.stores[std::min(step, layer.stores.size() - 1)]);
+    if (!opened) return failed(opened.error());
+    const StoreFile& store = **opened;
+    VolumePlace place{static_cast<render::VolumeId>(i), store.info().grid};
+    if (layer.transform) {
+      const auto grid = transformed(store.info().grid, *layer.transform);
+      if (!grid) return failed(grid.error());
+      place.grid = *grid;
+    }
+    std::vector<SceneSurface> surfaces = layer.surfaces;
+    if (surfaces.empty()) {
+      if (const auto isovalue = suggested_isovalue(store.info())) {
+        surfaces.emplace_back().isovalue = *isovalue;
+      } else {
+        picture.notes.push_back(name_of(scene, i) +
+                                " has no surfaces, and its store suggests none: state an isovalue");
+      }
+    }
+    std::vector<double> isovalues;
+    for (size_t s = 0; s < surfaces.size(); ++s) {
+      isovalues.push_back(surfaces[s].isovalue);
+      const auto& colour = surfaces[s].colour;
+      picture.isosurfaces.push_back({surfaces[s].isovalue,
+                                     colour ? Vec3f{(*colour)[0], (*colour)[1], (*colour)[2]}
+                                            : kColours[(picture.layers + s) % kColours.size()],
+                                     surfaces[s].opacity, place.volume});
+    }
+    const uint64_t budget = (sample_budget - std::min(picture.samples, sample_budget)) / left--;
+    const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
+    if (!shown) return failed(shown.error());
+    picture.samples += shown->samples;
+    picture.coarsest = std::max(picture.coarsest, shown->level);
+    ++picture.layers;
+    box.add(*place.grid);
+  }
+  if (picture.layers == 0) {
+    return fail(Status::not_found, "expected a layer that is visible, found none");
+  }
+  picture.extent = box.grid();
+  return picture;
+}
+
+render::Camera camera_of(const SceneCamera& camera) {
+  return {camera.target, camera.distance,      camera.azimuth,     camera.elevation,
+          camera.roll,   camera.field_of_view, camera.orthographic};
+}
+
+void apply_scene(const Scene& scene, render::RenderSettings& settings) {
+  settings.clip_box_low = scene.clip.low;
+  settings.clip_box_high = scene.clip.high;
+  for (const ScenePlane& plane : scene.clip.planes) {
+    settings.clip_planes.push_back({plane.normal, plane.offset});
+  }
+  settings.clip_caps = settings.clip_caps || scene.clip.caps;
+  if (scene.background) settings.background = *scene.background;
+}
+
+}  // namespace isosplat

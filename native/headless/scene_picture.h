@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "native/scene/scene_file.h"
+#include "shared/render/renderer.h"
+
+namespace isosplat {
+
+/// A scene of which the visible layers are in the renderer.
+struct ScenePicture {
+  /// Of the visible layers, in order. Where a layer states none: its store's first suggested
+  /// isovalue.
+  std::vector<render::Isosurface> isosurfaces;
+  VolumeGrid extent;               ///< a grid around all visible layers, for default_camera()
+  uint64_t samples = 0;            ///< of all layers
+  uint32_t coarsest = 0;           ///< the coarsest level that is drawn of a layer
+  uint32_t layers = 0;             ///< that are visible
+  std::vector<std::string> notes;  ///< about layers without isosurfaces
+};
+
+/// Uploads the visible layers of a scene at a step of time: layer i is volume i. Each layer gets
+/// the same share of the samples; what a layer leaves goes to those after it. Errors: not_found (no
+/// such step or level, or no layer is visible), those of SceneFile and show_store, which name the
+/// layer.
+Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& scene, size_t step,
+                                std::optional<uint32_t> level, uint64_t sample_budget);
+
+/// The camera of a scene.
+render::Camera camera_of(const SceneCamera& camera);
+
+/// Sets clipping and background of a scene.
+void apply_scene(const Scene& scene, render::RenderSettings& settings);
+
+}  // namespace isosplat

@@ -1,0 +1,131 @@
+#include "native/scene/scene_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "native/files/output_file.h"
+
+namespace isosplat {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Puts the path in front of the message.
+tl::unexpected<Error> at_path(const fs::path& path, Error error) {
+  if (!error.message.starts_with(path.string()))
+    error.message = path.string() + ": " + error.message;
+  return tl::unexpected(std::move(error));
+}
+
+Result<std::string> read_text(const PosixFile& file, uint64_t bytes) {
+  std::string text(bytes, '\0');
+  auto read = file.read(0, std::as_writable_bytes(std::span(text)));
+  if (!read) return tl::unexpected(read.error());
+  return text;
+}
+
+bool is_address(const std::string& path) {
+  return path.find("://") != std::string::npos || path.starts_with("//");
+}
+
+}  // namespace
+
+SceneKind scene_kind(const fs::path& path) {
+  const std::string first = first_bytes(path, 256);
+  if (is_bundle(std::as_bytes(std::span(first)))) return SceneKind::bundle;
+  return looks_like_scene(first) ? SceneKind::scene : SceneKind::none;
+}
+
+Result<SceneFile> SceneFile::open(const fs::path& path) {
+  SceneFile result;
+  result.path_ = path;
+  auto file = PosixFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  const auto identity = file->identity();
+  if (!identity) return tl::unexpected(identity.error());
+  result.file_ = std::make_shared<const PosixFile>(std::move(*file));
+  const uint64_t bytes = identity->bytes;
+  std::array<std::byte, kBundlePrefixBytes> prefix{};
+  const auto got = result.file_->read_some(0, prefix);
+  if (!got) return tl::unexpected(got.error());
+  if (isosplat::is_bundle(std::span(prefix).first(*got))) {
+    const auto header_bytes = bundle_header_bytes(std::span(prefix).first(*got));
+    if (!header_bytes) return at_path(path, header_bytes.error());
+    if (*header_bytes > bytes) {
+      return at_path(path,
+                     {Status::truncated, "bundle: the file ends in its header: copy it again"});
+    }
+    const auto header = read_text(*result.file_, *header_bytes);
+    if (!header) return tl::unexpected(header.error());
+    auto parsed = parse_bundle_header(std::as_bytes(std::span(*header)));
+    if (!parsed) return at_path(path, parsed.error());
+    if (parsed->file_bytes != bytes) {
+      return at_path(path,
+                     {parsed->file_bytes > bytes ? Status::truncated : Status::malformed_header,
+                      fmt::format("bundle: expected {} bytes, found {}: copy it again",
+                                  parsed->file_bytes, bytes)});
+    }
+    result.text_ = parsed->scene;
+    result.bundle_ = std::move(*parsed);
+    for (size_t i = 0; i < result.bundle_->stores.size(); ++i) {
+      result.in_bundle_[result.bundle_->stores[i].path] = i;
+    }
+  } else {
+    if (bytes > kMaxSceneBytes) {
+      return at_path(
+          path, {Status::malformed_header,
+                 fmt::format("scene: expected at most {} bytes, found {}", kMaxSceneBytes, bytes)});
+    }
+    auto text = read_text(*result.file_, bytes);
+    if (!text) return tl::unexpected(text.error());
+    result.text_ = std::move(*text);
+  }
+  auto scene = parse_scene(result.text_);
+  if (!scene) return at_path(path, scene.error());
+  result.scene_ = std::move(*scene);
+  if (!result.bundle_) return result;
+  for (const std::string& store : store_paths(result.scene_)) {
+    if (!result.in_bundle_.contains(store)) {
+      return at_path(path, {Status::malformed_header,
+                            fmt::format("bundle: its scene names the store {}, which is not in it: "
+                                        "make it again",
+                                        store)});
+    }
+  }
+  return result;
+}
+
+Result<FileParts> SceneFile::store_bytes(const std::string& path) const {
+  if (bundle_) {
+    const auto found = in_bundle_.find(path);
+    if (found == in_bundle_.end()) {
+      return fail(Status::not_found, fmt::format("{}: no store {}", path_.string(), path));
+    }
+    std::vector<FileParts::Part> parts;
+    for (const BundlePiece& piece : bundle_->stores[found->second].pieces()) {
+      parts.push_back({piece.store_offset, piece.bundle_offset, piece.bytes});
+    }
+    return FileParts(file_, std::move(parts));
+  }
+  if (is_address(path)) {
+    return fail(
+        Status::malformed_header,
+        fmt::format("{}: expected stores in files, found the address {}: download it first, "
+                    "or open the scene in the page",
+                    path_.string(), path));
+  }
+  auto file = PosixFile::open(path_.parent_path() / path);
+  if (!file) return tl::unexpected(file.error());
+  const auto identity = file->identity();
+  if (!identity) return tl::unexpected(identity.error());
+  return FileParts(std::make_shared<const PosixFile>(std::move(*file)), identity->bytes);
+}
+
+Result<std::shared_ptr<StoreFile>> SceneFile::open_store(const std::string& path) const {
+  auto bytes = store_bytes(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return StoreFile::open(std::move(*bytes), bundle_ ? path_ / path : path_.parent_path() / path);
+}
+
+}  // namespace isosplat

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "shared/core/scene/bundle_header.h"
+#include "shared/core/scene/scene.h"
+#include "shared/system/store_file/store_file.h"
+
+namespace isosplat {
+
+/// The kinds of files that hold what one picture shows.
+enum class SceneKind : uint8_t {
+  none,    ///< no scene
+  scene,   ///< a document, beside its stores
+  bundle,  ///< a scene and its stores in one file
+};
+
+/// By the first bytes: a document begins as JSON, whatever its name is.
+SceneKind scene_kind(const std::filesystem::path& path);
+
+/// A scene and its stores on disk. Stores are opened when they are needed.
+class SceneFile {
+ public:
+  /// Reads a scene or a bundle. Errors: io_error, those of parse_scene and parse_bundle_header, and
+  /// malformed_header if a bundle lacks a store of its scene. Messages begin with the path.
+  static Result<SceneFile> open(const std::filesystem::path& path);
+
+  const Scene& scene() const { return scene_; }
+  /// The document, byte for byte.
+  const std::string& text() const { return text_; }
+  bool is_bundle() const { return bundle_.has_value(); }
+  /// Requires is_bundle().
+  const BundleHeader& bundle() const { return *bundle_; }
+
+  /// The bytes of a store of the scene. Errors: io_error, not_found. malformed_header for addresses
+  /// (https://…): the program reads files only.
+  Result<FileParts> store_bytes(const std::string& path) const;
+  /// Opens a store of the scene. Errors: those of store_bytes() and StoreFile::open.
+  Result<std::shared_ptr<StoreFile>> open_store(const std::string& path) const;
+
+ private:
+  SceneFile() = default;
+
+  std::filesystem::path path_;
+  Scene scene_;
+  std::string text_;
+  std::optional<BundleHeader> bundle_;
+  std::shared_ptr<const PosixFile> file_;  // of the bundle
+  std::map<std::string, size_t> in_bundle_;
+};
+
+/// Puts a scene and its stores into a bundle. Returns its size in bytes. Errors: those of
+/// SceneFile and OutputFile; malformed_header if a store is not below the scene's folder. The
+/// output must not be one of the inputs.
+Result<uint64_t> write_bundle(const SceneFile& scene, const std::filesystem::path& output);
+
+/// Writes the scene of a bundle (as scene.json) and its stores into a folder, byte for byte as they
+/// were. Nothing is replaced unless `force`. Returns the number of files. Errors: io_error,
+/// invalid_argument.
+Result<size_t> unbundle(const SceneFile& bundle, const std::filesystem::path& folder, bool force);
+
+}  // namespace isosplat

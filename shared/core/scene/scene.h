@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/core/base/status.h"
+#include "shared/core/base/vec3.h"
+#include "shared/core/grid/grid.h"
+
+// Scenes: lists of layers that one picture shows (SCENE.md).
+namespace isosplat {
+
+/// An affine transform of the world, row by row: its last row is 0 0 0 1.
+using AffineTransform = std::array<double, 16>;
+
+struct SceneSurface {
+  double isovalue = 0;                         ///< in the values of the layer's store
+  std::optional<std::array<float, 3>> colour;  ///< sRGB, 0 … 1; otherwise that of its number
+  float opacity = 1;                           ///< 0 … 1
+};
+
+/// A store with its surfaces and its place in the world.
+struct SceneLayer {
+  std::string name;   ///< for people; may be empty
+  std::string group;  ///< for people: layers of a group are listed together; may be empty
+  /// One, or one for each step of time: paths or addresses relative to the scene.
+  std::vector<std::string> stores;
+  std::vector<SceneSurface> surfaces;  ///< at most kMaxSurfacesOfLayer
+  bool visible = true;
+  std::optional<AffineTransform> transform;
+};
+
+/// The steps of a scene that changes with time.
+struct SceneTime {
+  std::vector<double> values;  ///< ascending, one for each step
+  std::string unit;            ///< may be empty
+};
+
+struct SceneCamera {
+  Vec3d target;                                                       ///< world
+  double distance = 1;                                                ///< world units
+  double azimuth = 30, elevation = 20, roll = 0, field_of_view = 30;  ///< degrees
+  bool orthographic = false;
+};
+
+struct ScenePlane {
+  Vec3d normal;  ///< world; not 0
+  double offset = 0;
+};
+
+struct SceneClip {
+  Vec3d low{0, 0, 0}, high{1, 1, 1};  ///< fractions of the extent of the first layer's volume
+  std::vector<ScenePlane> planes;     ///< each keeps dot(normal, position) ≥ offset
+  bool caps = false;
+};
+
+/// A scene, and nothing of what its document says beyond: a program that changes a document keeps
+/// the rest of it.
+struct Scene {
+  std::string name;
+  std::vector<SceneLayer> layers;  ///< at least one
+  std::optional<SceneTime> time;
+  std::optional<SceneCamera> camera;
+  SceneClip clip;
+  std::optional<std::array<float, 4>> background;  ///< sRGB with alpha
+};
+
+inline constexpr size_t kMaxSceneBytes = size_t{4} << 20;
+inline constexpr size_t kMaxLayers = 4096;
+inline constexpr size_t kMaxSurfacesOfLayer = 8;
+inline constexpr size_t kMaxSteps = 65536;
+inline constexpr size_t kMaxScenePlanes = 6;
+
+/// Reads the text of a scene (SCENE.md). Unknown members are ignored. Errors: malformed_header,
+/// which names the member, what was expected and what was found; unsupported_version.
+Result<Scene> parse_scene(std::string_view text);
+
+/// Whether bytes begin as a scene does: a JSON object. For the choice of a reader; parse_scene
+/// decides.
+bool looks_like_scene(std::string_view first_bytes);
+
+/// Whether a store's path stays below the folder of its scene: relative, without "..", and the same
+/// on all systems. Only such stores are put into bundles.
+bool is_path_below(std::string_view path);
+
+/// The paths of all stores of a scene, each once: those of the first step first.
+std::vector<std::string> store_paths(const Scene& scene);
+
+/// The grid of a volume after an affine transform of the world. Errors: invalid_argument if the
+/// axes of the result lie nearly in a plane (is_basis).
+Result<VolumeGrid> transformed(const VolumeGrid& grid, const AffineTransform& transform);
+
+}  // namespace isosplat

@@ -1,0 +1,192 @@
+// Scenes and bundles on the command line: bundle, unbundle, info, verify, render.
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "native/headless/image.h"
+#include "tests/native/cli_program.h"
+
+namespace isosplat {
+namespace {
+
+using test::Ended;
+using test::read_file;
+using test::run;
+using test::TempFolder;
+using test::write_ball;
+using test::write_file;
+using Json = nlohmann::json;
+
+/// Two stores of balls, and a scene of three layers.
+class CliScene : public ::testing::Test {
+ protected:
+  CliScene() {
+    std::filesystem::create_directories(folder / "stores/deep");
+    build("stores/one", 24);
+    build("stores/deep/two", 40);
+    write_file(scene, document());
+  }
+
+  void build(const std::string& name, int n) {
+    const Ended built = run({"build", write_ball(folder, n, std::filesystem::path(name).filename()),
+                             "-o", folder / (name + ".isosplat"), "--no-thumbnail"});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+  }
+
+  static std::string document(const std::string& first = "stores/one.isosplat") {
+    const Json json = {{"format", "isosplat-scene"},
+                       {"version", 1},
+                       {"name", "Balls"},
+                       {"kept", {{"unknown", true}}},
+                       {"layers",
+                        {{{"name", "one"},
+                          {"store", first},
+                          {"surfaces", {{{"isovalue", 100}, {"colour", "#ff0000"}}}}},
+                         {{"name", "two"},
+                          {"store", "stores/deep/two.isosplat"},
+                          {"transform", {1, 0, 0, 60, 0, 1, 0, -8, 0, 0, 1, -16, 0, 0, 0, 1}},
+                          {"surfaces", {{{"isovalue", 100}, {"colour", "#0000ff"}}}}},
+                         {{"store", first}, {"visible", false}}}}};
+    return json.dump(1);
+  }
+
+  Ended bundle() { return run({"bundle", scene, "-o", bundle_file}); }
+
+  /// The number of pixels of a picture that are more of this channel than of the others.
+  static int pixels_of(const std::filesystem::path& picture, size_t channel) {
+    const auto image = read_png(picture);
+    EXPECT_TRUE(image) << image.error().message;
+    if (!image) return 0;
+    int count = 0;
+    for (size_t i = 0; i < image->rgba.size(); i += 4) {
+      const auto value = [&](size_t c) { return int(image->rgba[i + c]); };
+      const size_t a = (channel + 1) % 3, b = (channel + 2) % 3;
+      count += value(channel) > value(a) + 40 && value(channel) > value(b) + 40;
+    }
+    return count;
+  }
+
+  const TempFolder folder;
+  const std::filesystem::path scene = folder / "scene.json",
+                              bundle_file = folder / "balls.isobundle";
+};
+
+TEST_F(CliScene, ABundleIsTakenApartToTheSameBytes) {
+  const Ended made = bundle();
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_TRUE(made.out.find("3 layers, 2 stores") != std::string::npos) << made.out;
+  const auto out = folder / "out";
+  const Ended apart = run({"unbundle", bundle_file, "-o", out});
+  EXPECT_EQ(apart.exit_code, 0) << apart.err;
+  for (const char* name : {"scene.json", "stores/one.isosplat", "stores/deep/two.isosplat"}) {
+    EXPECT_EQ(read_file(out / name), read_file(folder / name)) << name;
+  }
+  const Ended again = run({"unbundle", bundle_file, "-o", out});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_TRUE(again.err.find("--force") != std::string::npos) << again.err;
+  EXPECT_EQ(run({"unbundle", bundle_file, "-o", out, "--force"}).exit_code, 0);
+}
+
+TEST_F(CliScene, SceneAndBundleAreDescribedAndVerified) {
+  ASSERT_EQ(bundle().exit_code, 0);
+  for (const auto& path : {scene, bundle_file}) {
+    const Ended info = run({"info", path, "--json"});
+    ASSERT_EQ(info.exit_code, 0) << info.err;
+    const Json json = Json::parse(info.out);
+    EXPECT_EQ(json["kind"], path == scene ? "scene" : "bundle");
+    EXPECT_EQ(json["name"], "Balls");
+    ASSERT_EQ(json["layers"].size(), 3u);
+    EXPECT_EQ(json["layers"][1]["voxels"][0], 40);
+    EXPECT_EQ(json["layers"][2]["visible"], false);
+    EXPECT_EQ(run({"info", path}).exit_code, 0);
+    const Ended verified = run({"verify", path});
+    EXPECT_EQ(verified.exit_code, 0) << verified.err;
+    EXPECT_TRUE(verified.out.find("stores/deep/two.isosplat: valid") != std::string::npos);
+  }
+}
+
+TEST_F(CliScene, APictureShowsAllVisibleLayersAtTheirPlaces) {
+  ASSERT_EQ(bundle().exit_code, 0);
+  const auto picture = folder / "scene.png", same = folder / "bundle.png";
+  const Ended drawn = run({"render", scene, "-o", picture, "--size", "200x150"});
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_GT(pixels_of(picture, 0), 100);
+  EXPECT_GT(pixels_of(picture, 2), 100);
+  ASSERT_EQ(run({"render", bundle_file, "-o", same, "--size", "200x150"}).exit_code, 0);
+  EXPECT_EQ(read_file(picture), read_file(same));
+  // From the right, the ball that was moved 60 to the right hides the other.
+  ASSERT_EQ(run({"render", scene, "-o", picture, "--size", "200x150", "--azimuth", "90",
+                 "--elevation", "0", "--force"})
+                .exit_code,
+            0);
+  EXPECT_GT(pixels_of(picture, 2), 100);
+  EXPECT_LT(pixels_of(picture, 0), 10);
+}
+
+TEST_F(CliScene, WhatASceneStatesIsNotAnOption) {
+  const Ended drawn = run({"render", scene, "-i", "5", "-o", folder / "x.png"});
+  EXPECT_EQ(drawn.exit_code, 2);
+  EXPECT_TRUE(drawn.err.find("--isovalue") != std::string::npos) << drawn.err;
+  EXPECT_EQ(run({"render", folder / "stores/one.isosplat", "-o", folder / "x.png"}).exit_code, 2);
+  const Ended step = run({"render", scene, "--step", "1", "-o", folder / "x.png"});
+  EXPECT_EQ(step.exit_code, 1);
+  EXPECT_TRUE(step.err.find("expected a step from 0 to 0") != std::string::npos) << step.err;
+}
+
+TEST_F(CliScene, FaultsAreNamed) {
+  const auto expect_error = [&](const std::vector<std::string>& arguments,
+                                const std::string& text) {
+    const Ended ended = run(arguments);
+    EXPECT_GT(ended.exit_code, 0) << ended.out;
+    EXPECT_TRUE(ended.err.find(text) != std::string::npos) << ended.err;
+  };
+  const std::string out = folder / "x.isobundle", picture = folder / "x.png";
+  write_file(scene, document("stores/none.isosplat"));
+  expect_error({"bundle", scene, "-o", out}, "stores/none.isosplat");
+  expect_error({"render", scene, "-o", picture}, "layer 0 (one)");
+  expect_error({"verify", scene}, "stores/none.isosplat");
+  write_file(scene, document("../elsewhere.isosplat"));
+  expect_error({"bundle", scene, "-o", out}, "below the folder of its scene");
+  write_file(scene, document("https://example.org/a.isosplat"));
+  expect_error({"render", scene, "-o", picture}, "found the address");
+  write_file(scene, R"({"format":"isosplat-scene","version":1,"layers":[]})");
+  expect_error({"info", scene}, "layers: expected a list of 1 to 4096");
+  expect_error({"unbundle", scene, "-o", folder / "y"}, "layers: expected");
+  EXPECT_FALSE(std::filesystem::exists(out));
+  write_file(scene, document());
+  ASSERT_EQ(bundle().exit_code, 0);
+  expect_error({"bundle", bundle_file, "-o", out}, "expected a scene, found a bundle");
+  expect_error({"bundle", scene, "-o", scene}, "not an input");
+  write_file(folder / "other.txt", "important");
+  expect_error({"bundle", scene, "-o", folder / "other.txt"}, "--force");
+}
+
+/// Damage anywhere in a bundle is an error, or verify finds it: nothing crashes or hangs.
+TEST_F(CliScene, DamagedBundlesAreErrors) {
+  ASSERT_EQ(bundle().exit_code, 0);
+  const std::string whole = read_file(bundle_file);
+  const auto damaged = folder / "damaged.isobundle";
+  std::mt19937 random(11);
+  for (int i = 0; i < 60; ++i) {
+    std::string bytes = whole;
+    if (i % 4 == 0) {
+      bytes.resize(random() % bytes.size());
+    } else {
+      // Half of them in the header, where most can go wrong.
+      const size_t at = i % 2 == 0 ? random() % 600 : random() % bytes.size();
+      bytes[at] = static_cast<char>(bytes[at] ^ (1 + random() % 255));
+    }
+    write_file(damaged, bytes);
+    const Ended verified = run({"verify", damaged});
+    EXPECT_EQ(verified.exit_code, 1) << i << verified.out;
+    EXPECT_FALSE(verified.err.empty());
+    const Ended drawn =
+        run({"render", damaged, "-o", folder / "d.png", "--size", "32x32", "--force"});
+    EXPECT_TRUE(drawn.exit_code == 0 || drawn.exit_code == 1) << i << drawn.err;
+  }
+}
+
+}  // namespace
+}  // namespace isosplat

@@ -1,0 +1,42 @@
+import { readFileSync } from "node:fs";
+import { Ajv2020 } from "ajv/dist/2020.js";
+import { describe, expect, it } from "vitest";
+
+const folder = new URL("../../shared/core/scene/", import.meta.url);
+const read = (name: string) => readFileSync(new URL(name, folder), "utf8");
+const validate = new Ajv2020({ allowUnionTypes: true }).compile(
+  JSON.parse(read("scene.schema.json")),
+);
+const example = JSON.parse(read("SCENE.md").match(/```json\n([\s\S]*?)```/)?.[1] ?? "");
+
+describe("the schema of scenes", () => {
+  it("accepts the example of SCENE.md", () => {
+    expect(validate(example)).toBe(true);
+  });
+
+  it("keeps what it does not know", () => {
+    expect(validate({ ...example, future: [1], layers: [{ store: "a", more: 1 }] })).toBe(true);
+  });
+
+  // The same documents that parse_scene refuses (tests/shared/scene_test.cpp).
+  it.each([
+    { format: "other" },
+    { version: 2 },
+    { layers: [] },
+    { layers: [{}] },
+    { layers: [{ store: "" }] },
+    { layers: [{ store: "a", visible: 1 }] },
+    { layers: [{ store: "a", transform: [1, 2] }] },
+    { layers: [{ store: "a", surfaces: [{ isovalue: "x" }] }] },
+    { layers: [{ store: "a", surfaces: [{ isovalue: 1, opacity: 2 }] }] },
+    { layers: [{ store: "a", surfaces: [{ isovalue: 1, colour: "red" }] }] },
+    { layers: [{ store: "a", surfaces: Array(9).fill({ isovalue: 1 }) }] },
+    { time: { steps: [] } },
+    { camera: { target: [0, 0], distance: 1 } },
+    { camera: { target: [0, 0, 0], distance: 0 } },
+    { clip: { box: { low: [0, 0, 0], high: [1, 1, 2] } } },
+    { background: "white" },
+  ])("refuses %j", (members) => {
+    expect(validate({ ...example, ...members })).toBe(false);
+  });
+});
