@@ -89,6 +89,21 @@ TEST_F(CliScene, ABundleIsTakenApartToTheSameBytes) {
   EXPECT_EQ(run({"unbundle", bundle_file, "-o", out, "--force"}).exit_code, 0);
 }
 
+/// A bundle of version 1.0, which every later version reads (tests/golden).
+TEST_F(CliScene, TheGoldenBundleHoldsTheGoldenStores) {
+  const std::filesystem::path golden = std::filesystem::path(ISOSPLAT_SOURCE_DIR) / "tests/golden";
+  const auto out = folder / "golden";
+  const Ended apart = run({"unbundle", golden / "bundle1.0/golden.isobundle", "-o", out});
+  ASSERT_EQ(apart.exit_code, 0) << apart.err;
+  EXPECT_EQ(read_file(out / "scene.json"), read_file(golden / "bundle1.0/scene.json"));
+  for (const char* name : {"u8.isosplat", "tiny.isosplat"}) {
+    EXPECT_EQ(read_file(out / name), read_file(golden / "v1.0" / name)) << name;
+  }
+  // The same scene gives the same bundle.
+  ASSERT_EQ(run({"bundle", out / "scene.json", "-o", out / "again.isobundle"}).exit_code, 0);
+  EXPECT_EQ(read_file(out / "again.isobundle"), read_file(golden / "bundle1.0/golden.isobundle"));
+}
+
 TEST_F(CliScene, SceneAndBundleAreDescribedAndVerified) {
   ASSERT_EQ(bundle().exit_code, 0);
   for (const auto& path : {scene, bundle_file}) {
