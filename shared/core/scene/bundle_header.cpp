@@ -21,7 +21,8 @@ tl::unexpected<Error> malformed(const std::string& why) {
   return fail(Status::malformed_header, "bundle: " + why + ": make it again, or copy it again");
 }
 
-uint64_t padded(uint64_t bytes) {
+/// Of sizes in memory, which kMaxBundleHeaderBytes limits.
+size_t padded(size_t bytes) {
   return (bytes + 7) / 8 * 8;
 }
 
@@ -147,7 +148,7 @@ Result<BundleHeader> parse_bundle_header(std::span<const std::byte> bytes) {
                                        " bytes, found " + std::to_string(bytes.size()) +
                                        ": copy it again");
   }
-  bytes = bytes.first(*header_bytes);
+  bytes = bytes.first(static_cast<size_t>(*header_bytes));
   const size_t end = bytes.size() - kChecksumBytes;
   if (checksum64(bytes.first(end)) != read_le(bytes.data() + end, 8)) {
     return fail(Status::checksum_mismatch,
