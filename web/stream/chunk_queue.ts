@@ -6,6 +6,7 @@ import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
 import { FailedParts } from "./failed_parts.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
+import { RequestLimit, type RequestShare } from "./request_limit.ts";
 import { PartError, type Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { StreamError } from "./types.ts";
@@ -60,6 +61,7 @@ export class ChunkQueue {
   readonly #events: QueueEvents;
   readonly #entries = new Map<number, Entry>();
   readonly #groups = new Set<Group>();
+  readonly #requests: RequestShare;
   readonly #closing = new AbortController();
   readonly #pumping = new CoalescedTask(() => measured("isosplat:streaming", () => this.#pump()));
   #decoding = 0;
@@ -74,7 +76,18 @@ export class ChunkQueue {
     },
   );
 
-  constructor(source: Source, decoder: Decoder, backoff: Backoff, events: QueueEvents) {
+  /** `limit`: of the requests of several queues. */
+  constructor(
+    source: Source,
+    decoder: Decoder,
+    backoff: Backoff,
+    events: QueueEvents,
+    limit = new RequestLimit(),
+  ) {
+    this.#requests = limit.join(
+      () => source.concurrency,
+      () => this.#pumping.request(),
+    );
     this.#source = source;
     this.#decoder = decoder;
     this.#backoff = backoff;
@@ -142,6 +155,7 @@ export class ChunkQueue {
     this.#failed.close();
     for (const group of this.#groups) group.abort.abort(this.#closing.signal.reason);
     this.#entries.clear();
+    this.#requests.leave();
   }
 
   #pump(): void {
@@ -151,7 +165,7 @@ export class ChunkQueue {
       return;
     }
     this.#refusedRoom = false;
-    const free = this.#source.concurrency - this.#groups.size;
+    const { free } = this.#requests;
     if (free <= 0 || this.#decoding >= maxDecoding) return;
     const queued = [...this.#entries.values()]
       .filter(({ rank, state }) => rank < Number.POSITIVE_INFINITY && state === "queued")
@@ -199,6 +213,7 @@ export class ChunkQueue {
       group.entries.add(entry);
     }
     this.#groups.add(group);
+    this.#requests.begin();
     const ended = this.#backoff.begin();
     this.#events.changed();
     try {
@@ -213,6 +228,7 @@ export class ChunkQueue {
       this.#loadFailed(group, error);
     } finally {
       this.#groups.delete(group);
+      this.#requests.ended();
       ended();
       if (!this.#closing.signal.aborted) {
         this.#events.changed();

@@ -137,6 +137,21 @@ export class StreamSession {
   }
 
   /**
+   * What other volumes show in the same picture has changed: regions of this one may be visible now. The
+   * same view needs another query.
+   */
+  otherPictureChanged(): void {
+    if (this.isClosed) return;
+    this.#parts.occlusion.pictureChanged();
+    this.#selecting.request();
+  }
+
+  /** The samples that stay resident as long as the volume is open. */
+  get pinnedSamples(): number {
+    return this.#parts.uploads.residency.pinnedSamples;
+  }
+
+  /**
    * The occlusion query that is needed for the picture as it is drawn now, or undefined: see
    * `StreamEvents.testOcclusion`. `settled`: the picture would be the same at rest.
    */

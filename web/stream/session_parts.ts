@@ -9,13 +9,17 @@ import { defaultSampleBudget } from "./device.ts";
 import { Motion } from "./motion.ts";
 import { OcclusionQueries } from "./occlusion_queries.ts";
 import { PageLoader } from "./page_loader.ts";
+import type { RequestLimit } from "./request_limit.ts";
 import { SelectionLoop, type SelectionParts } from "./selection_loop.ts";
 import type { Source } from "./source.ts";
 import { SourceCheck } from "./source_check.ts";
 import type { StreamError, StreamOptions } from "./types.ts";
 
-/** `decoder`: is not closed with the session. Default: workers of the session alone. */
-export type SessionOptions = StreamOptions & { decoder?: Decoder };
+/**
+ * `decoder`: is not closed with the session. Default: workers of the session alone. `requests`: limits the
+ * requests of several sessions.
+ */
+export type SessionOptions = StreamOptions & { decoder?: Decoder; requests?: RequestLimit };
 
 /** An open store and its source. `closed`: aborts all reads that are still running. */
 export interface StoreAccess {
@@ -59,13 +63,19 @@ export function makeSessionParts(
     overflowed: (error) => host.failed(error),
   });
   const { residency } = uploads;
-  const queue = new ChunkQueue(source, decoder, backoff, {
-    admit: (chunk) => residency.reserve(chunk),
-    decoded: (chunk, decoded) => uploads.add(chunk, decoded, "view"),
-    released: (chunk) => residency.release(chunk.handle),
-    failed: (error, isFirst) => host.partFailed(error, isFirst),
-    changed: () => host.progressChanged(),
-  });
+  const queue = new ChunkQueue(
+    source,
+    decoder,
+    backoff,
+    {
+      admit: (chunk) => residency.reserve(chunk),
+      decoded: (chunk, decoded) => uploads.add(chunk, decoded, "view"),
+      released: (chunk) => residency.release(chunk.handle),
+      failed: (error, isFirst) => host.partFailed(error, isFirst),
+      changed: () => host.progressChanged(),
+    },
+    options.requests,
+  );
   const pages = new PageLoader(source, store, backoff, closed, {
     added: () => host.changed(),
     failed: (error, isFirst) => host.partFailed(error, isFirst),
