@@ -59,6 +59,18 @@ void Renderer::set_volume(const VolumeGrid& grid, const ValueMapping& mapping, V
   s.dirty = true;
 }
 
+Result<void> Renderer::move_volume(const VolumeGrid& grid, VolumeId volume) {
+  State& s = *state_;
+  Volume* found = s.find_volume(volume);
+  if (!found || !(found->grid.voxels == grid.voxels)) {
+    return fail(Status::invalid_argument, "a volume is moved that was not set with these voxels");
+  }
+  found->grid = grid;
+  s.choose_programs();
+  s.dirty = true;
+  return {};
+}
+
 void Renderer::remove_volume(VolumeId volume) {
   State& s = *state_;
   const auto found = s.volumes.find(volume);
@@ -72,6 +84,27 @@ void Renderer::remove_volume(VolumeId volume) {
 const VolumeGrid& Renderer::grid(VolumeId volume) const {
   const Volume* found = state_->find_volume(volume);
   return found ? found->grid : kNoVolume;
+}
+
+VolumeGrid Renderer::scene_grid() const {
+  const auto& volumes = state_->volumes;
+  if (volumes.size() < 2) return state_->first_grid();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Vec3d low{kInfinity, kInfinity, kInfinity}, high = low * -1.0;
+  for (const auto& [id, volume] : volumes) {
+    const Index3 voxels = volume.grid.voxels;
+    for (int i = 0; i < 8; ++i) {
+      const Vec3d corner =
+          volume.grid.world({i & 1 ? voxels.x - 1.0 : 0.0, i & 2 ? voxels.y - 1.0 : 0.0,
+                             i & 4 ? voxels.z - 1.0 : 0.0});
+      low = {std::min(low.x, corner.x), std::min(low.y, corner.y), std::min(low.z, corner.z)};
+      high = {std::max(high.x, corner.x), std::max(high.y, corner.y), std::max(high.z, corner.z)};
+    }
+  }
+  VolumeGrid around{{2, 2, 2}};
+  around.origin = low;
+  around.spacing = high - low;
+  return around;
 }
 
 Result<void> Renderer::add_chunk(ChunkHandle handle, const BlockKey& block,

@@ -56,6 +56,10 @@ class Renderer {
   /// Adds a volume, or replaces the one with this number and removes its chunks. Settings and
   /// camera are kept. An affine transform of a volume is another grid.
   void set_volume(const VolumeGrid& grid, const ValueMapping& mapping, VolumeId volume = 0);
+  /// Puts a volume at another place, with its chunks: a grid of the same voxels with another
+  /// origin, direction or spacing. Errors: invalid_argument (no such volume, or another number of
+  /// voxels).
+  Result<void> move_volume(const VolumeGrid& grid, VolumeId volume = 0);
   /// Removes a volume and its chunks. Unknown numbers are ignored.
   void remove_volume(VolumeId volume);
 
@@ -89,6 +93,9 @@ class Renderer {
 
   /// A volume; one of 2³ voxels if there is none with this number.
   const VolumeGrid& grid(VolumeId volume = 0) const;
+  /// A grid around all volumes, to look at: that of the only volume, or a box along the world's
+  /// axes; one of 2³ voxels if there is none.
+  VolumeGrid scene_grid() const;
 
   void set_settings(const RenderSettings& settings);
   const RenderSettings& settings() const;

@@ -2,6 +2,7 @@
 import { beforeEach, expect, test, vi } from "vitest";
 import { FrameScheduler, type FrameSchedulerHost } from "../../web/viewer/frame_scheduler.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
+import { identity } from "../../web/viewer/transform.ts";
 import { defaultLook } from "../../web/viewer/types.ts";
 import { fakeClock } from "./fake_clock.ts";
 
@@ -47,9 +48,8 @@ function streaming() {
   const canvas = { width: 400, height: 300, getContext: () => gl };
   const scheduler = new FrameScheduler(canvas as unknown as HTMLCanvasElement, renderer, {
     scene: () => ({
-      session,
+      layers: [{ number: 0, session, isovalues: [60], transform: identity, isDone: false }],
       camera: { distance: 1 },
-      isovalues: [60],
       kind: defaultLook.kind,
       shading: defaultLook.shading,
       pictureSize: null,
@@ -59,6 +59,7 @@ function streaming() {
       return true;
     },
     checkGpu: () => {},
+    viewed: () => {},
     isContextLost: () => false,
     fitCanvas: () => false,
     drawn: () => {},

@@ -34,7 +34,7 @@ function tested(view: Partial<RendererModule>): { told: string[]; tester: Occlus
     answered: (settled) => told.push(settled ? "rest" : "fast"),
     ended: () => told.push("ended"),
   });
-  tester.test(session as unknown as StreamSession, true);
+  tester.test([{ number: 0, session: session as unknown as StreamSession }], true);
   return { told, tester };
 }
 
@@ -64,4 +64,34 @@ test("one that is answered", async () => {
   const { told } = tested({ beginOcclusionQuery: () => {}, takeOcclusionQuery: () => answer });
   await vi.advanceTimersByTimeAsync(1000);
   expect(told).toEqual(["answered", "rest", "ended"]);
+});
+
+test("layers get their turns, those that request a test", async () => {
+  const asked: number[] = [];
+  const layer = (number: number, wants: boolean) => {
+    const query = { ids: new Uint32Array([7]), minPixels: 0, view: 1, picture: 1 };
+    const session = {
+      occlusionQuery: () => (wants ? query : undefined),
+      answerOcclusion: () => {},
+    };
+    return { number, session: session as unknown as StreamSession };
+  };
+  const renderer = {
+    beginOcclusionQuery: (number: number) => void asked.push(number),
+    takeOcclusionQuery: () => new Uint32Array(),
+  };
+  const layers = [layer(2, true), layer(3, false), layer(5, true)];
+  const tester = new OcclusionTester({
+    guard: (action) => {
+      action(renderer as unknown as RendererModule);
+      return true;
+    },
+    isIdle: () => true,
+    isContextLost: () => false,
+    answered: () => {},
+    ended: () => asked.length < 4 && tester.test(layers, true),
+  });
+  tester.test(layers, true);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(asked).toEqual([2, 5, 2, 5]);
 });

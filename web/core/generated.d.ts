@@ -221,6 +221,7 @@ declare module "*/layouts.js" {
     gradient: number;
     toNext: number;
     value: number;
+    volume: number;
     isosurface: number;
     level: number;
     found: number;

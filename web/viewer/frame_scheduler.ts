@@ -9,8 +9,9 @@ import { OcclusionTester } from "./occlusion_tester.ts";
 import { RendererError } from "./renderer_error.ts";
 import type { DrawStatistics, RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
-import type { Scene } from "./scene.ts";
+import { isStreaming, type Scene } from "./scene.ts";
 import { SplatChoice } from "./splat_choice.ts";
+import { viewProjectionOf } from "./transform.ts";
 import type { FrameReport, Look, Splats } from "./types.ts";
 
 /**
@@ -25,14 +26,22 @@ const shortestWait = 8;
 /** New chunks fade in if a picture takes no longer than this (ms). */
 const longestFaded = 50;
 
+/** A chunk whose samples were uploaded, and the number of its volume in the renderer. */
+export interface Upload {
+  volume: number;
+  id: number;
+}
+
 /** The functions that the scheduler needs from its viewer. */
 export interface FrameSchedulerHost {
   /** Null while there is no volume or no renderer. */
   scene(): Scene | null;
   /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;
-  /** Checks that the uploads of these chunks, and all before, have succeeded. */
-  checkGpu(ids: readonly number[]): void;
+  /** Checks that these uploads, and all before, have succeeded. */
+  checkGpu(uploads: readonly Upload[]): void;
+  /** The view at rest: world to clip space, column by column. */
+  viewed(viewProjection: Float64Array): void;
   isContextLost(): boolean;
   /** Sets the size of the canvas; returns whether it has changed. */
   fitCanvas(): boolean;
@@ -75,9 +84,9 @@ export class FrameScheduler {
   /** Whether the present picture has ambient occlusion and shadows, if these are on. */
   #isOccluded = false;
   /** Chunks that were uploaded, but not yet checked for exhausted GPU memory. */
-  #unchecked: number[] = [];
+  #unchecked: Upload[] = [];
   /**
-   * Whether anything of this volume is visible. Before that, drawing would waste the GPU's time.
+   * Whether anything of the volumes is visible. Before that, drawing would waste the GPU's time.
    */
   #isBegun = false;
 
@@ -137,8 +146,8 @@ export class FrameScheduler {
   }
 
   /** The samples of a chunk have been uploaded. */
-  onUpload(id: number): void {
-    this.#unchecked.push(id);
+  onUpload(upload: Upload): void {
+    this.#unchecked.push(upload);
   }
 
   /** The set of chunks to draw has changed. */
@@ -150,15 +159,15 @@ export class FrameScheduler {
   }
 
   /** The progress of streaming has changed. */
-  onProgress({ chunksToGo, bytesToGo, bytesFetched, state }: Progress): void {
+  onProgress(progress: Progress): void {
+    const { chunksToGo, bytesToGo, bytesFetched, state } = progress;
     this.#forecast.add(performance.now(), bytesFetched, bytesToGo);
     const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
     const isEmpty = !this.#isBegun && state !== "opening";
     this.#chunksToGo = chunksToGo;
     const wasStreaming = this.#rest.isStreaming;
-    const isStreaming = !["complete", "limited", "incomplete", "offline"].includes(state);
-    this.#rest.isStreaming = isStreaming;
-    const hasEnded = wasStreaming && !isStreaming;
+    this.#rest.isStreaming = isStreaming(progress);
+    const hasEnded = wasStreaming && !this.#rest.isStreaming;
     if (isEmpty) this.#isBegun = true;
     if (isLast || isEmpty || hasEnded) this.request();
     else this.#owner.busyChanged();
@@ -245,13 +254,15 @@ export class FrameScheduler {
     const scene = this.#owner.scene();
     this.#isFollowed = false;
     if (!scene) return false;
-    const { session, camera, isovalues, pictureSize } = scene;
+    const { layers, camera, pictureSize } = scene;
     const renderer = this.#renderer;
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
     const isMoving = this.#rest.isMoving(now);
     // Nothing more arrives until this picture has been tested.
-    if (!isMoving && session.needsRestingPicture) this.#rest.restNow();
+    const needsRest = layers.some(({ session }) => session.needsRestingPicture);
+    const mayRest = layers.every(({ session, isDone }) => isDone || session.needsRestingPicture);
+    if (!isMoving && needsRest && mayRest) this.#rest.restNow();
     const { restsAt } = this.#rest;
     const isTesting = this.#visibility.isRunning;
     // A picture that is being tested keeps its splats: with others it would have to be drawn again.
@@ -264,12 +275,16 @@ export class FrameScheduler {
     );
     const splats = this.#splatsToKeep(scene, isResting) ?? this.#splats(scene, isResting);
     renderer.picture.setSplats(splats);
-    session.update({
-      viewProjection: renderer.camera.viewProjection(camera, viewport.width, viewport.height),
-      viewport,
-      isovalues,
-      moving: isMoving,
-    });
+    const viewProjection = renderer.camera.viewProjection(camera, viewport.width, viewport.height);
+    if (!isMoving) this.#owner.viewed(viewProjection);
+    for (const { session, isovalues, transform } of layers) {
+      session.update({
+        viewProjection: viewProjectionOf(viewProjection, transform),
+        viewport,
+        isovalues,
+        moving: isMoving,
+      });
+    }
     const wasFading = this.#fade.isRunning;
     if (this.#isBegun && renderer.needsRedraw(width, height)) {
       if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
@@ -294,7 +309,7 @@ export class FrameScheduler {
       else this.#awaitShaders();
     }
     if (!isMoving && !renderer.needsRedraw(width, height)) {
-      this.#visibility.test(session, isResting || splats.kind === this.#splats(scene, true).kind);
+      this.#visibility.test(layers, isResting || splats.kind === this.#splats(scene, true).kind);
     }
     // Draw one more frame when the motion has ended, which tests what is visible, and one at rest,
     // which draws finer splats and lets streaming refine.

@@ -1,5 +1,7 @@
+import type { OcclusionQuery } from "../stream/occlusion_queries.ts";
 import type { StreamSession } from "../stream/session.ts";
 import type { RendererModule } from "./renderer_module.ts";
+import type { SceneLayer } from "./scene.ts";
 
 /** Interval between checks whether the GPU has finished a test (ms). */
 const polling = 8;
@@ -17,12 +19,17 @@ export interface TestedViewer {
   ended(): void;
 }
 
+/** The part of a layer that its tests need. */
+export type TestedLayer = Pick<SceneLayer, "number" | "session">;
+
 /**
  * Runs occlusion queries when streaming requests them, to find the regions that must be refined.
  */
 export class OcclusionTester {
   readonly #viewer: TestedViewer;
   #timer = 0;
+  /** The layer that was tested last. The others get their turn before it. */
+  #last = -1;
 
   constructor(viewer: TestedViewer) {
     this.#viewer = viewer;
@@ -37,13 +44,23 @@ export class OcclusionTester {
   }
 
   /**
-   * Tests the present picture, if the session requests it. settled: the picture is already drawn in the
-   * quality of a view at rest.
+   * Tests the present picture for the next layer whose session requests it. settled: the picture is already
+   * drawn in the quality of a view at rest.
    */
-  test(session: StreamSession, settled: boolean): void {
+  test(layers: readonly TestedLayer[], settled: boolean): void {
     if (this.isRunning) return;
-    const query = session.occlusionQuery(settled);
-    if (!query) return;
+    const next = layers.filter(({ number }) => number > this.#last);
+    const before = layers.filter(({ number }) => number <= this.#last);
+    for (const { number, session } of [...next, ...before]) {
+      const query = session.occlusionQuery(settled);
+      if (!query) continue;
+      this.#last = number;
+      this.#run(number, session, query, settled);
+      return;
+    }
+  }
+
+  #run(number: number, session: StreamSession, query: OcclusionQuery, settled: boolean): void {
     const poll = (): void => {
       this.#timer = 0;
       if (this.#viewer.isContextLost()) return;
@@ -66,7 +83,9 @@ export class OcclusionTester {
       }
     };
     if (
-      this.#viewer.guard((renderer) => renderer.beginOcclusionQuery(query.ids, query.minPixels))
+      this.#viewer.guard((renderer) =>
+        renderer.beginOcclusionQuery(number, query.ids, query.minPixels),
+      )
     ) {
       this.#timer = window.setTimeout(poll, polling);
     } else {

@@ -2,21 +2,14 @@ import type { StoreInfo } from "../core/types.ts";
 import { wholeVolume } from "./clipping.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
-import {
-  type Clip,
-  defaultLook,
-  type Legend,
-  type Look,
-  type Slices,
-  type Surface,
-} from "./types.ts";
+import { type Clip, defaultLook, type Legend, type Look, type Slices } from "./types.ts";
 
 /**
- * The settings of a picture: surfaces, look, clipping and slices, without the camera. The viewer
- * keeps them here, even without a renderer and a volume.
+ * The settings of a picture: look, clipping and slices, without the camera and the layers. The
+ * viewer keeps them here, even without a renderer and a volume. `info` and `number` are those of
+ * the first layer; `info` has the grid after the layer's transform.
  */
 export class PictureSettings {
-  surfaces: readonly Surface[] = [];
   look: Readonly<Look> = { ...defaultLook };
   clip: Clip = wholeVolume;
   #slices: Slices = noSlices;
@@ -33,11 +26,10 @@ export class PictureSettings {
     return hasSlices(this.#slices);
   }
 
-  apply(renderer: RendererModule, info: StoreInfo | null): void {
-    renderer.volume.setSurfaces(this.surfaces);
+  apply(renderer: RendererModule, info: StoreInfo | null, number: number): void {
     renderer.picture.setClip(this.clip);
     this.applyLook(renderer, info);
-    this.applySlices(renderer, info);
+    this.applySlices(renderer, info, number);
   }
 
   /** `opacity`: of the background. */
@@ -46,9 +38,10 @@ export class PictureSettings {
   }
 
   /** Without a volume, this does nothing: the planes depend on its grid. */
-  applySlices(renderer: RendererModule, info: StoreInfo | null): void {
-    if (info)
-      renderer.picture.setSlices(slicePlanes(this.#slices, info), this.#slices.range ?? info.range);
+  applySlices(renderer: RendererModule, info: StoreInfo | null, number: number): void {
+    if (!info) return;
+    const range = this.#slices.range ?? info.range;
+    renderer.picture.setSlices(number, slicePlanes(this.#slices, info), range);
   }
 
   /**

@@ -27,7 +27,7 @@ function readCamera(instance: RendererInstance): Camera {
 }
 
 /**
- * Views of a renderer's volume: limits, the first view, moves and projection. These functions do
+ * Views of a renderer's volumes: limits, the first view, moves and projection. These functions do
  * not change the picture: RendererPicture.setCamera does.
  */
 export class RendererCamera {

@@ -27,15 +27,15 @@ export function hasWebGl2(): boolean {
  * Each canvas has its own WebAssembly instance.
  */
 export class RendererModule {
-  readonly volume: RendererVolume;
   readonly picture: RendererPicture;
   readonly camera: RendererCamera;
   readonly #instance: RendererInstance;
+  readonly #gl: WebGL2RenderingContext;
   #destroyed = false;
 
   private constructor(instance: RendererInstance, gl: WebGL2RenderingContext) {
     this.#instance = instance;
-    this.volume = new RendererVolume(instance, gl);
+    this.#gl = gl;
     this.picture = new RendererPicture(instance);
     this.camera = new RendererCamera(instance);
   }
@@ -68,6 +68,11 @@ export class RendererModule {
   /** The functions of the core, which use the same instance. */
   get exports(): CoreModule {
     return this.#instance.exports;
+  }
+
+  /** The volume with this number, which the caller chooses; it need not be set yet. */
+  volume(number: number): RendererVolume {
+    return new RendererVolume(this.#instance, this.#gl, number);
   }
 
   destroy(): void {
@@ -163,14 +168,15 @@ export class RendererModule {
   }
 
   /**
-   * Starts an occlusion query: which regions of these chunks cover at least `minPixels` pixels of
-   * the last picture, which must be up to date. 0: which regions may be visible at all.
+   * Starts an occlusion query: which regions of these chunks of a volume cover at least `minPixels`
+   * pixels of the last picture, which must be up to date. 0: which regions may be visible at all.
    */
-  beginOcclusionQuery(handles: Uint32Array, minPixels: number): void {
+  beginOcclusionQuery(volume: number, handles: Uint32Array, minPixels: number): void {
     const pointer = this.#instance.reserve(handles.byteLength);
     this.#instance.exports.HEAPU32.set(handles, pointer >> 2);
     this.#instance.check(
       this.#instance.exports._isosplat_renderer_begin_occlusion_query(
+        volume,
         pointer,
         handles.length,
         minPixels,

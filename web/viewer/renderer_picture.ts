@@ -76,14 +76,22 @@ export class RendererPicture {
     );
   }
 
-  /** `range`: the values shown as black and white, unless slices have the colours of isovalues. */
-  setSlices(planes: readonly SlicePlane[], [low, high]: readonly [number, number]): void {
+  /**
+   * Sets the slices of one volume. `range`: the values shown as black and white, unless slices have
+   * the colours of isovalues.
+   */
+  setSlices(
+    volume: number,
+    planes: readonly SlicePlane[],
+    [low, high]: readonly [number, number],
+  ): void {
     const used = planes.slice(0, layouts.maxSlices);
     const data = this.#instance.view();
     used.forEach((plane, i) => {
       layouts.writePlane(data, this.#instance.scratch + i * layouts.planeBytes, plane);
     });
     this.#instance.exports._isosplat_renderer_set_slices(
+      volume,
       this.#instance.scratch,
       used.length,
       low,

@@ -16,8 +16,11 @@ export interface RendererExports extends CoreModule {
   _isosplat_renderer_is_compiled(): number;
   _isosplat_renderer_warm_up(): number;
   _isosplat_renderer_error(): number;
-  _isosplat_renderer_set_volume(volume: number): number;
+  _isosplat_renderer_set_volume(volume: number, record: number): number;
+  _isosplat_renderer_move_volume(volume: number, record: number): number;
+  _isosplat_renderer_remove_volume(volume: number): void;
   _isosplat_renderer_reserve_chunk(
+    volume: number,
     handle: number,
     block: number,
     clusters: number,
@@ -25,14 +28,20 @@ export interface RendererExports extends CoreModule {
     offset: number,
   ): number;
   _isosplat_renderer_check_gpu(): number;
-  _isosplat_renderer_remove_chunk(handle: number): void;
-  _isosplat_renderer_set_visible(chunks: number, count: number): void;
-  _isosplat_renderer_set_isosurfaces(isosurfaces: number, count: number): void;
+  _isosplat_renderer_remove_chunk(volume: number, handle: number): void;
+  _isosplat_renderer_set_visible(volume: number, chunks: number, count: number): void;
+  _isosplat_renderer_set_isosurfaces(volume: number, isosurfaces: number, count: number): void;
   _isosplat_renderer_set_splats(kind: number, shading: number): void;
   _isosplat_renderer_set_appearance(appearance: number): void;
   _isosplat_renderer_set_light(light: number): void;
   _isosplat_renderer_set_clipping(box: number, planes: number, count: number): void;
-  _isosplat_renderer_set_slices(planes: number, count: number, low: number, high: number): void;
+  _isosplat_renderer_set_slices(
+    volume: number,
+    planes: number,
+    count: number,
+    low: number,
+    high: number,
+  ): void;
   _isosplat_renderer_set_camera(camera: number): void;
   _isosplat_renderer_default_camera(camera: number, aspect: number): void;
   _isosplat_renderer_orbit(camera: number, right: number, up: number): void;
@@ -72,6 +81,7 @@ export interface RendererExports extends CoreModule {
   _isosplat_renderer_begin_fade(hasBegun: number): number;
   _isosplat_renderer_fade(progress: number): number;
   _isosplat_renderer_begin_occlusion_query(
+    volume: number,
     handles: number,
     count: number,
     minPixels: number,

@@ -9,23 +9,37 @@ import type { Surface } from "./types.ts";
 
 const drawnChunkWords = layouts.drawnChunkBytes / 4;
 
-/** The volume that a renderer draws: its grid, its chunks, and its surfaces. */
+/** One volume that a renderer draws: its grid, its chunks, and its surfaces. */
 export class RendererVolume {
   readonly #instance: RendererInstance;
+  readonly #number: number;
   /** The renderer's context. Samples are uploaded from JavaScript, without a copy in the heap. */
   readonly #gl: WebGL2RenderingContext;
 
-  constructor(instance: RendererInstance, gl: WebGL2RenderingContext) {
+  /** `number`: of the volume in its renderer. Smaller ones come first. */
+  constructor(instance: RendererInstance, gl: WebGL2RenderingContext, number: number) {
     this.#instance = instance;
+    this.#number = number;
     this.#gl = gl;
   }
 
-  /** Sets another volume. Nothing is drawn until chunks are added. */
+  /** Adds the volume, or replaces it: nothing of it is drawn until chunks are added. */
   open(info: StoreInfo): void {
-    layouts.writeVolume(this.#instance.view(), this.#instance.scratch, volumeRecord(info));
-    this.#instance.check(
-      this.#instance.exports._isosplat_renderer_set_volume(this.#instance.scratch),
-    );
+    const { exports, scratch } = this.#instance;
+    layouts.writeVolume(this.#instance.view(), scratch, volumeRecord(info));
+    this.#instance.check(exports._isosplat_renderer_set_volume(this.#number, scratch));
+  }
+
+  /** Puts the volume with its chunks at another place: the same voxels in another grid. */
+  move(info: StoreInfo): void {
+    const { exports, scratch } = this.#instance;
+    layouts.writeVolume(this.#instance.view(), scratch, volumeRecord(info));
+    this.#instance.check(exports._isosplat_renderer_move_volume(this.#number, scratch));
+  }
+
+  /** Removes the volume, its chunks, and its surfaces. */
+  remove(): void {
+    this.#instance.exports._isosplat_renderer_remove_volume(this.#number);
   }
 
   /** samples, clusters: those of a DecodedChunk. */
@@ -36,6 +50,7 @@ export class RendererVolume {
     const offsetAt = this.#instance.scratch + layouts.blockBytes;
     this.#instance.check(
       this.#instance.exports._isosplat_renderer_reserve_chunk(
+        this.#number,
         handle,
         this.#instance.scratch,
         pointer,
@@ -49,7 +64,7 @@ export class RendererVolume {
   }
 
   removeChunk(handle: number): void {
-    this.#instance.exports._isosplat_renderer_remove_chunk(handle);
+    this.#instance.exports._isosplat_renderer_remove_chunk(this.#number, handle);
   }
 
   /** Sets the chunks to draw from now on. regions: `regionWords` per chunk (RegionMask). */
@@ -65,7 +80,7 @@ export class RendererVolume {
         heap[regionsAt + word] = regions[i * regionWords + word] ?? 0;
       }
     }
-    this.#instance.exports._isosplat_renderer_set_visible(pointer, count);
+    this.#instance.exports._isosplat_renderer_set_visible(this.#number, pointer, count);
   }
 
   setSurfaces(surfaces: readonly Surface[]): void {
@@ -75,6 +90,10 @@ export class RendererVolume {
       const record = { isovalue, colour: colourChannels(colour), opacity };
       layouts.writeIsosurface(data, this.#instance.scratch + i * layouts.isosurfaceBytes, record);
     });
-    this.#instance.exports._isosplat_renderer_set_isosurfaces(this.#instance.scratch, used.length);
+    this.#instance.exports._isosplat_renderer_set_isosurfaces(
+      this.#number,
+      this.#instance.scratch,
+      used.length,
+    );
   }
 }

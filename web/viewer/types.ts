@@ -60,7 +60,7 @@ export interface Surface {
 export interface SurfacePoint {
   /** World coordinates. */
   position: Triple;
-  /** The same in voxels of the volume. */
+  /** The same in voxels of its layer's volume. */
   voxel: Triple;
   /** World, of unit length, towards the eye. */
   normal: Triple;
@@ -82,6 +82,8 @@ export interface SurfacePoint {
   toNext?: number;
   /** The level of the cell. At 0 the point is exact. */
   level: number;
+  /** `Layer.id` of the layer that it belongs to. */
+  layer: number;
 }
 
 /** The largest number of isosurfaces; more are ignored (kMaxIsosurfaces in shared/render/settings/render_settings.h). */

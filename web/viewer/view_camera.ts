@@ -11,7 +11,7 @@ export interface ViewCameraHost {
   moved(camera: Camera): void;
 }
 
-/** The camera of a viewer: its limits, its first view of a volume, and its moves. */
+/** The camera of a viewer: its limits, its first view of the volumes, and its moves. */
 export class ViewCamera {
   readonly #size: CanvasSize;
   readonly #host: ViewCameraHost;
@@ -53,7 +53,7 @@ export class ViewCamera {
     this.#host.moved(this.#camera);
   }
 
-  /** The first view of the volume; null until one is open. */
+  /** The first view of all volumes; null until one is open. */
   get whole(): Camera | null {
     const renderer = this.#openRenderer;
     return renderer && this.#first(renderer);

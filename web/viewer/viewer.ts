@@ -6,8 +6,9 @@ import { CanvasSize } from "./canvas_size.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
 import { FrameScheduler } from "./frame_scheduler.ts";
+import type { Layer } from "./layer.ts";
+import { Layers } from "./layers.ts";
 import { turnedLight } from "./light.ts";
-import { OpenVolume } from "./open_volume.ts";
 import { PictureSettings } from "./picture_settings.ts";
 import { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
@@ -29,11 +30,11 @@ import type {
   SurfacePoint,
 } from "./types.ts";
 import { ViewCamera } from "./view_camera.ts";
-import type { OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
+import type { AddLayerOptions, OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
 
 /**
- * Shows a volume on a canvas: streams what the view needs, and draws when something has changed. Does
- * not depend on the page around the canvas.
+ * Shows volumes on a canvas: streams what the view needs, and draws when something has changed. Does
+ * not depend on the page around the canvas. What concerns one volume means the first layer: `layers`.
  *
  *   const viewer = new Viewer(canvas);
  *   await viewer.open(new ServerSource({ volume: "engine" }));
@@ -45,7 +46,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   readonly #detachControls: () => void;
   readonly #life: RendererLife;
   #scheduler: FrameScheduler | null = null;
-  readonly #volume: OpenVolume;
+  readonly #layers: Layers;
   readonly #settings = new PictureSettings();
   readonly #camera: ViewCamera;
   readonly #sliceArrivals: SliceArrivals;
@@ -72,7 +73,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       made: (renderer) => this.#schedule(renderer),
       isDrawing: () => this.#scheduler?.isBegun === true,
       aborted: () => this.#scheduler?.stop(),
-      reopen: () => void this.#volume.reopen(),
+      reopen: () => void this.#layers.reopen(),
       givesUp: (error) => {
         this.close();
         this.emit("error", error);
@@ -84,19 +85,23 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
         this.emit("context", state);
       },
     });
-    this.#volume = new OpenVolume(options, this.#life, this.#settings, this.#camera, {
+    this.#layers = new Layers(options, this.#life, this.#settings, this.#camera, {
       scheduler: () => this.#scheduler,
       emit: (name, detail) => this.emit(name, detail),
-      close: () => this.close(),
+      pictureEnds: () => {
+        this.#scheduler?.onVolumeChange();
+        this.#sliceArrivals.stop();
+      },
       busyChanged: () => this.#showBusy(),
       chunksChanged: () => this.#settings.hasSlices && this.#sliceArrivals.changed(),
     });
     this.#pictures = new SavedPictures(canvas, this.#life, {
       scheduler: () => this.#scheduler,
       camera: () => this.camera,
-      isOpen: () => this.#volume.session !== null,
+      isOpen: () => this.#layers.isOpen,
       look: () => this.look,
-      applyLook: (renderer, opacity) => this.#settings.applyLook(renderer, this.info, opacity),
+      applyLook: (renderer, opacity) =>
+        this.#settings.applyLook(renderer, this.#layers.firstPlaced, opacity),
     });
   }
 
@@ -105,42 +110,52 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    * takes less time. Rejects with a RendererError (no WebGL 2).
    */
   prepare(): Promise<void> {
-    return this.#volume.prepare();
+    return this.#layers.prepare();
   }
 
   /**
-   * Shows another volume instead of the present one. Resolves when its header has been read; the surface
+   * Shows another volume instead of all present layers. Resolves when its header has been read; the surface
    * follows. Rejects with a StreamError, a RendererError (no WebGL 2), or the signal's reason.
    */
   open(source: Source, options: OpenOptions = {}): Promise<StoreInfo> {
-    return this.#volume.open(source, options);
+    return this.#layers.open(source, options);
   }
 
-  /** Changes `ViewerOptions.sampleBudget`, also of the volume that is open. */
+  /**
+   * Adds a volume to the picture. Resolves when its header has been read; that of a hidden one is read when
+   * it is shown. Rejects as `open`, and with a RangeError for a wrong transform; the other layers stay.
+   */
+  addLayer(source: Source, options: AddLayerOptions = {}): Promise<Layer> {
+    return this.#layers.add(source, options);
+  }
+
+  /** In the order in which they were added. */
+  get layers(): readonly Layer[] {
+    return this.#layers.listed;
+  }
+
+  /** Changes `ViewerOptions.sampleBudget`, also of the layers that are open. */
   setSampleBudget(samples: number): void {
-    this.#volume.setSampleBudget(samples);
+    this.#layers.setSampleBudget(samples);
   }
 
   /** Retries at once: requests that wait for their next attempt, and parts that have failed. */
   retry(): void {
-    this.#volume.session?.retry();
+    this.#layers.retry();
   }
 
-  /** Closes the volume: ends its requests, and frees its memory. The canvas keeps its picture. */
+  /** Closes all layers: ends their requests, and frees their memory. The canvas keeps its picture. */
   close(): void {
-    this.#scheduler?.onVolumeChange();
-    this.#sliceArrivals.stop();
-    this.#volume.close();
-    this.#showBusy();
+    this.#layers.close();
   }
 
-  /** Closes the volume and frees everything. The viewer must not be used afterwards. */
+  /** Closes all layers and frees everything. The viewer must not be used afterwards. */
   dispose(): void {
     if (this.#life.isEnded) return;
     this.#life.end();
     this.close();
     this.#scheduler?.stop();
-    this.#volume.dispose();
+    this.#layers.dispose();
     this.#size.stop();
     this.#detachControls();
     this.#life.destroy();
@@ -148,18 +163,16 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   get info(): StoreInfo | null {
-    return this.#volume.info;
+    return this.#layers.firstInfo;
   }
 
   get surfaces(): readonly Surface[] {
-    return this.#settings.surfaces;
+    return this.#layers.firstSurfaces;
   }
 
   /** Shows these isosurfaces. The next frame draws their resident samples. */
   setSurfaces(surfaces: readonly Surface[]): void {
-    this.#settings.surfaces = [...surfaces];
-    this.#life.renderer?.volume.setSurfaces(this.surfaces);
-    this.#sceneChanged();
+    this.#layers.firstSurfaces = surfaces;
   }
 
   /** Changes the isovalues and keeps the colours. Additional surfaces get the colour of the first. */
@@ -167,19 +180,19 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.setSurfaces(withIsovalues(this.surfaces, isovalues));
   }
 
-  /** StreamSession.bytesOf; undefined while no volume is open. */
+  /** StreamSession.bytesOf; undefined while the first layer is not open, or hidden. */
   bytesOf(isovalue: number): number | undefined {
-    return this.#volume.session?.bytesOf(isovalue);
+    return this.#layers.firstSession?.bytesOf(isovalue);
   }
 
-  /** StreamSession.access; undefined while no volume is open. */
+  /** StreamSession.access; undefined while the first layer is not open, or hidden. */
   get storeAccess(): StoreAccess | undefined {
-    return this.#volume.session?.access;
+    return this.#layers.firstSession?.access;
   }
 
-  /** StreamSession.quantizedIsovalue; undefined while no volume is open. */
+  /** StreamSession.quantizedIsovalue; undefined while the first layer is not open, or hidden. */
   quantizedIsovalue(isovalue: number): number | undefined {
-    return this.#volume.session?.quantizedIsovalue(isovalue);
+    return this.#layers.firstSession?.quantizedIsovalue(isovalue);
   }
 
   get look(): Readonly<Look> {
@@ -188,7 +201,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setLook(change: Partial<Look>): void {
     this.#settings.look = { ...this.look, ...change };
-    if (this.#life.renderer) this.#settings.apply(this.#life.renderer, this.info);
+    const { firstPlaced, firstNumber } = this.#layers;
+    if (this.#life.renderer) this.#settings.apply(this.#life.renderer, firstPlaced, firstNumber);
     // Dragging a slider counts as motion: otherwise pictures with and without occlusion would
     // alternate.
     this.#scheduler?.onCameraChange();
@@ -219,13 +233,15 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setSlices(slices: Slices): void {
     this.#settings.slices = slices;
-    if (this.#life.renderer) this.#settings.applySlices(this.#life.renderer, this.info);
+    const { firstPlaced, firstNumber } = this.#layers;
+    const { renderer } = this.#life;
+    if (renderer) this.#settings.applySlices(renderer, firstPlaced, firstNumber);
     this.#sceneChanged();
   }
 
   /** The view needs other cells, or shows others. */
   #sceneChanged(): void {
-    this.#volume.session?.sceneChanged();
+    this.#layers.pictureChanged();
     this.#scheduler?.onCameraChange();
   }
 
@@ -250,7 +266,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#camera.viewProjection(width, height);
   }
 
-  /** The first view, which shows the whole volume. Null until a volume is open. */
+  /** The first view, which shows all layers whole. Null until a volume is open. */
   get wholeView(): Camera | null {
     return this.#camera.whole;
   }
@@ -286,7 +302,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   pick(x: number, y: number): SurfacePoint | undefined {
     const { canvas, camera } = this;
     const { clientWidth: width, clientHeight: height } = canvas;
-    if (!camera || !this.info || this.#life.isContextLost || width === 0) return undefined;
+    if (!camera || !this.#layers.isOpen || this.#life.isContextLost || width === 0)
+      return undefined;
     let point: SurfacePoint | undefined;
     this.#life.guard((renderer) => {
       renderer.picture.setCamera(camera);
@@ -318,9 +335,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#pictures.prepare(view);
   }
 
-  /** The data still missing for the present view; null before the first report. */
+  /**
+   * The data still missing for the present view, of all visible layers; null before the first
+   * report.
+   */
   get progress(): Progress | null {
-    return this.#volume.progress;
+    return this.#layers.progress;
   }
 
   /**
@@ -341,9 +361,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #showBusy(): void {
-    const isWaiting = this.#volume.session === null || this.#life.isContextLost;
+    const isWaiting = this.#layers.isWaiting || this.#life.isContextLost;
     const isDrawing = isWaiting || this.#sliceArrivals.isBusy || this.#scheduler?.isBusy;
-    const isBusy = this.#volume.isOpening && isDrawing !== false;
+    const isBusy = this.#layers.hasAny && isDrawing !== false;
     if (isBusy === this.#isBusy) return;
     this.#isBusy = isBusy;
     this.emit("busy", isBusy);
@@ -354,7 +374,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler = new FrameScheduler(this.canvas, renderer, {
       scene: () => this.#scene(),
       guard: (action) => this.#life.guard(action),
-      checkGpu: (ids) => this.#volume.checkGpu(ids),
+      checkGpu: (uploads) => this.#layers.checkGpu(uploads),
+      viewed: (viewProjection) => this.#layers.viewed(viewProjection),
       isContextLost: () => this.#life.isContextLost,
       fitCanvas: () => this.#size.fit(),
       drawn: (report) => this.emit("frame", report),
@@ -363,14 +384,12 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #scene(): Scene | null {
-    const { camera, surfaces, look } = this;
-    const { session } = this.#volume;
+    const { camera, look } = this;
     const canDraw = this.#life.renderer && !this.#life.isContextLost && !this.#pictures.isInParts;
-    if (!canDraw || !camera || !session) return null;
+    if (!canDraw || !camera || !this.#layers.isOpen) return null;
     return {
-      session,
+      layers: this.#layers.shown(),
       camera: this.#pictures.prepared?.camera ?? camera,
-      isovalues: surfaces.map((surface) => surface.isovalue),
       kind: look.kind,
       shading: look.shading,
       pictureSize: this.#pictures.prepared,

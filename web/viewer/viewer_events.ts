@@ -1,14 +1,15 @@
 import type { StoreInfo } from "../core/types.ts";
 import type { Decoder } from "../stream/decoder.ts";
 import type { Progress, StreamError } from "../stream/types.ts";
+import type { Layer, LayerOptions, LayerProperty } from "./layer.ts";
 import type { Light } from "./light.ts";
 import type { RendererError } from "./renderer_error.ts";
 import type { Camera, FrameReport, Projection, Surface } from "./types.ts";
 
 export interface ViewerEvents {
-  /** A volume is open. Its first surface follows. */
+  /** The first layer is open. Its first surface follows. */
   opened: StoreInfo;
-  /** The streaming progress has changed. */
+  /** The streaming progress has changed: that of all layers that are shown. */
   progress: Progress;
   /** A frame was drawn. */
   frame: FrameReport;
@@ -28,11 +29,18 @@ export interface ViewerEvents {
   error: StreamError | RendererError;
   /** The WebGL context was lost or restored. */
   context: "lost" | "restored";
+  /** A layer is among `Viewer.layers`. */
+  layeradd: Layer;
+  /** A layer is no longer among `Viewer.layers`: it was removed or replaced. */
+  layerremove: Layer;
+  layerchange: { layer: Layer; property: LayerProperty };
+  /** As `error`, for a fault of another layer than the first. The others go on. */
+  layererror: { layer: Layer; error: StreamError | RendererError };
 }
 
 export interface ViewerOptions {
   /**
-   * The largest number of samples (16 bytes each) in the GPU's memory. Default: depends on the device's
+   * The largest number of samples (16 bytes each) in the GPU's memory, of all layers. Default: depends on the device's
    * memory (web/stream/device.ts).
    */
   sampleBudget?: number;
@@ -56,5 +64,10 @@ export interface OpenOptions {
   camera?: Camera;
   /** Of the first camera, if there is no `camera`. Default: as it was, at first perspective. */
   projection?: Projection;
+  signal?: AbortSignal;
+}
+
+export interface AddLayerOptions extends LayerOptions {
+  /** Ends the opening. */
   signal?: AbortSignal;
 }

@@ -169,9 +169,12 @@ typedef struct IsosplatPick {
   double position[3], voxel[3], normal[3];
   double gradient, to_next;
   double value;
-  uint32_t isosurface, level;
+  uint32_t volume;
+  uint32_t isosurface;  ///< of those of the volume
+  uint32_t level;
   uint32_t found;
   uint32_t face;  ///< 0: an isosurface; 1: a cap; 2: a slice
+  uint32_t reserved;
 } IsosplatPick;
 
 /// Projection::clip_from_world, column by column.

@@ -24,6 +24,28 @@ void enable_extensions() {
   }
 }
 
+/// Errors: invalid_argument.
+Result<VolumeGrid> grid_of(const IsosplatVolume& record) {
+  for (int i = 0; i < 3; ++i) {
+    const double voxels = record.voxels[i];
+    if (!(voxels >= 2 && voxels <= kMaxVoxelsPerAxis) || !(record.spacing[i] > 0)) {
+      return fail(Status::invalid_argument,
+                  "a volume needs 2 to 1048576 voxels along each axis, and spacings above 0");
+    }
+  }
+  VolumeGrid grid;
+  std::copy(std::begin(record.direction), std::end(record.direction), grid.direction.begin());
+  if (!is_basis(grid.direction)) {
+    return fail(Status::invalid_argument,
+                "a volume's direction needs columns of length 1 that do not lie in a plane");
+  }
+  grid.voxels = {static_cast<int32_t>(record.voxels[0]), static_cast<int32_t>(record.voxels[1]),
+                 static_cast<int32_t>(record.voxels[2])};
+  grid.spacing = as_vector(record.spacing);
+  grid.origin = as_vector(record.origin);
+  return grid;
+}
+
 }  // namespace
 
 IsosplatStatus isosplat_renderer_create(const char* canvas_selector) {
@@ -82,43 +104,41 @@ const char* isosplat_renderer_error() {
   return state().error.c_str();
 }
 
-IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume) {
+IsosplatStatus isosplat_renderer_set_volume(uint32_t volume, const IsosplatVolume* record) {
   Renderer* renderer = current();
   if (!renderer) return no_renderer();
-  for (int i = 0; i < 3; ++i) {
-    const double voxels = volume->voxels[i];
-    if (!(voxels >= 2 && voxels <= kMaxVoxelsPerAxis) || !(volume->spacing[i] > 0)) {
-      return report({Status::invalid_argument,
-                     "a volume needs 2 to 1048576 voxels along each axis, and spacings above 0"});
-    }
-  }
-  VolumeGrid grid;
-  std::copy(std::begin(volume->direction), std::end(volume->direction), grid.direction.begin());
-  if (!is_basis(grid.direction)) {
-    return report({Status::invalid_argument,
-                   "a volume's direction needs columns of length 1 that do not lie in a plane"});
-  }
-  grid.voxels = {static_cast<int32_t>(volume->voxels[0]), static_cast<int32_t>(volume->voxels[1]),
-                 static_cast<int32_t>(volume->voxels[2])};
-  grid.spacing = as_vector(volume->spacing);
-  grid.origin = as_vector(volume->origin);
+  const auto grid = grid_of(*record);
+  if (!grid) return report(grid.error());
   ValueMapping values;
-  values.offset = volume->value_offset;
-  values.scale = volume->value_scale;
-  renderer->set_volume(grid, values);
+  values.offset = record->value_offset;
+  values.scale = record->value_scale;
+  renderer->set_volume(*grid, values, volume);
   return kOk;
 }
 
-IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t handle, const IsosplatBlock* block,
-                                               const void* clusters, uint32_t cluster_bytes,
-                                               double* offset) {
+IsosplatStatus isosplat_renderer_move_volume(uint32_t volume, const IsosplatVolume* record) {
+  Renderer* renderer = current();
+  if (!renderer) return no_renderer();
+  const auto grid = grid_of(*record);
+  return grid ? status_of(renderer->move_volume(*grid, volume)) : report(grid.error());
+}
+
+void isosplat_renderer_remove_volume(uint32_t volume) {
+  isosplat_renderer_set_isosurfaces(volume, nullptr, 0);
+  if (Renderer* renderer = current()) renderer->remove_volume(volume);
+}
+
+IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t volume, uint32_t handle,
+                                               const IsosplatBlock* block, const void* clusters,
+                                               uint32_t cluster_bytes, double* offset) {
   Renderer* renderer = current();
   if (!renderer) return no_renderer();
   const Index3 index{static_cast<int32_t>(block->block[0]), static_cast<int32_t>(block->block[1]),
                      static_cast<int32_t>(block->block[2])};
   const auto* first = static_cast<const SampleCluster*>(clusters);
-  const auto reserved = renderer->reserve_chunk(
-      handle, {block->level, index}, {first, first + cluster_bytes / sizeof(SampleCluster)});
+  const auto reserved =
+      renderer->reserve_chunk(handle, {block->level, index},
+                              {first, first + cluster_bytes / sizeof(SampleCluster)}, volume);
   if (!reserved) return report(reserved.error());
   *offset = static_cast<double>(*reserved);
   return kOk;
@@ -129,18 +149,19 @@ IsosplatStatus isosplat_renderer_check_gpu() {
   return renderer ? status_of(renderer->check_gpu()) : no_renderer();
 }
 
-void isosplat_renderer_remove_chunk(uint32_t handle) {
-  if (Renderer* renderer = current()) renderer->remove_chunk(handle);
+void isosplat_renderer_remove_chunk(uint32_t volume, uint32_t handle) {
+  if (Renderer* renderer = current()) renderer->remove_chunk(handle, volume);
 }
 
-void isosplat_renderer_set_visible(const IsosplatDrawnChunk* chunks, uint32_t count) {
+void isosplat_renderer_set_visible(uint32_t volume, const IsosplatDrawnChunk* chunks,
+                                   uint32_t count) {
   if (!state().renderer) return;
   std::vector<DrawnChunk> visible;
   visible.reserve(count);
   for (const IsosplatDrawnChunk& chunk : std::span(chunks, count)) {
     visible.push_back({chunk.handle, RegionMask::from_words(chunk.regions)});
   }
-  state().renderer->set_visible(std::span<const DrawnChunk>(visible));
+  state().renderer->set_visible(std::span<const DrawnChunk>(visible), volume);
 }
 
 const char* isosplat_renderer_name() {

@@ -18,6 +18,7 @@
 /// - Functions that return a bool have no errors.
 /// - Memory that a function reads belongs to the caller (malloc and free are exported). The
 ///   function does not keep pointers to it.
+/// - `volume` is the number of a volume, which the caller chooses: Renderer::set_volume.
 /// - Every call may grow the heap: read memory.buffer again after it.
 extern "C" {
 
@@ -35,25 +36,31 @@ IsosplatStatus isosplat_renderer_warm_up();
 /// The message of the last error, UTF-8, null-terminated. It is valid until the next call.
 const char* isosplat_renderer_error();
 
-IsosplatStatus isosplat_renderer_set_volume(const IsosplatVolume* volume);
+/// Renderer::set_volume, move_volume and remove_volume. The last removes its isosurfaces, too.
+IsosplatStatus isosplat_renderer_set_volume(uint32_t volume, const IsosplatVolume* record);
+IsosplatStatus isosplat_renderer_move_volume(uint32_t volume, const IsosplatVolume* record);
+void isosplat_renderer_remove_volume(uint32_t volume);
 
 /// Reserves room for the samples of a chunk: Renderer::reserve_chunk. `clusters`: those of
 /// isosplat_core_decode_chunk. `handle`: chosen by the caller. Binds the vertex buffer to
 /// ARRAY_BUFFER and sets *offset, in bytes. JavaScript uploads the samples there with
 /// bufferSubData, without a copy in this heap.
-IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t handle, const IsosplatBlock* block,
-                                               const void* clusters, uint32_t cluster_bytes,
-                                               double* offset);
+IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t volume, uint32_t handle,
+                                               const IsosplatBlock* block, const void* clusters,
+                                               uint32_t cluster_bytes, double* offset);
 
 /// Renderer::check_gpu: returns the errors of the GPU since the last call.
 IsosplatStatus isosplat_renderer_check_gpu();
-void isosplat_renderer_remove_chunk(uint32_t handle);
+void isosplat_renderer_remove_chunk(uint32_t volume, uint32_t handle);
 
-/// Draws exactly these chunks from now on.
-void isosplat_renderer_set_visible(const IsosplatDrawnChunk* chunks, uint32_t count);
+/// Draws exactly these chunks of the volume from now on.
+void isosplat_renderer_set_visible(uint32_t volume, const IsosplatDrawnChunk* chunks,
+                                   uint32_t count);
 
-/// At most kMaxIsosurfaces; more are ignored.
-void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, uint32_t count);
+/// The isosurfaces of one volume; those of others stay. At most kMaxIsosurfaces; more are ignored.
+/// The volume need not have been set yet.
+void isosplat_renderer_set_isosurfaces(uint32_t volume, const IsosplatIsosurface* isosurfaces,
+                                       uint32_t count);
 
 /// kind: SplatKind; shading: Shading.
 void isosplat_renderer_set_splats(uint32_t kind, uint32_t shading);
@@ -68,15 +75,15 @@ const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map);
 void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPlane* planes,
                                     uint32_t count);
 
-/// RenderSettings::slices, as the planes in which they lie, and the values that are black and white
-/// in them. At most kMaxSlices; more are ignored.
-void isosplat_renderer_set_slices(const IsosplatPlane* planes, uint32_t count, double low,
-                                  double high);
+/// RenderSettings::slices of a volume, as the planes in which they lie, and the values that are
+/// black and white in them. At most kMaxSlices; more are ignored.
+void isosplat_renderer_set_slices(uint32_t volume, const IsosplatPlane* planes, uint32_t count,
+                                  double low, double high);
 
 void isosplat_renderer_set_camera(const IsosplatCamera* camera);
 
-/// The camera of the first picture of a volume. `aspect`: width / height of the image. Reads
-/// `orthographic` of the record, and keeps it.
+/// The camera of the first picture, which shows all volumes. `aspect`: width / height of the image.
+/// Reads `orthographic` of the record, and keeps it.
 void isosplat_renderer_default_camera(IsosplatCamera* camera, double aspect);
 
 /// These change the camera: orbited(), panned(), zoomed() and bounded() in
@@ -132,10 +139,10 @@ IsosplatStatus isosplat_renderer_hold_picture();
 IsosplatStatus isosplat_renderer_begin_fade(uint32_t* has_begun);
 IsosplatStatus isosplat_renderer_fade(float progress);
 
-/// Starts an occlusion query for the picture that was drawn last: which regions of these chunks
-/// show in at least min_px pixels (Renderer::begin_occlusion_query).
-IsosplatStatus isosplat_renderer_begin_occlusion_query(const uint32_t* handles, uint32_t count,
-                                                       int32_t min_px);
+/// Starts an occlusion query for the picture that was drawn last: which regions of these chunks of
+/// a volume show in at least min_px pixels (Renderer::begin_occlusion_query).
+IsosplatStatus isosplat_renderer_begin_occlusion_query(uint32_t volume, const uint32_t* handles,
+                                                       uint32_t count, int32_t min_px);
 
 /// Takes the answer of the query, if it is ready. isosplat_renderer_occlusion_answer() then returns
 /// answer->count records, which are valid until the next call of this function.

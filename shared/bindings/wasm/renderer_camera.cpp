@@ -32,9 +32,9 @@ IsosplatCamera record_of(const Camera& camera) {
           camera.orthographic ? 1.0 : 0.0};
 }
 
-/// The renderer's volume.
+/// Around the renderer's volumes.
 VolumeGrid grid() {
-  return state().renderer ? state().renderer->grid() : VolumeGrid{{2, 2, 2}};
+  return state().renderer ? state().renderer->scene_grid() : VolumeGrid{{2, 2, 2}};
 }
 
 }  // namespace

@@ -28,7 +28,15 @@ IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t
   set(pick->normal, p.normal);
   pick->gradient = p.gradient;
   pick->to_next = p.to_next;
-  pick->isosurface = p.isosurface;
+  const RenderSettings& settings = state().renderer->settings();
+  pick->volume = settings.slice_volume;
+  if (!p.slice && p.isosurface < settings.isosurfaces.size()) {
+    const auto& all = settings.isosurfaces;
+    pick->volume = all[p.isosurface].volume;
+    pick->isosurface = static_cast<uint32_t>(
+        std::count_if(all.begin(), all.begin() + p.isosurface,
+                      [&](const Isosurface& each) { return each.volume == pick->volume; }));
+  }
   pick->level = p.level;
   pick->value = p.value;
   pick->found = 1;
@@ -36,11 +44,11 @@ IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t
   return kOk;
 }
 
-IsosplatStatus isosplat_renderer_begin_occlusion_query(const uint32_t* handles, uint32_t count,
-                                                       int32_t min_px) {
+IsosplatStatus isosplat_renderer_begin_occlusion_query(uint32_t volume, const uint32_t* handles,
+                                                       uint32_t count, int32_t min_px) {
   Renderer* renderer = current();
   if (!renderer) return no_renderer();
-  return status_of(renderer->begin_occlusion_query(std::span(handles, count), min_px));
+  return status_of(renderer->begin_occlusion_query(std::span(handles, count), min_px, volume));
 }
 
 IsosplatStatus isosplat_renderer_take_occlusion_query(IsosplatOcclusionAnswer* answer) {

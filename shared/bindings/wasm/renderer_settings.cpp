@@ -7,7 +7,7 @@
 #include "shared/bindings/wasm/renderer_state.h"
 #include "shared/render/settings/colour_maps.h"
 
-// The functions of renderer_api.h that set how the volume is drawn.
+// The functions of renderer_api.h that set how the volumes are drawn.
 using namespace isosplat;
 using namespace isosplat::render;
 using namespace isosplat::render::wasm;
@@ -33,15 +33,23 @@ void change_settings(Change change) {
 
 }  // namespace
 
-void isosplat_renderer_set_isosurfaces(const IsosplatIsosurface* isosurfaces, uint32_t count) {
+void isosplat_renderer_set_isosurfaces(uint32_t volume, const IsosplatIsosurface* isosurfaces,
+                                       uint32_t count) {
   change_settings([&](RenderSettings& settings) {
-    settings.isosurfaces.clear();
+    auto& all = settings.isosurfaces;
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [&](const Isosurface& each) { return each.volume == volume; }),
+              all.end());
+    std::vector<Isosurface> own;
     for (const IsosplatIsosurface& isosurface :
          std::span(isosurfaces, std::min<uint32_t>(count, kMaxIsosurfaces))) {
       const float* colour = isosurface.colour;
-      settings.isosurfaces.push_back(
-          {isosurface.isovalue, {colour[0], colour[1], colour[2]}, isosurface.opacity});
+      own.push_back(
+          {isosurface.isovalue, {colour[0], colour[1], colour[2]}, isosurface.opacity, volume});
     }
+    const auto next = std::find_if(all.begin(), all.end(),
+                                   [&](const Isosurface& each) { return each.volume > volume; });
+    all.insert(next, own.begin(), own.end());
   });
 }
 
@@ -98,9 +106,10 @@ void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPl
   });
 }
 
-void isosplat_renderer_set_slices(const IsosplatPlane* planes, uint32_t count, double low,
-                                  double high) {
+void isosplat_renderer_set_slices(uint32_t volume, const IsosplatPlane* planes, uint32_t count,
+                                  double low, double high) {
   change_settings([&](RenderSettings& settings) {
+    settings.slice_volume = volume;
     settings.slice_low = low;
     settings.slice_high = high;
     settings.slices = planes_of(std::span(planes, std::min<uint32_t>(count, kMaxSlices)));

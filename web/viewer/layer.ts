@@ -1,0 +1,108 @@
+import type { StoreInfo } from "../core/types.ts";
+import type { Source } from "../stream/source.ts";
+import type { Progress } from "../stream/types.ts";
+import { checkedTransform, identity, type Transform } from "./transform.ts";
+import type { Surface } from "./types.ts";
+
+/** The properties of a layer that can change. info: the source had another store, which is open now. */
+export type LayerProperty = "name" | "surfaces" | "visible" | "transform" | "info";
+
+export interface LayerOptions {
+  /** A name for users. Default: empty. */
+  name?: string;
+  /** Default: one, at the volume's first suggestion. */
+  surfaces?: readonly Surface[];
+  /** Default: true. The store of a hidden layer is not opened. */
+  visible?: boolean;
+  /** Default: the identity. */
+  transform?: Transform;
+}
+
+/** The functions that a layer needs from its list. */
+export interface LayerOwner {
+  info(): StoreInfo | null;
+  progress(): Progress | null;
+  changed(property: LayerProperty): void;
+  remove(): void;
+}
+
+/**
+ * One volume of a viewer: a store with its surfaces, its visibility and its place. Made by Viewer.open and
+ * Viewer.addLayer. After `remove`, changes have no effect.
+ */
+export class Layer {
+  /** Identifies the layer within its viewer. Later layers have larger numbers. */
+  readonly id: number;
+  readonly source: Source;
+  readonly #owner: LayerOwner;
+  #name: string;
+  #surfaces: readonly Surface[];
+  #visible: boolean;
+  #transform: Transform;
+
+  /** Throws a RangeError: see `transform`. */
+  constructor(id: number, source: Source, options: LayerOptions, owner: LayerOwner) {
+    this.id = id;
+    this.source = source;
+    this.#owner = owner;
+    this.#name = options.name ?? "";
+    this.#surfaces = [...(options.surfaces ?? [])];
+    this.#visible = options.visible ?? true;
+    this.#transform = checkedTransform(options.transform ?? identity);
+  }
+
+  /** The header of the store, whose grid is that without `transform`. Null until it has been read. */
+  get info(): StoreInfo | null {
+    return this.#owner.info();
+  }
+
+  /** The data still missing for the present view; null while the layer is hidden or being opened. */
+  get progress(): Progress | null {
+    return this.#owner.progress();
+  }
+
+  get name(): string {
+    return this.#name;
+  }
+
+  set name(name: string) {
+    this.#name = name;
+    this.#owner.changed("name");
+  }
+
+  get surfaces(): readonly Surface[] {
+    return this.#surfaces;
+  }
+
+  /** At most `maxSurfaces`. The next frame draws their resident samples. */
+  set surfaces(surfaces: readonly Surface[]) {
+    this.#surfaces = [...surfaces];
+    this.#owner.changed("surfaces");
+  }
+
+  get visible(): boolean {
+    return this.#visible;
+  }
+
+  /** A hidden layer holds no samples and fetches nothing. One that is shown again is opened again. */
+  set visible(visible: boolean) {
+    if (visible === this.#visible) return;
+    this.#visible = visible;
+    this.#owner.changed("visible");
+  }
+
+  get transform(): Transform {
+    return this.#transform;
+  }
+
+  /** Throws a RangeError if it is not affine, or makes volumes flat. Fetches nothing by itself. */
+  set transform(transform: Transform) {
+    this.#transform = checkedTransform(transform);
+    this.#owner.changed("transform");
+  }
+
+  /** Takes the layer out of the viewer: ends its requests, and frees its memory. */
+  remove(): void {
+    this.#owner.remove();
+  }
+}

@@ -1,0 +1,85 @@
+import type { Progress } from "../stream/types.ts";
+
+type State = Progress["state"];
+
+/** In the order in which one of them decides about the whole. */
+const states: readonly State[] = [
+  "waiting",
+  "refining",
+  "opening",
+  "offline",
+  "incomplete",
+  "limited",
+  "complete",
+];
+
+/** Of a layer whose store is being opened. */
+export const openingProgress: Progress = nothing("opening", 0);
+
+/** While nothing is known of a layer, or no layer is shown. */
+function nothing(state: State, sampleBudget: number): Progress {
+  return {
+    state,
+    chunksToGo: 0,
+    bytesToGo: 0,
+    bytesFetched: 0,
+    requests: 0,
+    chunksResident: 0,
+    samplesResident: 0,
+    sampleBudget,
+    finestLevel: -1,
+    coarsestLevel: -1,
+    limitedByBudget: false,
+    complete: state === "complete",
+    preparation: null,
+    damagedParts: 0,
+    fault: null,
+  };
+}
+
+/** The streaming progress of a picture: that of all layers that are shown. Of one layer: its own. */
+export function progressOfLayers(layers: readonly Progress[], sampleBudget: number): Progress {
+  const [first, ...others] = layers;
+  if (!first) return nothing("complete", sampleBudget);
+  return others.reduce(together, first);
+}
+
+function together(a: Progress, b: Progress): Progress {
+  const state = stateOfBoth(a.state, b.state);
+  const preparations = [a, b].map(({ preparation }) => preparation).filter((each) => !!each);
+  return {
+    state,
+    chunksToGo: a.chunksToGo + b.chunksToGo,
+    bytesToGo: a.bytesToGo + b.bytesToGo,
+    bytesFetched: a.bytesFetched + b.bytesFetched,
+    requests: a.requests + b.requests,
+    chunksResident: a.chunksResident + b.chunksResident,
+    samplesResident: a.samplesResident + b.samplesResident,
+    sampleBudget: a.sampleBudget + b.sampleBudget,
+    finestLevel: finest(a.finestLevel, b.finestLevel),
+    coarsestLevel: Math.max(a.coarsestLevel, b.coarsestLevel),
+    limitedByBudget: a.limitedByBudget || b.limitedByBudget,
+    complete: state === "complete",
+    preparation:
+      state === "complete" && preparations.length > 0
+        ? {
+            bytes: preparations.reduce((sum, { bytes }) => sum + bytes, 0),
+            bytesPlanned: preparations.reduce((sum, { bytesPlanned }) => sum + bytesPlanned, 0),
+          }
+        : null,
+    damagedParts: a.damagedParts + b.damagedParts,
+    fault: a.fault ?? b.fault,
+  };
+}
+
+/** While one layer opens, the picture shows the others: it is being refined. */
+function stateOfBoth(a: State, b: State): State {
+  const [state = a] = states.filter((each) => each === a || each === b);
+  return state === "opening" && a !== b ? "refining" : state;
+}
+
+/** Levels are −1 if nothing is drawn. */
+function finest(a: number, b: number): number {
+  if (a < 0 || b < 0) return Math.max(a, b);
+  return Math.min(a, b);
+}
