@@ -319,6 +319,35 @@ test("a store that is missing or fails leaves the others alone", async ({ page }
   expect(seen.differing).toBeLessThan(50);
 });
 
+test("a store whose chunks cannot be had leaves the others complete, and is named", async ({
+  page,
+}) => {
+  await scenePage(page);
+  // The header and the directory arrive; what is finer than the coarse levels does not.
+  await page.route(
+    ({ pathname, search }) => pathname.includes("bucky") && /chunks/.test(pathname + search),
+    (route) => route.abort(),
+  );
+  await open(page);
+  const seen = await page.evaluate(async () => {
+    const { viewer, events } = window.scene;
+    const [large, small] = viewer.layers;
+    if (!large || !small) throw new Error("no layers");
+    const isSettled = () =>
+      large.progress?.complete && small.progress?.fault && events.includes("failed small");
+    while (!isSettled()) await new Promise((next) => setTimeout(next, 20));
+    const fault = viewer.progress?.fault?.kind;
+    const isComplete = viewer.progress?.complete;
+    small.remove();
+    while (viewer.isBusy) await new Promise((next) => setTimeout(next, 20));
+    const errors = events.filter((event) => event.startsWith("error"));
+    const { progress } = viewer;
+    return { fault, isComplete, errors, after: progress?.complete, end: progress?.fault };
+  });
+  expect(seen.fault).toBe("unreachable");
+  expect(seen).toMatchObject({ isComplete: false, errors: [], after: true, end: null });
+});
+
 test("a transform moves a layer, and fetches nothing anew", async ({ page }) => {
   await scenePage(page);
   await open(page);

@@ -10,7 +10,7 @@ export { compiledRenderer } from "./renderer_program.ts";
 export * from "./setting_text.ts";
 export * from "./slices.ts";
 export { firstLook, firstSurface, surfaceColours, surfacesAt } from "./surfaces.ts";
-export { identity, type Transform } from "./transform.ts";
+export type { Transform } from "./transform.ts";
 export * from "./types.ts";
 export { Viewer } from "./viewer.ts";
 export type { AddLayerOptions, OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
