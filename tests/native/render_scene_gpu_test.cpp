@@ -333,5 +333,59 @@ TEST_F(SceneGpu, VolumesAreRemovedWithTheirChunks) {
   EXPECT_FALSE(renderer_->begin_occlusion_query({&handle, 1}, 1, 0));
 }
 
+TEST_F(SceneGpu, AVolumeThatMovesKeepsItsChunks) {
+  add(0, ball({-10, 0, 0}, 8, kIdentity3, {1, 1, 1}), {800});
+  add(1, ball({10, 0, 0}, 8, kIdentity3, {1, 1, 1}), {800});
+  const VolumeGrid before = volumes_[1].grid;
+  const Camera camera = camera_of_all();
+  const Image near = draw_and_keep(settings_, camera, kSize, "not-moved");
+  VolumeGrid moved = before;
+  moved.direction = kSheared;
+  for (int column = 0; column < 3; ++column) {
+    const double length =
+        std::hypot(moved.direction[size_t(column)], moved.direction[size_t(3 + column)],
+                   moved.direction[size_t(6 + column)]);
+    for (int row = 0; row < 3; ++row) moved.direction[size_t(3 * row + column)] /= length;
+  }
+  moved.origin = before.origin + Vec3d{0, 12, 6};
+  ASSERT_TRUE(renderer_->move_volume(moved, 1));
+  EXPECT_TRUE(renderer_->needs_redraw(kSize, kSize));
+  const Image after = draw_and_keep(settings_, camera, kSize, "moved");
+  EXPECT_NE(near.rgba, after.rgba);
+
+  // The same as one that was set there.
+  TestVolume there = volumes_[1];
+  there.grid = moved;
+  show_volume(*renderer_, there, 800, 800, 0, 1);
+  EXPECT_EQ(draw_and_keep(settings_, camera, kSize, "set-there").rgba, after.rgba);
+
+  ASSERT_TRUE(renderer_->move_volume(before, 1));
+  EXPECT_EQ(draw_and_keep(settings_, camera, kSize, "moved-back").rgba, near.rgba);
+  moved.voxels.x += 1;
+  EXPECT_FALSE(renderer_->move_volume(moved, 1));
+  EXPECT_FALSE(renderer_->move_volume(before, 2));
+}
+
+TEST_F(SceneGpu, TheGridOfTheSceneIsAroundAllVolumes) {
+  EXPECT_EQ(renderer_->scene_grid().voxels.x, 2);
+  add(3, ball({-10, 0, 0}, 8, turned(30), {1, 1, 1}), {800});
+  EXPECT_EQ(renderer_->scene_grid().direction, volumes_[3].grid.direction);
+  add(5, ball({10, 0, 0}, 8, kSheared, {1, 1, 1}), {800});
+  const VolumeGrid scene = renderer_->scene_grid();
+  for (const auto& [id, volume] : volumes_) {
+    const Index3 voxels = volume.grid.voxels;
+    const Vec3d last{voxels.x - 1.0, voxels.y - 1.0, voxels.z - 1.0};
+    for (const Vec3d corner : {Vec3d{0, 0, 0}, Vec3d{last.x, 0, last.z}, last}) {
+      const Vec3d at = volume.grid.world(corner);
+      for (const double share :
+           {(at.x - scene.origin.x) / scene.spacing.x, (at.y - scene.origin.y) / scene.spacing.y,
+            (at.z - scene.origin.z) / scene.spacing.z}) {
+        EXPECT_GE(share, -1e-9);
+        EXPECT_LE(share, 1 + 1e-9);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace isosplat::render
