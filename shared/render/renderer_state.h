@@ -53,6 +53,10 @@ struct DrawnVolume {
   std::vector<int> layers;       ///< of each isosurface; −1: not drawn
 };
 
+/// A uniform buffer for the block of a frame.
+GLuint new_frame_buffer();
+void upload_frame(const FrameBlock& block, GLuint buffer);
+
 /// The objects of a renderer, and the order of passes in a frame.
 struct Renderer::State {
   float max_point_size = 1;

@@ -36,7 +36,7 @@ test("limits in the documents are the code's", () => {
   expect(http).toContain(`at most ${mebibytes("directory_bytes")} MiB of each store`);
   expect(http).toContain(`More than ${mebibytes("query_bytes")} MiB of chunks`);
   expect(http).toContain(`more than ${mebibytes("query_directory_bytes")} MiB of directory pages`);
-  expect(http).toContain(`held in memory (at most ${mebibytes("page_asset_bytes")} MiB)`);
+  expect(http).toContain(`keeps in memory (at most ${mebibytes("page_asset_bytes")} MiB)`);
 });
 
 function readCells(file: Uint8Array, level: Store["levels"][number], chunk: Chunk): Cell[] {
