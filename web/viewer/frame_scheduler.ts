@@ -6,13 +6,13 @@ import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
 import { OcclusionTester } from "./occlusion_tester.ts";
+import { PictureSplats } from "./picture_splats.ts";
 import { RendererError } from "./renderer_error.ts";
 import type { DrawStatistics, RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
 import { isStreaming, type Scene } from "./scene.ts";
-import { SplatChoice } from "./splat_choice.ts";
 import { viewProjectionOf } from "./transform.ts";
-import type { FrameReport, Look, Splats } from "./types.ts";
+import type { FrameReport, Splats } from "./types.ts";
 
 /**
  * A still view gets smooth edges, ambient occlusion and shadows if its picture at rest took no longer
@@ -59,7 +59,7 @@ export class FrameScheduler {
   readonly #owner: FrameSchedulerHost;
   readonly #renderer: RendererModule;
   readonly #loop = new FrameLoop((now) => this.#frame(now));
-  readonly #choice = new SplatChoice();
+  readonly #splats = new PictureSplats();
   readonly #timer: GpuTimer;
   readonly #fade: Fade;
   readonly #pulse: GpuPulse;
@@ -76,11 +76,6 @@ export class FrameScheduler {
   #isFollowed = false;
   /** While more data are expected, new chunks are not drawn before this time. */
   #nextArrivals = 0;
-  /** Duration (ms) and splats of the last measured picture. */
-  #took: (Splats & { milliseconds: number }) | null = null;
-  #drawnSplats: Splats | undefined;
-  /** The shading of the scene when the last picture was drawn. */
-  #requestedShading: Look["shading"] | undefined;
   /** Whether the present picture has ambient occlusion and shadows, if these are on. */
   #isOccluded = false;
   /** Chunks that were uploaded, but not yet checked for exhausted GPU memory. */
@@ -215,18 +210,14 @@ export class FrameScheduler {
     const { width, height } = this.#canvas;
     const scene = this.#owner.scene();
     const renderer = this.#renderer;
-    if (scene)
-      renderer.picture.setSplats(this.#splatsToKeep(scene, true) ?? this.#splats(scene, true));
+    if (scene) {
+      const needsRedraw = renderer.needsRedraw(width, height);
+      renderer.picture.setSplats(this.#splats.next(scene, true, needsRedraw));
+    }
     this.cancelFade();
     const isFinal = !renderer.needsRedraw(width, height) && !renderer.canRefine(width, height);
     if (smooth || isFinal) renderer.drawStill(width, height);
     else renderer.draw(width, height);
-  }
-
-  #splats({ kind, shading, camera }: Scene, isResting: boolean): Splats {
-    const chosen = this.#choice.splats(isResting, camera.distance);
-    if (kind === "automatic") return shading === "exact" ? { ...chosen, shading } : chosen;
-    return { kind, shading: isResting ? shading : "exact" };
   }
 
   /**
@@ -239,7 +230,7 @@ export class FrameScheduler {
   #mayDraw(now: number): boolean {
     let wait = 0;
     if (this.#chunksToGo > 0) {
-      const forLast = this.#forecast.wait(now, this.#took?.milliseconds ?? 0);
+      const forLast = this.#forecast.wait(now, this.#splats.milliseconds);
       wait = Math.max(this.#nextArrivals - now, forLast);
     }
     if (this.#timer.isBusy) wait = shortestWait;
@@ -273,7 +264,7 @@ export class FrameScheduler {
     renderer.picture.setCamera(
       pictureSize ? cameraOfPicture(camera, pictureSize, width / height) : camera,
     );
-    const splats = this.#splatsToKeep(scene, isResting) ?? this.#splats(scene, isResting);
+    const splats = this.#splats.next(scene, isResting, renderer.needsRedraw(width, height));
     renderer.picture.setSplats(splats);
     const viewProjection = renderer.camera.viewProjection(camera, viewport.width, viewport.height);
     if (!isMoving) this.#owner.viewed(viewProjection);
@@ -292,7 +283,7 @@ export class FrameScheduler {
         this.#owner.guard(() => this.#fade.beforeDraw(now));
         this.#draw(scene, () => renderer.draw(width, height));
         this.#isOccluded = false;
-        if (isMoving || !this.#isFast(longestFaded, splats)) this.#fade.forget();
+        if (isMoving || !this.#splats.isFast(longestFaded, splats)) this.#fade.forget();
         else this.#owner.guard(() => this.#fade.afterDraw(now, this.#chunksToGo > 0));
       }
     } else if (wasFading) {
@@ -309,7 +300,10 @@ export class FrameScheduler {
       else this.#awaitShaders();
     }
     if (!isMoving && !renderer.needsRedraw(width, height)) {
-      this.#visibility.test(layers, isResting || splats.kind === this.#splats(scene, true).kind);
+      this.#visibility.test(
+        layers,
+        isResting || splats.kind === this.#splats.ofOther(scene, true).kind,
+      );
     }
     // Draw one more frame when the motion has ended, which tests what is visible, and one at rest,
     // which draws finer splats and lets streaming refine.
@@ -325,31 +319,13 @@ export class FrameScheduler {
   }
 
   /**
-   * The splats of the present picture, if nothing has changed and nothing finer must be drawn. The
-   * measured duration of a picture affects later pictures, but is no reason to draw this one again.
-   */
-  #splatsToKeep({ kind, shading }: Scene, isResting: boolean): Splats | undefined {
-    const { width, height } = this.#canvas;
-    const drawn = this.#drawnSplats;
-    if (kind !== "automatic" || this.#renderer.needsRedraw(width, height)) return undefined;
-    if (shading !== this.#requestedShading) return undefined;
-    return !isResting || drawn?.kind === "exact" ? drawn : undefined;
-  }
-
-  /** Whether the last picture with these splats took at most this time (ms). */
-  #isFast(longest: number, { kind, shading }: Splats): boolean {
-    const took = this.#took;
-    return took?.kind === kind && took.shading === shading && took.milliseconds <= longest;
-  }
-
-  /**
    * Draws the picture again, shifted by a fraction of a pixel. The first time also adds ambient
    * occlusion and shadows, which fade in.
    */
   #refine(scene: Scene, now: number, splats: Splats): void {
     const { width, height } = this.#canvas;
     const renderer = this.#renderer;
-    if (this.#isOccluded || !this.#isFast(longestFaded, splats)) {
+    if (this.#isOccluded || !this.#splats.isFast(longestFaded, splats)) {
       this.#draw(scene, () => renderer.refine(width, height));
     } else {
       // Its duration is not that of one picture, and is not measured.
@@ -376,21 +352,19 @@ export class FrameScheduler {
   /** Only one picture is in flight, so that a gesture does not have to wait for more. */
   #maySmooth(splats: Splats): boolean {
     const longest = this.#isOccluded ? longestContinued : longestSmoothed;
-    return !this.#timer.isBusy && this.#isFast(longest, splats);
+    return !this.#timer.isBusy && this.#splats.isFast(longest, splats);
   }
 
-  #draw({ camera, shading }: Scene, draw: () => DrawStatistics): void {
+  #draw(scene: Scene, draw: () => DrawStatistics): void {
     let report: DrawStatistics | undefined;
     this.#owner.guard(() => {
       const startedAt = performance.now();
       const drawn = measured("isosplat:drawing", draw);
       report = drawn;
-      this.#drawnSplats = { kind: drawn.kind, shading: drawn.shading };
-      this.#requestedShading = shading;
+      this.#splats.drawn(scene, drawn);
       this.#timer.measure(startedAt, (milliseconds) => {
-        this.#choice.measured(drawn, milliseconds, camera.distance);
+        this.#splats.measured(scene, drawn, milliseconds);
         this.#nextArrivals = performance.now() + milliseconds;
-        this.#took = { kind: drawn.kind, shading: drawn.shading, milliseconds };
         this.#settled();
       });
     });
