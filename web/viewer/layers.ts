@@ -2,12 +2,14 @@ import type { StoreInfo } from "../core/types.ts";
 import type { Decoder } from "../stream/decoder.ts";
 import { defaultSampleBudget } from "../stream/device.ts";
 import { RequestLimit } from "../stream/request_limit.ts";
-import type { StreamSession } from "../stream/session.ts";
 import type { Source } from "../stream/source.ts";
-import { type Progress, StreamError } from "../stream/types.ts";
+import type { Progress, StreamError } from "../stream/types.ts";
 import { WorkerPool } from "../stream/worker_pool.ts";
 import type { FrameScheduler, Upload } from "./frame_scheduler.ts";
 import { Layer, type LayerOptions, type LayerProperty } from "./layer.ts";
+import { type LayerEntry, LayerList, placedOf } from "./layer_list.ts";
+import { isReported, LayerReopening } from "./layer_reopening.ts";
+import { LayerVolumes } from "./layer_volumes.ts";
 import { openingProgress, progressOfLayers } from "./layers_progress.ts";
 import { OpenVolume } from "./open_volume.ts";
 import type { PictureSettings } from "./picture_settings.ts";
@@ -15,16 +17,11 @@ import { RendererError } from "./renderer_error.ts";
 import { abortOf, type RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { compiledRenderer } from "./renderer_program.ts";
-import { type SampleNeed, shareSamples } from "./sample_shares.ts";
-import { isStreaming, type SceneLayer } from "./scene.ts";
+import { SampleBudget } from "./sample_budget.ts";
 import { firstSurface } from "./surfaces.ts";
-import { coverage, placed, viewProjectionOf } from "./transform.ts";
-import type { Camera, Surface } from "./types.ts";
+import type { Surface } from "./types.ts";
 import type { ViewCamera } from "./view_camera.ts";
 import type { AddLayerOptions, OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
-
-/** Shares of the sample budget that differ less from the present ones are not worth a change. */
-const smallestChange = 0.1;
 
 /** The functions that the list of layers needs from its viewer. */
 export interface LayersHost {
@@ -39,44 +36,27 @@ export interface LayersHost {
   chunksChanged(): void;
 }
 
-interface Entry {
-  readonly layer: Layer;
-  readonly volume: OpenVolume;
-  /** Whether it is among `Layers.listed`. */
-  isListed: boolean;
-  /** Whether its surfaces were chosen. Otherwise they follow from the store. */
-  hasSurfaces: boolean;
-  /** The camera to set when the store is open; null: keeps the present one. */
-  view: Pick<OpenOptions, "camera" | "projection"> | null;
-  /** The camera when the opening began. */
-  cameraBefore: Camera | null;
-  /** The present share of the sample budget. */
-  samples: number;
-}
-
 /**
  * The layers of a viewer: opens their stores, passes them on to the renderer, and divides the sample
  * budget, the workers and the requests among them.
  */
 export class Layers {
+  readonly list = new LayerList();
   readonly #options: ViewerOptions;
   readonly #life: RendererLife;
   readonly #settings: PictureSettings;
   readonly #camera: ViewCamera;
   readonly #host: LayersHost;
-  /** By `id`, also those that are being opened. */
-  #entries: Entry[] = [];
   #nextId = 0;
   /** The viewer's own workers, if it has no `decoder` of others. */
   #workers: WorkerPool | null = null;
   readonly #requests = new RequestLimit();
-  #sampleBudget: number;
+  readonly #samples: SampleBudget;
   #progress: Progress | null = null;
   /** Those of the first layer, while there is none. */
   #surfacesBefore: readonly Surface[] = [];
-  /** The volumes that each renderer has. */
-  readonly #volumes = new WeakMap<RendererModule, Set<number>>();
-  #viewProjection: Float64Array | null = null;
+  readonly #volumes = new LayerVolumes(this.list);
+  readonly #reopening: LayerReopening;
 
   constructor(
     options: ViewerOptions,
@@ -86,85 +66,29 @@ export class Layers {
     host: LayersHost,
   ) {
     this.#options = options;
-    this.#sampleBudget = options.sampleBudget || defaultSampleBudget();
+    this.#samples = new SampleBudget(options.sampleBudget || defaultSampleBudget(), this.list);
     this.#life = life;
     this.#settings = settings;
     this.#camera = camera;
     this.#host = host;
-  }
-
-  /** Viewer.layers. */
-  get listed(): Layer[] {
-    return this.#entries.filter(({ isListed }) => isListed).map(({ layer }) => layer);
-  }
-
-  /** The number of the first layer in the renderer. */
-  get firstNumber(): number {
-    return this.#first?.layer.id ?? 0;
-  }
-
-  /** The store of the first layer. Null until it is open. */
-  get firstInfo(): StoreInfo | null {
-    return this.#first?.volume.info ?? null;
-  }
-
-  /** The same, where the layer's transform puts it. */
-  get firstPlaced(): StoreInfo | null {
-    const first = this.#first;
-    return (first && placedOf(first)) ?? null;
-  }
-
-  /** Null until the first layer is open, and while it is hidden. */
-  get firstSession(): StreamSession | null {
-    return this.#first?.volume.session ?? null;
+    this.#reopening = new LayerReopening(this.list, camera, host, {
+      open: (entry) => this.#openEntry(entry),
+      failed: (entry, error, isFirst) => this.#failed(entry, error, isFirst),
+    });
   }
 
   get firstSurfaces(): readonly Surface[] {
-    return this.#first?.layer.surfaces ?? this.#surfacesBefore;
+    return this.list.first?.layer.surfaces ?? this.#surfacesBefore;
   }
 
   set firstSurfaces(surfaces: readonly Surface[]) {
-    if (this.#first) this.#first.layer.surfaces = surfaces;
+    if (this.list.first) this.list.first.layer.surfaces = surfaces;
     else this.#surfacesBefore = [...surfaces];
-  }
-
-  /** Whether a layer is being opened, or is open. */
-  get hasAny(): boolean {
-    return this.#entries.some(({ layer, volume }) => layer.visible || volume.info !== null);
-  }
-
-  /** Whether a visible layer is being opened. */
-  get isWaiting(): boolean {
-    return this.#entries.some(({ layer, volume }) => layer.visible && !volume.session);
-  }
-
-  /** Whether a picture can be drawn: a volume is open, or hidden. */
-  get isOpen(): boolean {
-    return this.#entries.some(({ layer, volume }) => volume.session || !layer.visible);
   }
 
   /** Viewer.progress. */
   get progress(): Progress | null {
     return this.#progress;
-  }
-
-  get #first(): Entry | undefined {
-    return this.#entries[0];
-  }
-
-  get #sessions(): StreamSession[] {
-    return this.#entries.flatMap(({ volume }) => volume.session ?? []);
-  }
-
-  /** The layers that are drawn. */
-  shown(): SceneLayer[] {
-    return this.#entries.flatMap(({ layer, volume: { session, progress } }) => {
-      if (!session) return [];
-      const isovalues = layer.surfaces.map((surface) => surface.isovalue);
-      const { id: number, transform } = layer;
-      const isDone = progress !== null && !isStreaming(progress);
-      return [{ number, session, isovalues, transform, isDone }];
-    });
   }
 
   /** Viewer.prepare. */
@@ -189,7 +113,7 @@ export class Layers {
     const entry = this.#enter(source, surfaces ? { surfaces } : {}, view);
     this.#host.busyChanged();
     const info = await this.#openEntry(entry, signal);
-    this.#list(entry);
+    this.#announce(entry);
     this.#host.emit("opened", info);
     return info;
   }
@@ -203,7 +127,7 @@ export class Layers {
       this.#progressChanged();
       await this.#openEntry(entry, options.signal);
     }
-    this.#list(entry);
+    this.#announce(entry);
     return entry.layer;
   }
 
@@ -211,8 +135,8 @@ export class Layers {
     if (this.#life.isEnded) throw new RendererError("the viewer was disposed of: make another");
   }
 
-  #enter(source: Source, options: LayerOptions, view: Entry["view"]): Entry {
-    const surfaces = options.surfaces ?? (this.#first ? [] : this.#surfacesBefore);
+  #enter(source: Source, options: LayerOptions, view: LayerEntry["view"]): LayerEntry {
+    const surfaces = options.surfaces ?? (this.list.first ? [] : this.#surfacesBefore);
     const layer = new Layer(
       this.#nextId++,
       source,
@@ -228,20 +152,20 @@ export class Layers {
       sessionOptions: () => this.#sessionOptions(entry),
       opened: (renderer, info) => this.#opened(entry, renderer, info),
       uploaded: (id) => this.#host.scheduler()?.onUpload({ volume: layer.id, id }),
-      chunksChanged: () => entry === this.#first && this.#host.chunksChanged(),
+      chunksChanged: () => entry === this.list.first && this.#host.chunksChanged(),
       visibleChanged: () => {
         this.#host.scheduler()?.onVisibleChange();
-        for (const other of this.#sessions) {
+        for (const other of this.list.sessions) {
           if (other !== volume.session) other.otherPictureChanged();
         }
       },
       testOcclusion: () => this.#host.scheduler()?.request(),
       progressChanged: () => this.#progressChanged(),
       failed: (error) => this.#failed(entry, error),
-      replaced: () => void this.#openReplacement(entry),
+      replaced: () => void this.#reopening.replaced(entry),
     });
     const hasSurfaces = options.surfaces !== undefined;
-    const entry: Entry = {
+    const entry: LayerEntry = {
       layer,
       volume,
       isListed: false,
@@ -250,18 +174,18 @@ export class Layers {
       cameraBefore: null,
       samples: 0,
     };
-    this.#entries.push(entry);
+    this.list.add(entry);
     return entry;
   }
 
-  #list(entry: Entry): void {
+  #announce(entry: LayerEntry): void {
     if (entry.isListed) return;
     entry.isListed = true;
     this.#host.emit("layeradd", entry.layer);
   }
 
   /** Opens a layer's store. After a failure the layer is gone. */
-  async #openEntry(entry: Entry, signal?: AbortSignal): Promise<StoreInfo> {
+  async #openEntry(entry: LayerEntry, signal?: AbortSignal): Promise<StoreInfo> {
     const { volume } = entry;
     entry.cameraBefore = this.#camera.camera;
     try {
@@ -269,23 +193,16 @@ export class Layers {
     } catch (error) {
       const abort = abortOf(error);
       // The instance has aborted. The others are opened with another one, or the next open() creates it.
-      if (abort && this.#sessions.length > 0) this.#life.replace(abort);
+      if (abort && this.list.sessions.length > 0) this.#life.replace(abort);
       else if (abort) this.#life.forget();
-      if (this.#entries.includes(entry) && !volume.session) this.#remove(entry);
+      if (this.list.has(entry) && !volume.session) this.#remove(entry);
       throw error;
     }
   }
 
-  #sessionOptions(entry: Entry) {
+  #sessionOptions(entry: LayerEntry) {
     const { targetCellPixels, backgroundBytes } = this.#options;
-    const needs = this.#entries
-      .filter((each) => each === entry || each.layer.visible)
-      .map((each) => ({ each, need: this.#need(each) }));
-    const shares = shareSamples(
-      this.#sampleBudget,
-      needs.map(({ need }) => need),
-    );
-    entry.samples = shares[needs.findIndex(({ each }) => each === entry)] ?? this.#sampleBudget;
+    entry.samples = this.#samples.shareOf(entry);
     const { surfaces } = entry.layer;
     const firstIsovalues = entry.hasSurfaces ? surfaces.map(({ isovalue }) => isovalue) : [];
     return {
@@ -298,50 +215,27 @@ export class Layers {
     };
   }
 
-  #opened(entry: Entry, renderer: RendererModule, info: StoreInfo): void {
+  #opened(entry: LayerEntry, renderer: RendererModule, info: StoreInfo): void {
     if (!entry.hasSurfaces) entry.layer.surfaces = [firstSurface(info)];
     entry.hasSurfaces = true;
-    this.#setVolumes(entry, renderer);
-    this.#applySurfaces(entry, renderer);
+    this.#volumes.opened(entry, renderer);
     const view = entry.view ?? (this.#camera.camera ? null : {});
     entry.view = null;
     if (view) this.#camera.opened(renderer, view.camera, view.projection, entry.cameraBefore);
-    if (entry === this.#first) this.#applySettings(renderer);
-    for (const session of this.#sessions) {
+    if (entry === this.list.first) this.#applySettings(renderer);
+    for (const session of this.list.sessions) {
       if (session !== entry.volume.session) session.sceneChanged();
     }
-    this.#share();
+    this.#samples.share();
     this.#host.scheduler()?.request();
   }
 
-  /** Gives the renderer, which may be another one, the volumes of all layers, and takes all others away. */
-  #setVolumes(entry: Entry, renderer: RendererModule): void {
-    const present = this.#volumes.get(renderer) ?? new Set<number>();
-    this.#volumes.set(renderer, present);
-    for (const number of [...present]) {
-      if (this.#entries.some(({ layer }) => layer.id === number)) continue;
-      renderer.volume(number).remove();
-      present.delete(number);
-    }
-    for (const each of this.#entries) {
-      const info = placedOf(each);
-      const { id } = each.layer;
-      if (!info || (each !== entry && present.has(id))) continue;
-      renderer.volume(id).open(info);
-      present.add(id);
-    }
-  }
-
-  #applySurfaces({ layer }: Entry, renderer: RendererModule): void {
-    renderer.volume(layer.id).setSurfaces(layer.visible ? layer.surfaces : []);
-  }
-
   #applySettings(renderer: RendererModule): void {
-    this.#settings.apply(renderer, this.firstPlaced, this.firstNumber);
+    this.#settings.apply(renderer, this.list.firstPlaced, this.list.firstNumber);
   }
 
-  #changed(entry: Entry, property: LayerProperty): void {
-    if (!this.#entries.includes(entry)) return;
+  #changed(entry: LayerEntry, property: LayerProperty): void {
+    if (!this.list.has(entry)) return;
     const { layer, volume } = entry;
     if (property === "surfaces" && !entry.hasSurfaces) {
       // They follow from the store, which has just been opened.
@@ -352,21 +246,21 @@ export class Layers {
     const info = placedOf(entry);
     if (info && property !== "name") {
       this.#life.guard((renderer) => {
-        this.#applySurfaces(entry, renderer);
+        this.#volumes.applySurfaces(entry, renderer);
         if (property !== "transform") return;
         renderer.volume(layer.id).move(info);
-        if (entry === this.#first) this.#applySettings(renderer);
+        if (entry === this.list.first) this.#applySettings(renderer);
       });
     }
     if (property !== "name") {
       this.pictureChanged();
-      this.#share();
+      this.#samples.share();
       this.#host.scheduler()?.onCameraChange();
     }
     if (entry.isListed) this.#host.emit("layerchange", { layer, property });
   }
 
-  #visibilityChanged(entry: Entry): void {
+  #visibilityChanged(entry: LayerEntry): void {
     const { layer, volume } = entry;
     if (layer.visible) {
       void this.#show(entry);
@@ -378,13 +272,13 @@ export class Layers {
   }
 
   /** A layer whose store cannot be opened stays hidden. */
-  async #show(entry: Entry): Promise<void> {
+  async #show(entry: LayerEntry): Promise<void> {
     try {
       await entry.volume.open();
     } catch (error) {
       const abort = abortOf(error);
       if (abort) this.#life.replace(abort);
-      if (!this.#entries.includes(entry) || !entry.layer.visible || entry.volume.session) return;
+      if (!this.list.has(entry) || !entry.layer.visible || entry.volume.session) return;
       if (isReported(error)) this.#failed(entry, error);
       entry.layer.visible = false;
     }
@@ -392,44 +286,48 @@ export class Layers {
 
   /** The view needs other cells, or shows others: surfaces, clipping or slices have changed. */
   pictureChanged(): void {
-    for (const session of this.#sessions) session.sceneChanged();
+    for (const session of this.list.sessions) session.sceneChanged();
   }
 
-  #failed(entry: Entry, error: StreamError | RendererError, isFirst = entry === this.#first): void {
+  #failed(
+    entry: LayerEntry,
+    error: StreamError | RendererError,
+    isFirst = entry === this.list.first,
+  ): void {
     if (isFirst) this.#host.emit("error", error);
     else this.#host.emit("layererror", { layer: entry.layer, error });
   }
 
   #progressChanged(): void {
-    const shown = this.#entries.filter(({ layer }) => layer.visible);
+    const shown = this.list.entries.filter(({ layer }) => layer.visible);
     const isFirstOpening = shown.length > 0 && shown.every(({ volume }) => !volume.progress);
     if (isFirstOpening) return;
     const parts = shown.map(({ volume }) => volume.progress ?? openingProgress);
-    const progress = progressOfLayers(parts, this.#sampleBudget);
+    const progress = progressOfLayers(parts, this.#samples.samples);
     this.#progress = progress;
     this.#host.scheduler()?.onProgress(progress);
     this.#host.emit("progress", progress);
   }
 
-  #remove(entry: Entry): void {
-    if (!this.#entries.includes(entry)) return;
-    if (this.#entries.length === 1) {
+  #remove(entry: LayerEntry): void {
+    if (!this.list.has(entry)) return;
+    if (this.list.entries.length === 1) {
       this.close();
       return;
     }
-    const wasFirst = entry === this.#first;
-    this.#entries = this.#entries.filter((each) => each !== entry);
+    const wasFirst = entry === this.list.first;
+    this.list.remove(entry);
     entry.volume.close();
     const { renderer } = this.#life;
     if (renderer) {
-      this.#volumes.get(renderer)?.delete(entry.layer.id);
+      this.#volumes.forget(entry, renderer);
       this.#life.guard(() => {
         renderer.volume(entry.layer.id).remove();
         if (wasFirst) this.#applySettings(renderer);
       });
     }
     this.pictureChanged();
-    this.#share();
+    this.#samples.share();
     this.#progressChanged();
     this.#host.scheduler()?.onCameraChange();
     this.#host.busyChanged();
@@ -440,8 +338,8 @@ export class Layers {
   close(): void {
     this.#host.pictureEnds();
     this.#surfacesBefore = this.firstSurfaces;
-    const entries = this.#entries;
-    this.#entries = [];
+    const { entries } = this.list;
+    this.list.clear();
     for (const { volume } of entries) volume.close();
     this.#host.busyChanged();
     for (const { layer, isListed } of entries) {
@@ -456,46 +354,17 @@ export class Layers {
   }
 
   retry(): void {
-    for (const session of this.#sessions) session.retry();
+    for (const session of this.list.sessions) session.retry();
   }
 
   /** Viewer.setSampleBudget. */
   setSampleBudget(samples: number): void {
-    this.#sampleBudget = samples;
-    this.#share(true);
+    this.#samples.set(samples);
   }
 
-  /** The view that is drawn at rest: layers that cover more of it get more of the sample budget. */
+  /** The view that is drawn at rest: world to clip space, column by column. */
   viewed(viewProjection: Float64Array): void {
-    this.#viewProjection = viewProjection;
-    if (this.#entries.length > 1) this.#share();
-  }
-
-  #need({ layer, volume: { info, session } }: Entry): SampleNeed {
-    const view = this.#viewProjection;
-    return {
-      pinned: session?.pinnedSamples ?? 0,
-      coverage: info && view ? coverage(info, viewProjectionOf(view, layer.transform)) : 1,
-      surfaces: layer.surfaces.filter(({ opacity }) => opacity > 0).length,
-    };
-  }
-
-  /** All shares change, or none, so that their sum stays within the budget. */
-  #share(isOtherBudget = false): void {
-    const sharing = this.#entries.filter(({ volume }) => volume.session);
-    const shares = shareSamples(
-      this.#sampleBudget,
-      sharing.map((entry) => this.#need(entry)),
-    );
-    const isOther = sharing.some(({ samples }, i) => {
-      const change = Math.abs((shares[i] ?? 0) - samples);
-      return change > (sharing.length > 1 ? smallestChange * samples : 0);
-    });
-    if (!isOther && !isOtherBudget) return;
-    sharing.forEach((entry, i) => {
-      entry.samples = shares[i] ?? 0;
-      entry.volume.session?.setSampleBudget(entry.samples);
-    });
+    this.#samples.viewed(viewProjection);
   }
 
   /** Checks that these uploads, and all before, have succeeded. */
@@ -505,7 +374,7 @@ export class Layers {
         renderer.checkGpu();
       } catch (error) {
         if (!(error instanceof RendererError) || error.kind !== "out-of-memory") throw error;
-        for (const { layer, volume } of this.#entries) {
+        for (const { layer, volume } of this.list.entries) {
           const ids = uploads.filter((each) => each.volume === layer.id).map(({ id }) => id);
           if (ids.length > 0) volume.rejectUploads(ids, error);
         }
@@ -515,62 +384,6 @@ export class Layers {
 
   /** Opens all volumes again with the present view: their samples are lost. */
   async reopen(): Promise<void> {
-    const open = this.#entries.filter(({ volume }) => volume.session);
-    await Promise.all(open.map((entry) => this.#reopen(entry)));
+    await this.#reopening.all();
   }
-
-  /** Opens the volume that is now at the source's address, with the present view. */
-  async #reopen(entry: Entry): Promise<StoreInfo | undefined> {
-    const { layer, volume } = entry;
-    if (!volume.session) return undefined;
-    entry.hasSurfaces ||= layer.surfaces.length > 0;
-    const { camera } = this.#camera;
-    const isFirst = entry === this.#first;
-    entry.view = isFirst && camera ? { camera } : null;
-    layer.source.forget();
-    if (this.#sessions.length === 1) this.#host.pictureEnds();
-    const opening = this.#openEntry(entry);
-    this.#host.busyChanged();
-    try {
-      const info = await opening;
-      if (isFirst) this.#host.emit("opened", info);
-      return info;
-    } catch (error) {
-      if (isReported(error)) this.#failed(entry, error, isFirst);
-      return undefined;
-    }
-  }
-
-  async #openReplacement(entry: Entry): Promise<void> {
-    const before = entry.volume.info;
-    const info = await this.#reopen(entry);
-    if (!info) return;
-    if (entry !== this.#first) {
-      this.#host.emit("layerchange", { layer: entry.layer, property: "info" });
-      return;
-    }
-    // In another grid, the camera might not look at the volume.
-    const { whole } = this.#camera;
-    if (whole && !(before && isSameGrid(before, info))) this.#camera.set(whole);
-    this.#host.emit("replaced", info);
-  }
-}
-
-function placedOf({ layer, volume: { info } }: Entry): StoreInfo | null {
-  return info && placed(info, layer.transform);
-}
-
-function isReported(error: unknown): error is StreamError | RendererError {
-  return error instanceof StreamError || error instanceof RendererError;
-}
-
-function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
-  const numbers = ({ voxels, spacing, origin, direction }: StoreInfo): number[] => [
-    ...voxels,
-    ...spacing,
-    ...origin,
-    ...direction,
-  ];
-  const other = numbers(b);
-  return numbers(a).every((number, i) => number === other[i]);
 }

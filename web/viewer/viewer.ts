@@ -98,10 +98,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#pictures = new SavedPictures(canvas, this.#life, {
       scheduler: () => this.#scheduler,
       camera: () => this.camera,
-      isOpen: () => this.#layers.isOpen,
+      isOpen: () => this.#layers.list.isOpen,
       look: () => this.look,
       applyLook: (renderer, opacity) =>
-        this.#settings.applyLook(renderer, this.#layers.firstPlaced, opacity),
+        this.#settings.applyLook(renderer, this.#layers.list.firstPlaced, opacity),
     });
   }
 
@@ -131,7 +131,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** In the order in which they were added. */
   get layers(): readonly Layer[] {
-    return this.#layers.listed;
+    return this.#layers.list.listed;
   }
 
   /** Changes `ViewerOptions.sampleBudget`, also of the layers that are open. */
@@ -163,7 +163,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   get info(): StoreInfo | null {
-    return this.#layers.firstInfo;
+    return this.#layers.list.firstInfo;
   }
 
   get surfaces(): readonly Surface[] {
@@ -182,17 +182,17 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** StreamSession.bytesOf; undefined while the first layer is not open, or hidden. */
   bytesOf(isovalue: number): number | undefined {
-    return this.#layers.firstSession?.bytesOf(isovalue);
+    return this.#layers.list.firstSession?.bytesOf(isovalue);
   }
 
   /** StreamSession.access; undefined while the first layer is not open, or hidden. */
   get storeAccess(): StoreAccess | undefined {
-    return this.#layers.firstSession?.access;
+    return this.#layers.list.firstSession?.access;
   }
 
   /** StreamSession.quantizedIsovalue; undefined while the first layer is not open, or hidden. */
   quantizedIsovalue(isovalue: number): number | undefined {
-    return this.#layers.firstSession?.quantizedIsovalue(isovalue);
+    return this.#layers.list.firstSession?.quantizedIsovalue(isovalue);
   }
 
   get look(): Readonly<Look> {
@@ -201,7 +201,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setLook(change: Partial<Look>): void {
     this.#settings.look = { ...this.look, ...change };
-    const { firstPlaced, firstNumber } = this.#layers;
+    const { firstPlaced, firstNumber } = this.#layers.list;
     if (this.#life.renderer) this.#settings.apply(this.#life.renderer, firstPlaced, firstNumber);
     // Dragging a slider counts as motion: otherwise pictures with and without occlusion would
     // alternate.
@@ -233,7 +233,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setSlices(slices: Slices): void {
     this.#settings.slices = slices;
-    const { firstPlaced, firstNumber } = this.#layers;
+    const { firstPlaced, firstNumber } = this.#layers.list;
     const { renderer } = this.#life;
     if (renderer) this.#settings.applySlices(renderer, firstPlaced, firstNumber);
     this.#sceneChanged();
@@ -302,7 +302,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   pick(x: number, y: number): SurfacePoint | undefined {
     const { canvas, camera } = this;
     const { clientWidth: width, clientHeight: height } = canvas;
-    if (!camera || !this.#layers.isOpen || this.#life.isContextLost || width === 0)
+    if (!camera || !this.#layers.list.isOpen || this.#life.isContextLost || width === 0)
       return undefined;
     let point: SurfacePoint | undefined;
     this.#life.guard((renderer) => {
@@ -361,9 +361,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #showBusy(): void {
-    const isWaiting = this.#layers.isWaiting || this.#life.isContextLost;
+    const isWaiting = this.#layers.list.isWaiting || this.#life.isContextLost;
     const isDrawing = isWaiting || this.#sliceArrivals.isBusy || this.#scheduler?.isBusy;
-    const isBusy = this.#layers.hasAny && isDrawing !== false;
+    const isBusy = this.#layers.list.hasAny && isDrawing !== false;
     if (isBusy === this.#isBusy) return;
     this.#isBusy = isBusy;
     this.emit("busy", isBusy);
@@ -386,9 +386,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #scene(): Scene | null {
     const { camera, look } = this;
     const canDraw = this.#life.renderer && !this.#life.isContextLost && !this.#pictures.isInParts;
-    if (!canDraw || !camera || !this.#layers.isOpen) return null;
+    if (!canDraw || !camera || !this.#layers.list.isOpen) return null;
     return {
-      layers: this.#layers.shown(),
+      layers: this.#layers.list.shown(),
       camera: this.#pictures.prepared?.camera ?? camera,
       kind: look.kind,
       shading: look.shading,

@@ -1,0 +1,114 @@
+import type { StoreInfo } from "../core/types.ts";
+import type { StreamSession } from "../stream/session.ts";
+import type { Layer } from "./layer.ts";
+import type { OpenVolume } from "./open_volume.ts";
+import { isStreaming, type SceneLayer } from "./scene.ts";
+import { placed } from "./transform.ts";
+import type { Camera } from "./types.ts";
+import type { OpenOptions } from "./viewer_events.ts";
+
+/** A layer with its volume, and what the viewer knows of it. */
+export interface LayerEntry {
+  readonly layer: Layer;
+  readonly volume: OpenVolume;
+  /** Whether it is among `LayerList.listed`. */
+  isListed: boolean;
+  /** Whether its surfaces were chosen. Otherwise they follow from the store. */
+  hasSurfaces: boolean;
+  /** The camera to set when the store is open; null: keeps the present one. */
+  view: Pick<OpenOptions, "camera" | "projection"> | null;
+  /** The camera when the opening began. */
+  cameraBefore: Camera | null;
+  /** The present share of the sample budget. */
+  samples: number;
+}
+
+/** The store of a layer, where the layer's transform puts it. Null until it is open. */
+export function placedOf({ layer, volume: { info } }: LayerEntry): StoreInfo | null {
+  return info && placed(info, layer.transform);
+}
+
+/** The layers of a viewer, in the order in which they were added, also those that are being opened. */
+export class LayerList {
+  #entries: readonly LayerEntry[] = [];
+
+  get entries(): readonly LayerEntry[] {
+    return this.#entries;
+  }
+
+  add(entry: LayerEntry): void {
+    this.#entries = [...this.#entries, entry];
+  }
+
+  has(entry: LayerEntry): boolean {
+    return this.#entries.includes(entry);
+  }
+
+  remove(entry: LayerEntry): void {
+    this.#entries = this.#entries.filter((each) => each !== entry);
+  }
+
+  clear(): void {
+    this.#entries = [];
+  }
+
+  /** Viewer.layers. */
+  get listed(): Layer[] {
+    return this.#entries.filter(({ isListed }) => isListed).map(({ layer }) => layer);
+  }
+
+  get first(): LayerEntry | undefined {
+    return this.#entries[0];
+  }
+
+  /** The number of the first layer in the renderer. */
+  get firstNumber(): number {
+    return this.first?.layer.id ?? 0;
+  }
+
+  /** The store of the first layer. Null until it is open. */
+  get firstInfo(): StoreInfo | null {
+    return this.first?.volume.info ?? null;
+  }
+
+  /** The same, where the layer's transform puts it. */
+  get firstPlaced(): StoreInfo | null {
+    const { first } = this;
+    return (first && placedOf(first)) ?? null;
+  }
+
+  /** Null until the first layer is open, and while it is hidden. */
+  get firstSession(): StreamSession | null {
+    return this.first?.volume.session ?? null;
+  }
+
+  get sessions(): StreamSession[] {
+    return this.#entries.flatMap(({ volume }) => volume.session ?? []);
+  }
+
+  /** Whether a layer is being opened, or is open. */
+  get hasAny(): boolean {
+    return this.#entries.some(({ layer, volume }) => layer.visible || volume.info !== null);
+  }
+
+  /** Whether a visible layer is being opened. */
+  get isWaiting(): boolean {
+    return this.#entries.some(({ layer, volume }) => layer.visible && !volume.session);
+  }
+
+  /** Whether a picture can be drawn: a volume is open, or hidden. */
+  get isOpen(): boolean {
+    return this.#entries.some(({ layer, volume }) => volume.session || !layer.visible);
+  }
+
+  /** The layers that are drawn. */
+  shown(): SceneLayer[] {
+    return this.#entries.flatMap(({ layer, volume: { session, progress } }) => {
+      if (!session) return [];
+      const isovalues = layer.surfaces.map((surface) => surface.isovalue);
+      const { id: number, transform } = layer;
+      const isDone = progress !== null && !isStreaming(progress);
+      return [{ number, session, isovalues, transform, isDone }];
+    });
+  }
+}

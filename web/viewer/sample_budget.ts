@@ -1,0 +1,74 @@
+import type { LayerEntry, LayerList } from "./layer_list.ts";
+import { type SampleNeed, shareSamples } from "./sample_shares.ts";
+import { coverage, viewProjectionOf } from "./transform.ts";
+
+/** Shares of the sample budget that differ less from the present ones are not worth a change. */
+const smallestChange = 0.1;
+
+/** The sample budget of a viewer, which its layers share. */
+export class SampleBudget {
+  readonly #list: LayerList;
+  #samples: number;
+  #viewProjection: Float64Array | null = null;
+
+  constructor(samples: number, list: LayerList) {
+    this.#samples = samples;
+    this.#list = list;
+  }
+
+  /** The whole budget. */
+  get samples(): number {
+    return this.#samples;
+  }
+
+  /** Viewer.setSampleBudget. */
+  set(samples: number): void {
+    this.#samples = samples;
+    this.share(true);
+  }
+
+  /** The view that is drawn at rest: layers that cover more of it get more of the sample budget. */
+  viewed(viewProjection: Float64Array): void {
+    this.#viewProjection = viewProjection;
+    if (this.#list.entries.length > 1) this.share();
+  }
+
+  /** The share of a layer that is being opened. */
+  shareOf(entry: LayerEntry): number {
+    const needs = this.#list.entries
+      .filter((each) => each === entry || each.layer.visible)
+      .map((each) => ({ each, need: this.#need(each) }));
+    const shares = shareSamples(
+      this.#samples,
+      needs.map(({ need }) => need),
+    );
+    return shares[needs.findIndex(({ each }) => each === entry)] ?? this.#samples;
+  }
+
+  #need({ layer, volume: { info, session } }: LayerEntry): SampleNeed {
+    const view = this.#viewProjection;
+    return {
+      pinned: session?.pinnedSamples ?? 0,
+      coverage: info && view ? coverage(info, viewProjectionOf(view, layer.transform)) : 1,
+      surfaces: layer.surfaces.filter(({ opacity }) => opacity > 0).length,
+    };
+  }
+
+  /** Divides the budget anew. All shares change, or none, so that their sum stays within the budget. */
+  share(isOtherBudget = false): void {
+    const sharing = this.#list.entries.filter(({ volume }) => volume.session);
+    const shares = shareSamples(
+      this.#samples,
+      sharing.map((entry) => this.#need(entry)),
+    );
+    const isOther = sharing.some(({ samples }, i) => {
+      const change = Math.abs((shares[i] ?? 0) - samples);
+      return change > (sharing.length > 1 ? smallestChange * samples : 0);
+    });
+    if (!isOther && !isOtherBudget) return;
+    sharing.forEach((entry, i) => {
+      entry.samples = shares[i] ?? 0;
+      entry.volume.session?.setSampleBudget(entry.samples);
+    });
+  }
+}
