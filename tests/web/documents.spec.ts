@@ -89,6 +89,16 @@ describe("the version of package.json", () => {
     expect([...new Set(versions)]).toEqual([version]);
   });
 
+  it("is what CMake projects of the documents and tests ask for", () => {
+    const asked = [
+      "docs/examples/points/CMakeLists.txt",
+      "shared/bindings/library/README.md",
+      "tests/install/CMakeLists.txt",
+    ].flatMap((file) => [...read(file).matchAll(/find_package\(isosplat ([\d.]+)/g)]);
+    expect(asked.length).toBeGreaterThanOrEqual(4);
+    for (const [, found] of asked) expect(`${version}.`.startsWith(`${found}.`)).toBe(true);
+  });
+
   it("is that of package-lock.json", () => {
     const lock = JSON.parse(read("package-lock.json"));
     expect([lock.version, lock.packages[""].version]).toEqual([version, version]);
