@@ -114,19 +114,19 @@ test("draws what the native renderer draws, before and after a lost context", as
         valueOffset: 0,
         valueScale: 1,
       });
-      check(m._isosplat_renderer_set_volume(volume));
+      check(m._isosplat_renderer_set_volume(0, volume));
       const block = records(layouts.blockBytes, layouts.writeBlock, { level: 0, block: [0, 0, 0] });
       const add = () => {
         const at = m._malloc(clusters.length);
         m.HEAPU8.set(clusters, at);
         const offset = m._malloc(8);
-        check(m._isosplat_renderer_reserve_chunk(7, block, at, clusters.length, offset));
+        check(m._isosplat_renderer_reserve_chunk(0, 7, block, at, clusters.length, offset));
         gl.bufferSubData(gl.ARRAY_BUFFER, m.HEAPF64[offset / 8], samples);
         m._free(at);
         const drawn = m._malloc(layouts.drawnChunkBytes);
         m.HEAPU8.fill(0xff, drawn, drawn + layouts.drawnChunkBytes);
         heap().setUint32(drawn + layouts.drawnChunkOffsets.handle, 7, true);
-        m._isosplat_renderer_set_visible(drawn, 1);
+        m._isosplat_renderer_set_visible(0, drawn, 1);
         m._free(drawn);
       };
       add();
@@ -155,7 +155,7 @@ test("draws what the native renderer draws, before and after a lost context", as
           const atRest = kind >= 5;
           clip(kind === 6 ? 1 : 0);
           m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2, 2][kind], kind === 3 ? 1 : 0);
-          m._isosplat_renderer_set_isosurfaces(isosurfaces, atOnce ? 1 : 2);
+          m._isosplat_renderer_set_isosurfaces(0, isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
             colourLow: 0,
             colourHigh: 1,

@@ -40,7 +40,7 @@ function extracted(format: string, ...more: string[]): { file: Buffer; comment: 
     ...more,
   ]);
   const file = readFileSync(path);
-  const [comment = ""] = file.toString("latin1").match(/isosurface [ -~]*?isosplat [\d.]+/) ?? [];
+  const [comment = ""] = file.toString("latin1").match(/isosurface [ -~]*?isosplat [\w.-]+/) ?? [];
   return { file, comment };
 }
 

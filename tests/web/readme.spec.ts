@@ -42,6 +42,9 @@ describe("the README's commands", () => {
   beforeAll(() => {
     folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
     writeFileSync(join(folder, "head.nii.gz"), header());
+    const layer = { store: "head.isosplat", surfaces: [{ isovalue: 100 }] };
+    const scene = { format: "isosplat-scene", version: 1, layers: [layer] };
+    writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
   });
   afterAll(() => rmSync(folder, { recursive: true, force: true }));
 
@@ -52,7 +55,7 @@ describe("the README's commands", () => {
 
   it("are there", () => {
     expect(new Set(finite.map(([name]) => name))).toEqual(
-      new Set(["build", "info", "publish", "extract", "render"]),
+      new Set(["build", "info", "publish", "extract", "render", "bundle"]),
     );
     expect(serving.map(([name]) => name)).toEqual(["view", "serve"]);
   });

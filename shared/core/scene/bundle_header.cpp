@@ -181,7 +181,9 @@ Result<BundleHeader> parse_bundle_header(std::span<const std::byte> bytes) {
     const uint32_t path_bytes = record.u32();
     for (uint8_t& byte : store.content_id) byte = record.u8();
     at += kRecordBytes;
-    if (padded(path_bytes) > end - at) return malformed(which + " ends beyond the header");
+    if (path_bytes > end - at || padded(path_bytes) > end - at) {
+      return malformed(which + " ends beyond the header");
+    }
     store.path = text_at(at, path_bytes);
     at += padded(path_bytes);
     if (!is_path_below(store.path) || store.path == kSceneName) {
