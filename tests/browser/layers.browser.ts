@@ -64,6 +64,8 @@ async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): 
       if (!canvas) throw new Error("no canvas");
       canvas.style.cssText = "width: 300px; height: 300px";
       const viewer = new Viewer(canvas, options);
+      // The automatic kind depends on frame times.
+      viewer.setLook({ kind: "exact", shading: "exact" });
       const events: string[] = [];
       const names = new WeakMap<object, string>();
       const nameOf = (layer: ViewerModule.Layer) => {
