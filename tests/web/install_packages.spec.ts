@@ -62,14 +62,16 @@ describe(".ci/install-packages", () => {
     }
     const old = run(["--missing"], { "libboost-dev": "1.71.0.0" }, {});
     expect(old.status).toBe(1);
-    expect(old.stdout).toContain("libboost-dev");
+    expect(old.stdout).toContain("libboost1.81-dev");
   });
 
   it("installs the first name that the package index knows", () => {
     const debian = run([], {}, { "libboost1.81-dev": "1.81.0-5", "libboost-dev": "1.74.0.3" });
-    expect(debian.stdout).toMatch(/install -y .* libboost-dev$/m);
+    expect(debian.stdout).toMatch(/install -y .* libboost1\.81-dev$/m);
     const old = run([], {}, { "libboost1.83-dev": "1.83.0-2", "libboost-dev": "1.71.0.0" });
     expect(old.stdout).toMatch(/install -y .* libboost1\.83-dev$/m);
+    const later = run([], {}, { "libboost-dev": "1.90.0.1" });
+    expect(later.stdout).toMatch(/install -y .* libboost-dev$/m);
   });
 
   it("says what it looked for where the index has none of the names", () => {
