@@ -131,6 +131,16 @@ TEST(Scene, AnyDamageIsAnErrorOrAScene) {
   EXPECT_TRUE(parse_scene(deep));
 }
 
+TEST(Scene, IsToldFromOtherFilesByItsFirstBytes) {
+  EXPECT_TRUE(looks_like_scene("{\"format\":"));
+  EXPECT_TRUE(looks_like_scene("\xEF\xBB\xBF\r\n\t {\"name\":\"ä\""));
+  for (const std::string_view other :
+       {std::string_view("NRRD0004"), std::string_view("[{}]"), std::string_view(""),
+        std::string_view("  "), std::string_view("{{{\0{{", 6), std::string_view("{\x01")}) {
+    EXPECT_FALSE(looks_like_scene(other)) << other;
+  }
+}
+
 TEST(Scene, PathsStayBelowTheFolder) {
   for (const char* path : {"a", "a/b.isosplat", "stores/CT 1/ä.isosplat", "..a/b..", "a/...x"}) {
     EXPECT_TRUE(is_path_below(path)) << path;

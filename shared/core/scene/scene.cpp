@@ -10,7 +10,12 @@ namespace isosplat {
 
 bool looks_like_scene(std::string_view first_bytes) {
   const size_t first = first_bytes.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  return first != std::string_view::npos && first_bytes[first] == '{';
+  if (first == std::string_view::npos || first_bytes[first] != '{') return false;
+  // A volume without a header may begin with any byte. Text has no control characters.
+  return std::none_of(first_bytes.begin(), first_bytes.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 0x20 && c != '\t' && c != '\r' && c != '\n';
+  });
 }
 
 bool is_path_below(std::string_view path) {

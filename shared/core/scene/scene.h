@@ -80,8 +80,8 @@ inline constexpr size_t kMaxScenePlanes = 6;
 /// which names the member, what was expected and what was found; unsupported_version.
 Result<Scene> parse_scene(std::string_view text);
 
-/// Whether bytes begin as a scene does: a JSON object. For the choice of a reader; parse_scene
-/// decides.
+/// Whether bytes begin as a scene does: text, and a JSON object. For the choice of a reader;
+/// parse_scene decides.
 bool looks_like_scene(std::string_view first_bytes);
 
 /// Whether a store's path stays below the folder of its scene: relative, without "..", and the same
