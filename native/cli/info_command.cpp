@@ -62,7 +62,7 @@ std::string triple(Vec3d v) {
 }
 
 void print_line(std::string_view label, std::string_view text) {
-  fmt::print("{:<14}{}\n", label, text);
+  fmt::print("{:<14}{}\n", label, printable(text));
 }
 
 void print_notes(const std::vector<std::string>& notes) {

@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 void print_line(std::string_view label, std::string_view text) {
-  fmt::print("{:<14}{}\n", label, text);
+  fmt::print("{:<14}{}\n", printable(label), printable(text));
 }
 
 /// The state of a layer's first store: its size and grid, or the error.

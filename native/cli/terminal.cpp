@@ -25,6 +25,10 @@ void print_line(const char* prefix, std::string_view text) {
 
 }  // namespace
 
+std::string printable(std::string_view text) {
+  return server::printable_text(text);
+}
+
 void set_quiet() {
   quiet = true;
 }

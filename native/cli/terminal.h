@@ -17,6 +17,10 @@ int report(const Error& error);
 /// Suppresses notes and progress from now on, but not errors.
 void set_quiet();
 
+/// The text for a terminal. Names and notes come from files of strangers: control characters, which
+/// could change what a terminal shows, are replaced.
+std::string printable(std::string_view text);
+
 /// Prints "note: …" on stderr.
 void note(std::string_view text);
 

@@ -30,8 +30,9 @@ int verify_one(const VerifyCall& call, const std::string& name, Verify verify) {
     if (!error.message.starts_with(name)) error.message = name + ": " + error.message;
     return report(error);
   }
-  fmt::print("{}: valid: {} chunks with {} cells, {}\n", name, with_commas(verified->chunks),
-             with_commas(verified->cells), format_bytes(verified->info.file_bytes));
+  fmt::print("{}: valid: {} chunks with {} cells, {}\n", printable(name),
+             with_commas(verified->chunks), with_commas(verified->cells),
+             format_bytes(verified->info.file_bytes));
   return kSuccess;
 }
 

@@ -150,6 +150,18 @@ TEST_F(CliScene, WhatASceneStatesIsNotAnOption) {
   EXPECT_TRUE(step.err.find("expected a step from 0 to 0") != std::string::npos) << step.err;
 }
 
+/// Names come from strangers: they must not write to the terminal what they like.
+TEST_F(CliScene, NamesAreWrittenWithoutControlCharacters) {
+  Json json = Json::parse(document());
+  json["name"] = "\x1b[2Jcleared";
+  json["layers"][0]["name"] = "a\x1b]0;title\x07";
+  write_file(scene, json.dump());
+  const Ended info = run({"info", scene});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_EQ(info.out.find('\x1b'), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("cleared"), std::string::npos);
+}
+
 TEST_F(CliScene, FaultsAreNamed) {
   const auto expect_error = [&](const std::vector<std::string>& arguments,
                                 const std::string& text) {
