@@ -49,7 +49,7 @@ struct Walk {
 };
 
 /// The smallest root in [lo, hi] of k[3] t³ + k[2] t² + k[1] t + k[0]. Between its extrema the
-/// cubic is monotonic: there by secants and bisection.
+/// cubic is monotonic: secants and bisection find the root there.
 std::optional<double> first_root(const double (&k)[4], double lo, double hi) {
   const auto f = [&](double t) { return ((k[3] * t + k[2]) * t + k[1]) * t + k[0]; };
   double bounds[4] = {lo, hi, hi, hi};

@@ -9,8 +9,9 @@
 
 namespace isosplat {
 
-/// The trilinear isosurface by casting a ray through each cell on the way, in double precision on
-/// the CPU: the reference that pictures are judged by. Slow, exact to 10⁻⁶ of a cell.
+/// Intersects rays with the trilinear isosurface, cell by cell along each ray, in double precision
+/// on the CPU. Its results are the reference with which pictures are compared. It is slow, and
+/// exact to 10⁻⁶ of a cell.
 class RayCaster {
  public:
   struct Hit {

@@ -8,22 +8,22 @@
 
 namespace isosplat {
 
-/// A scene of which the visible layers are in the renderer.
+/// A scene whose visible layers are in the renderer.
 struct ScenePicture {
-  /// Of the visible layers, in order. Where a layer states none: its store's first suggested
-  /// isovalue.
+  /// Those of the visible layers, in order. A layer that states none gets the first isovalue that
+  /// its store suggests.
   std::vector<render::Isosurface> isosurfaces;
   VolumeGrid extent;               ///< a grid around all visible layers, for default_camera()
   uint64_t samples = 0;            ///< of all layers
   uint32_t coarsest = 0;           ///< the coarsest level that is drawn of a layer
-  uint32_t layers = 0;             ///< that are visible
+  uint32_t layers = 0;             ///< number of visible layers
   std::vector<std::string> notes;  ///< about layers without isosurfaces
 };
 
 /// Uploads the visible layers of a scene at a step of time: layer i is volume i. Each layer gets
-/// the same share of the samples; what a layer leaves goes to those after it. Errors: not_found (no
-/// such step or level, or no layer is visible), those of SceneFile and show_store, which name the
-/// layer.
+/// the same share of the samples; the layers after it may use the samples that it leaves. Errors:
+/// not_found (no such step or level, or no layer is visible), those of SceneFile and show_store,
+/// which name the layer.
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& scene, size_t step,
                                 std::optional<uint32_t> level, uint64_t sample_budget);
 

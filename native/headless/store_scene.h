@@ -15,7 +15,7 @@ struct StoreScene {
   uint64_t samples = 0;
 };
 
-/// Where a store is in a picture of several volumes.
+/// The number and the grid of a store in a picture of several volumes.
 struct VolumePlace {
   render::VolumeId volume = 0;
   std::optional<VolumeGrid> grid;  ///< after the transform of its layer
@@ -24,8 +24,9 @@ struct VolumePlace {
 /// Uploads the chunks of a store that the isovalues need at one level, and makes them visible.
 /// Without a level: the finest level from `finest` on with at most `sample_budget` samples, or the
 /// coarsest level.
-/// `placed`: the volume's number in the picture, and its grid there if that is not the store's.
-/// Errors: not_found (no such level), those of StoreFile, ChunkDecoder and Renderer::add_chunk.
+/// `placed`: the volume's number in the picture, and its grid in the picture if that differs from
+/// the store's grid. Errors: not_found (no such level), those of StoreFile, ChunkDecoder and
+/// Renderer::add_chunk.
 Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
                               uint64_t sample_budget, uint32_t finest = 0,

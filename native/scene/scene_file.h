@@ -12,14 +12,14 @@
 
 namespace isosplat {
 
-/// The kinds of files that hold what one picture shows.
+/// The kinds of files that describe one picture.
 enum class SceneKind : uint8_t {
   none,    ///< no scene
   scene,   ///< a document, beside its stores
   bundle,  ///< a scene and its stores in one file
 };
 
-/// By the first bytes: a document begins as JSON, whatever its name is.
+/// Determines the kind from the first bytes: a document begins as JSON, whatever its name is.
 SceneKind scene_kind(const std::filesystem::path& path);
 
 /// A scene and its stores on disk. Stores are opened when they are needed.

@@ -45,7 +45,7 @@ class Renderer {
   const RendererLimits& limits() const;
 
   /// Whether the driver has finished compiling all programs that were started. If so, warm_up()
-  /// does not wait. Also true if the driver cannot tell.
+  /// does not wait. Also true if the driver cannot report this.
   bool is_compiled() const;
 
   /// Makes the driver complete work that it defers to the first draw call. Call it while the first
@@ -66,7 +66,7 @@ class Renderer {
   /// Uploads samples; the caller may free them afterwards. A chunk of the volume with the same
   /// handle is replaced. New chunks are not visible until set_visible names them. Empty spans are
   /// allowed. Errors: invalid_argument (no volume, or a block outside of it), gl_error (the context
-  /// is lost). Whether the GPU had memory for them, check_gpu() tells.
+  /// is lost). check_gpu() reports whether the GPU had memory for them.
   Result<void> add_chunk(ChunkHandle handle, const BlockKey& block,
                          std::span<const PackedSample> samples, VolumeId volume = 0);
 
@@ -78,8 +78,8 @@ class Renderer {
                                  std::vector<SampleCluster> clusters, VolumeId volume = 0);
 
   /// Reports GPU errors since the last call. Waits for pending GPU commands, so call it when the
-  /// GPU is idle. Errors: out_of_memory, which removes chunks for which there was none, all added
-  /// since the last call; gl_error.
+  /// GPU is idle. Errors: out_of_memory, gl_error. After out_of_memory, the chunks without memory
+  /// are removed; all of them were added since the last call.
   Result<void> check_gpu();
 
   /// Removes a chunk. Unknown handles are ignored.
@@ -91,10 +91,10 @@ class Renderer {
   /// Draws all regions of each chunk.
   void set_visible(std::span<const ChunkHandle> handles, VolumeId volume = 0);
 
-  /// A volume; one of 2³ voxels if there is none with this number.
+  /// The grid of a volume; a grid of 2³ voxels if there is no volume with this number.
   const VolumeGrid& grid(VolumeId volume = 0) const;
-  /// A grid around all volumes, to look at: that of the only volume, or a box along the world's
-  /// axes; one of 2³ voxels if there is none.
+  /// A grid around all volumes, for the camera: that of the only volume, or a box along the world's
+  /// axes; a grid of 2³ voxels if there is no volume.
   VolumeGrid scene_grid() const;
 
   void set_settings(const RenderSettings& settings);
@@ -119,7 +119,7 @@ class Renderer {
 
   /// Starts to compile the shaders of refine(). Returns false while the driver compiles, and true
   /// when refine() would not wait for that: call it again until then. Waits if the driver cannot
-  /// tell.
+  /// report this.
   bool prepare_refine();
 
   /// Improves a still picture: draws it again, moved by a fraction of a pixel, and shows the mean
@@ -128,14 +128,14 @@ class Renderer {
   /// invalid_argument if can_refine() returns false.
   Result<FrameStatistics> refine(int width, int height, uint32_t framebuffer = 0);
 
-  /// Shows the picture that draw() and refine() lead to, and draws only what is missing of it:
-  /// after the last refine() it costs one pass over the pixels. A browser may clear its canvas
-  /// between two tasks, so a picture must be shown again to be saved. Errors: as draw().
+  /// Shows the finished picture of draw() and refine(), and draws only the parts that are still
+  /// missing: after the last refine() it costs one pass over the pixels. A browser may clear its
+  /// canvas between two tasks, so a picture must be shown again to be saved. Errors: as draw().
   Result<FrameStatistics> draw_still(int width, int height, uint32_t framebuffer = 0);
 
-  /// Begins a picture of this size in tiles. Only their size, and not that of the picture, decides
-  /// about the memory that is needed. Neither volume, settings, camera nor visible chunks may
-  /// change until end_tiles(). Errors: as draw().
+  /// Begins a picture of this size in tiles. The memory needed depends on the size of the tiles,
+  /// not on that of the picture. Neither volume, settings, camera nor visible chunks may change
+  /// until end_tiles(). Errors: as draw().
   Result<void> begin_tiles(int width, int height);
 
   /// Draws a part of the picture, from x px to the right of and y px below its upper left corner,
@@ -169,9 +169,9 @@ class Renderer {
   /// Errors: gl_error, invalid_argument (nothing drawn yet).
   Result<std::vector<SurfacePixel>> read_surface();
 
-  /// The nearest surface at a place of an image of this size, x px to the right of and y px below
-  /// its upper left corner, with the present camera and settings; or the cap or the values of a
-  /// slice before it. Intersects the ray with the cells of the visible chunks near it, in the
+  /// The nearest surface at a position in an image of this size, x px to the right of and y px
+  /// below its upper left corner, with the present camera and settings; or the cap or the values of
+  /// a slice before it. Intersects the ray with the cells of the visible chunks near it, in the
   /// precision of PackedSample, and does not depend on what was drawn. Nothing if there is no
   /// surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;

@@ -3,8 +3,8 @@
 #include <stdint.h>
 
 /// The builder for JavaScript: builds stores from slices, and encodes their blocks. The module
-/// `isosplat-builder` exports these functions; web/builder wraps them. The page does not load it
-/// until a volume is to be built.
+/// `isosplat-builder` exports these functions; web/builder wraps them. The page loads it only when
+/// a volume is to be built.
 ///
 /// The rules are those of core_api.h: a status of 0 is ok; result buffers belong to the builder and
 /// stay valid until its next call; memory that a function reads belongs to the caller; every call
@@ -24,7 +24,7 @@ extern "C" {
 
 typedef struct IsosplatBuilder IsosplatBuilder;
 
-/// What isosplat_builder_next returns in its second result.
+/// The second result of isosplat_builder_next.
 enum {
   ISOSPLAT_NEXT_TASK,     ///< the first result is a task
   ISOSPLAT_NEXT_WAIT,     ///< blocks that are being encoded must be added first
@@ -58,7 +58,8 @@ uint32_t isosplat_builder_add(IsosplatBuilder* builder, const void* block, uint3
 uint32_t isosplat_builder_add_statistics(IsosplatBuilder* builder, const void* statistics,
                                          uint32_t bytes);
 
-/// Writes what is left of the store. Result 0: JSON text, see BuildReport in web/builder/types.ts.
+/// Writes the remaining parts of the store. Result 0: JSON text, see BuildReport in
+/// web/builder/types.ts.
 uint32_t isosplat_builder_finish(IsosplatBuilder* builder);
 
 /// Makes the builder an encoder. `setup`: result of isosplat_builder_begin.

@@ -2,8 +2,8 @@
 
 #include <stdint.h>
 
-/// What the module `isosplat-builder` asks of JavaScript during its calls (builder_host.js). A
-/// status of 0 is ok, 1 an io_error, whose message is the text of isosplat_host_error.
+/// The JavaScript functions that the module `isosplat-builder` calls (builder_host.js). A status of
+/// 0 is ok, 1 an io_error, whose message is the text of isosplat_host_error.
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -6,7 +6,7 @@
 #include "shared/bindings/wasm/core_api.h"
 #include "shared/bindings/wasm/core_state.h"
 
-// The functions of core_api.h that select what a camera view needs.
+// The functions of core_api.h that select the chunks and pages that a camera view needs.
 using namespace isosplat;
 using namespace isosplat::wasm;
 

@@ -3,7 +3,7 @@
 #include <stdint.h>
 
 /// Volume files for JavaScript: the readers of shared/import. The module `isosplat-import` exports
-/// these functions; web/import wraps them. The page does not load it until a volume is to be read.
+/// these functions; web/import wraps them. The page loads it only when a volume is to be read.
 ///
 /// The rules are those of core_api.h: a status of 0 is ok; result buffers belong to the importer
 /// and stay valid until its next call; memory that a function reads belongs to the caller; every
@@ -25,8 +25,8 @@ const char* isosplat_import_status_name(uint32_t status);
 const void* isosplat_import_result(const IsosplatImport* importer);
 uint32_t isosplat_import_result_bytes(const IsosplatImport* importer);
 
-/// Which format a file has, by its first bytes and its name. Result: the name of the format; empty
-/// if no reader takes it.
+/// Determines the format of a file from its first bytes and its name. Result: the name of the
+/// format; empty if no reader accepts it.
 uint32_t isosplat_import_detect(IsosplatImport* importer, const char* path, uint32_t bytes);
 
 /// How a file is compressed, if JavaScript must unpack it before it is opened. Result:

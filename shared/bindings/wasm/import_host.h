@@ -25,8 +25,8 @@ int32_t isosplat_file_read(int32_t file, double offset, void* out, uint32_t byte
 /// Copies a reason as UTF-8 to `text`, up to `limit` bytes. Returns its size.
 uint32_t isosplat_file_error(char* text, uint32_t limit);
 
-/// What a folder holds: each name with "f" (a file) or "d" (a folder) before it and a null after
-/// it. Copies up to `limit` bytes to `text`. Returns the size of all of it.
+/// The content of a folder: each name has "f" (a file) or "d" (a folder) before it and a null after
+/// it. Copies up to `limit` bytes to `text`. Returns the size of the whole list.
 uint32_t isosplat_folder_names(const char* path, uint32_t bytes, char* text, uint32_t limit);
 
 #ifdef __cplusplus

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What the flags of allowances begin with; the rest is their name.
+/// The prefix of the flags of allowances; the rest of a flag is the name of its allowance.
 constexpr std::string_view kAllow = "--allow-";
 
 tl::unexpected<Error> invalid(const std::string& key, const char* expected) {

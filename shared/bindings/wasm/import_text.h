@@ -9,7 +9,7 @@
 
 namespace isosplat {
 
-/// What JavaScript asks to open.
+/// A request of JavaScript to open a volume.
 struct ImportRequest {
   std::filesystem::path path;
   import::ImportOptions options;
@@ -18,8 +18,8 @@ struct ImportRequest {
 /// Parses {"path", "options"}: ImportOptions in web/import/types.ts. Errors: invalid_argument.
 Result<ImportRequest> parse_import_request(std::string_view text);
 
-/// An open volume as JSON text: ImportedVolume in web/import/types.ts. `choices`: what could have
-/// been read instead.
+/// An open volume as JSON text: ImportedVolume in web/import/types.ts. `choices`: the volumes that
+/// could have been read instead.
 std::string imported_text(const std::filesystem::path& path, const import::OpenVolume& volume,
                           const std::vector<import::VolumeChoice>& choices);
 

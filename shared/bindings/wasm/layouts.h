@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-// What layouts.js describes: the records of records.h with the layout of their fields, the limits
+// The content of layouts.js: the records of records.h with the layout of their fields, the limits
 // that JavaScript uses as well, and the names of some enumerations' values.
 namespace isosplat::layouts {
 

@@ -38,11 +38,13 @@ IsosplatStatus isosplat_mesh_begin_file(const IsosplatVolume* volume, uint32_t l
                                         float quantized_isovalue, uint32_t format,
                                         const char* comment, uint32_t comment_bytes);
 
-/// After begin_file: CellRegion::in_grid. box: six numbers, the low corner and the high one.
+/// Limits the file to a region (CellRegion::in_grid). Call it after begin_file. box: six numbers,
+/// the low corner and the high one.
 IsosplatStatus isosplat_mesh_set_region(const double* box);
 
-/// Adds a chunk of the level that has the isovalue in its band. Of a file, in ascending order by z,
-/// then y, then x. Errors: checksum_mismatch, and those of ChunkDecoder and MeshAssembly.
+/// Adds a chunk of the level that has the isovalue in its band. The chunks of a file must be added
+/// in ascending order by z, then y, then x. Errors: checksum_mismatch, and those of ChunkDecoder
+/// and MeshAssembly.
 IsosplatStatus isosplat_mesh_add(const void* data, uint32_t bytes, const IsosplatChunkShape* shape,
                                  uint32_t checksum);
 
@@ -55,8 +57,8 @@ IsosplatStatus isosplat_mesh_encode_part(void);
 /// No chunk follows: completes the last parts of a file.
 IsosplatStatus isosplat_mesh_finish(void);
 
-/// When all parts are encoded. Results: the header; and in NUMBERS, of a file: vertices and
-/// triangles; of an extent: area, volume above, volume of the grid.
+/// Call it when all parts are encoded. Results: the header, and NUMBERS. These are, for a file:
+/// vertices and triangles; for an extent: area, volume above, volume of the grid.
 IsosplatStatus isosplat_mesh_summary(void);
 
 #ifdef __cplusplus

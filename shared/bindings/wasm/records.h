@@ -6,8 +6,8 @@
 ///
 /// This is the only description of these records. layouts.cpp lists their fields once more; the
 /// build fails if a field is missing there. From the list, the program write_layouts generates the
-/// module `layouts.js`, with which JavaScript reads and writes them. So no offset and no size
-/// stands in TypeScript.
+/// module `layouts.js`, with which JavaScript reads and writes them. So TypeScript contains no
+/// offsets and no sizes.
 ///
 /// Numbers are little-endian. No record has padding: write_layouts asserts it. Numbers that may
 /// exceed 32 bits are doubles. Booleans are 0 or 1. Colours are sRGB, 0 … 1.
@@ -33,7 +33,8 @@ typedef struct IsosplatChunk {
   uint32_t block_cells[3];  ///< cells of the block
 } IsosplatChunk;
 
-/// What decoding needs besides the bytes of a chunk. decode_packed does not read `block`.
+/// The properties of a chunk that decoding needs besides its bytes. decode_packed does not read
+/// `block`.
 typedef struct IsosplatChunkShape {
   uint32_t block_cells[3];
   uint32_t band_begin, band_end;
@@ -108,7 +109,7 @@ typedef struct IsosplatVisibility {
   uint32_t visible[ISOSPLAT_REGION_WORDS];  ///< those of them that may be visible
 } IsosplatVisibility;
 
-/// A volume, as far as the renderer needs it.
+/// The properties of a volume that the renderer needs.
 typedef struct IsosplatVolume {
   double voxels[3];  ///< doubles, so that any number from outside can be checked
   double spacing[3];
@@ -170,7 +171,7 @@ typedef struct IsosplatPick {
   double gradient, to_next;
   double value;
   uint32_t volume;
-  uint32_t isosurface;  ///< of those of the volume
+  uint32_t isosurface;  ///< index among those of the volume
   uint32_t level;
   uint32_t found;
   uint32_t face;  ///< 0: an isosurface; 1: a cap; 2: a slice

@@ -98,8 +98,8 @@ void isosplat_renderer_bound(IsosplatCamera* camera);
 void isosplat_renderer_projection(const IsosplatCamera* camera, int32_t width, int32_t height,
                                   IsosplatProjection* projection);
 
-/// The surface at a place of an image of this size, from its upper left corner: Renderer::pick. The
-/// camera is that of isosplat_renderer_set_camera.
+/// The surface at a position in an image of this size, relative to its upper left corner:
+/// Renderer::pick. The camera is that of isosplat_renderer_set_camera.
 IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t height,
                                       IsosplatPick* pick);
 
@@ -121,8 +121,8 @@ bool isosplat_renderer_prepare_refine();
 IsosplatStatus isosplat_renderer_refine(int32_t width, int32_t height,
                                         IsosplatFrameStatistics* statistics);
 
-/// Shows the picture that draw() and refine() lead to, and draws only what is missing of it
-/// (Renderer::draw_still). `statistics` may be null.
+/// Shows the finished picture of draw() and refine(), and draws only the parts that are still
+/// missing (Renderer::draw_still). `statistics` may be null.
 IsosplatStatus isosplat_renderer_draw_still(int32_t width, int32_t height,
                                             IsosplatFrameStatistics* statistics);
 

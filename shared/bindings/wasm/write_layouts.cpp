@@ -1,4 +1,5 @@
-// Generates what JavaScript needs to read and write the records of records.h, and the limits:
+// Generates the functions with which JavaScript reads and writes the records of records.h, and the
+// limits:
 //
 //     write_layouts layouts.js layouts.d.ts
 //

@@ -56,10 +56,10 @@ class BlockEncoder {
   void encode(const Layer& layer, const CoarserLayer& coarser, const BlockTask& task,
               BandsEncoder& bands, EncodedBlock& out);
 
-  /// For BandsEncoder::encode, when this thread has no block of its own.
+  /// For BandsEncoder::encode, when this thread does not encode a block itself.
   ChunkEncoder& chunk_encoder() { return encoder_; }
 
-  /// Of the cells of the encoded blocks of level 0. They have no quantized values.
+  /// The statistics of the cells of the encoded blocks of level 0. They count no quantized values.
   VolumeStatistics statistics;
 
  private:

@@ -105,7 +105,7 @@ bool contains(const LevelBox& outer, const LevelBox& inner) {
          along(outer.first.z, outer.size.z, inner.first.z, inner.size.z);
 }
 
-/// Calls row(place in the large box, place in the small box) for each row of the small box.
+/// Calls row(index in the large box, index in the small box) for each row of the small box.
 template <class F>
 void for_each_row(const LevelBox& large, const LevelBox& small, F row) {
   for (int32_t z = 0; z < small.size.z; ++z) {
@@ -127,7 +127,7 @@ void append_box(std::vector<std::byte>& to, const std::byte* items, size_t item_
   });
 }
 
-/// Copies a box to its place in another that contains it.
+/// Copies a box to its position in another box that contains it.
 void place_box(const std::byte* from, size_t item_bytes, const LevelBox& box, std::byte* items,
                const LevelBox& in) {
   const size_t row = static_cast<size_t>(box.size.x) * item_bytes;

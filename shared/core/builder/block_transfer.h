@@ -24,9 +24,9 @@ Result<void> encode_task(std::span<const std::byte> task,
                          std::span<const double> isovalue_distribution, BlockEncoder& encoder,
                          std::vector<std::byte>& message);
 
-/// Reads a result. Copies the block's part of the coarser level to its place in `coarser`. Returns
-/// the number of the task. Errors: invalid_argument (the message is not one of encode_task for a
-/// block of this layer).
+/// Reads a result. Copies the block's part of the coarser level to its position in `coarser`.
+/// Returns the number of the task. Errors: invalid_argument (the message is not one of encode_task
+/// for a block of this layer).
 Result<size_t> read_encoded(std::span<const std::byte> message, const Layer& layer,
                             const CoarserLayer& coarser, EncodedBlock& block);
 

@@ -17,8 +17,8 @@ struct MemoryPlan {
 };
 
 /// `source_bytes`: memory of the source. `encoders`: blocks that are encoded at a time. `limit`:
-/// for all of the build, in bytes. Without temporary files, all levels are in memory. Errors:
-/// out_of_memory if min_bytes exceeds the limit.
+/// the memory limit of the whole build, in bytes. Without temporary files, all levels are in
+/// memory. Errors: out_of_memory if min_bytes exceeds the limit.
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned encoders,
                                bool has_temporary_files, uint64_t limit);
 

@@ -39,7 +39,7 @@ struct BlockVoxels {
 
 /// The cells of a chunk in raster order (x fastest): three arrays of one length.
 struct DecodedCells {
-  std::vector<uint32_t> cell;  ///< place in the block, x | y << 6 | z << 12
+  std::vector<uint32_t> cell;  ///< index in the block, x | y << 6 | z << 12
   std::vector<CellCorners> corners;
   std::vector<CellInterval> interval;
 };

@@ -6,7 +6,7 @@
 namespace isosplat {
 
 /// Reads the frequencies of a distribution, which is written with one letter for each symbol.
-/// Letter number c (A = 0, … Z = 25, a = 26, …) stands for the frequency ⌊2^(c/4)⌋. What is missing
+/// Letter number c (A = 0, … Z = 25, a = 26, …) stands for the frequency ⌊2^(c/4)⌋. The difference
 /// from the total is added to the most frequent symbol, or to the first of several equally frequent
 /// ones.
 inline constexpr uint32_t kQuadTotal = 4096;

@@ -22,8 +22,8 @@ class ResidualEncoder {
   /// Starts a new chunk of at most `max_residuals` residuals.
   void begin(size_t max_residuals);
 
-  /// Where the next residuals go, as residual_entry(), in coding order; set_end() states up to
-  /// where entries were written.
+  /// The address for the next residuals, each as residual_entry(), in coding order. set_end()
+  /// states the end of the written entries.
   uint32_t* end() { return residuals_.data() + size_; }
   void set_end(const uint32_t* end) { size_ = static_cast<size_t>(end - residuals_.data()); }
 

@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// What the mesher needs of an edge of a cell.
+/// The properties of a cell's edge that the mesher needs.
 struct BlockMesher::EdgeFrame {
   uint8_t axis, low, high;    ///< low, high: the corners at its ends
   std::array<uint8_t, 3> at;  ///< of the low corner, in the cell

@@ -10,8 +10,7 @@ namespace isosplat {
 /// Bit i: corner i is above the isovalue.
 using CornerSigns = uint8_t;
 
-/// The surface of a cell with these signs, if no face is ambiguous and the interior neither, else
-/// null.
+/// The surface of a cell with these signs. Null if a face or the interior is ambiguous.
 const CellTriangles* simple_cell_surface(CornerSigns signs);
 
 /// The surface of any cell. `values`: those of the corners, minus the isovalue; corners above 0 are

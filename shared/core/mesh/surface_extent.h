@@ -12,14 +12,14 @@ namespace isosplat {
 /// face where x is largest has a flux besides the surface's: the area there of the region above the
 /// isovalue, which the boundary of the surface on this face gives by Green's theorem. If the
 /// last voxel is above, the volume of the whole grid is added. It is on the same side as the last
-/// corner of the last active cell (by z, then y, then x), since all cells behind that are inactive.
+/// corner of the last active cell (by z, then y, then x), since all cells after it are inactive.
 ///
 /// Triangles are flatter than the surface: where its radius of curvature is r cells, about 0.6 / r²
 /// of the volume is lost, and at most 1 / r² of area and volume.
 class SurfaceExtent {
  public:
-  /// `grid`: of the volume; the level is 0. `lowest`: the smallest of the volume's values, which
-  /// says on which side all of it is if there is no surface.
+  /// `grid`: of the volume; the level is 0. `lowest`: the volume's smallest value. If there is no
+  /// surface, it determines on which side the whole volume is.
   SurfaceExtent(const VolumeGrid& grid, float quantized_isovalue, QuantizedValue lowest);
 
   /// Adds a block's cells and their mesh. `origin`: the block's low corner in cells.
@@ -27,10 +27,10 @@ class SurfaceExtent {
 
   /// World units².
   double area() const { return area_; }
-  /// Of the values above the isovalue, world units³. Meaningless if the grid has missing voxels,
-  /// where the surface has holes.
+  /// The volume of the region above the isovalue, world units³. Meaningless if the grid has missing
+  /// voxels, where the surface has holes.
   double volume_above() const;
-  /// Of the whole grid, between the centres of its outermost voxels, world units³.
+  /// The volume of the whole grid, between the centres of its outermost voxels, world units³.
   double grid_volume() const { return voxels_ * cell_volume_; }
 
  private:

@@ -12,7 +12,7 @@
 
 namespace isosplat {
 
-/// What a part of a mesh adds to a file: to the bytes after the header, and to those at the end.
+/// The bytes that a part of a mesh adds to a file: those after the header, and those at the end.
 struct EncodedPart {
   std::vector<std::byte> body, tail;
 };

@@ -9,8 +9,8 @@
 
 namespace isosplat {
 
-/// The sums of gradients at the borders of a level's blocks: what smooth normals of a block need of
-/// its neighbours. Several threads may set() the borders of different blocks.
+/// The sums of gradients at the borders of a level's blocks. The smooth normals of a block need
+/// those of its neighbours. Several threads may set() the borders of different blocks.
 class BlockBorders {
  public:
   /// `blocks`: those that have a chunk, in raster order (x fastest), each once.

@@ -5,7 +5,7 @@
 
 namespace isosplat {
 
-/// What the decoder needs to know of a chunk of a store.
+/// The properties of a chunk of a store that the decoder needs.
 inline ChunkShape shape_of(const StoreInfo& info, const ChunkRef& chunk) {
   const LevelGrid level = level_grid(info.grid.voxels, chunk.block.level);
   return {block_cells(level, chunk.block.index), chunk.band_begin, chunk.band_end, chunk.cells,

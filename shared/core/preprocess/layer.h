@@ -12,7 +12,7 @@ struct LevelBox {
   Index3 first;
   Index3 size;
 
-  /// The place of a voxel or cell of the level in the memory of the box.
+  /// The index of a voxel or cell of the level in the memory of the box.
   size_t at(Index3 p) const {
     const Index3 q{p.x - first.x, p.y - first.y, p.z - first.z};
     return (static_cast<size_t>(q.z) * static_cast<size_t>(size.y) + static_cast<size_t>(q.y)) *
@@ -34,8 +34,8 @@ inline LevelBox cell_slices(const LevelGrid& grid, int32_t first, int32_t count)
 
 /// The part of a level that one or more blocks need: voxels, and at coarser levels cell intervals.
 /// Quantized values have `bits` bits; an interval is two quantized values, min and max. Borrows the
-/// memory. To gather a block, its voxels and cells; to coarsen it, also the voxels before the block
-/// along each axis, if there are any.
+/// memory. Gathering a block needs its voxels and cells. Coarsening it also needs the voxels before
+/// the block along each axis, if there are any.
 struct Layer {
   LevelGrid grid;
   uint8_t bits = 16;

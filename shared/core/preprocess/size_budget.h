@@ -13,7 +13,8 @@ namespace isosplat {
 /// only on the finished blocks and their order.
 class SizeBudget {
  public:
-  /// max_bytes: of the whole file; fixed_bytes: of these, what is not chunks or directory pages.
+  /// max_bytes: of the whole file; fixed_bytes: the part of them that is neither chunks nor
+  /// directory pages.
   SizeBudget(const SizeForecast& forecast, double max_bytes, double fixed_bytes);
 
   /// The λ for the next blocks, and their limits.

@@ -44,7 +44,8 @@ class VolumeStatistics {
 
   void add(const VolumeStatistics& other);
 
-  /// All of it as a message, and the same to add. Errors: invalid_argument (not such a message).
+  /// Writes all statistics as a message, and adds the statistics of a message. Errors:
+  /// invalid_argument (not such a message).
   std::vector<std::byte> bytes() const;
   Result<void> add(std::span<const std::byte> bytes);
 

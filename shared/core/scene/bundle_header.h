@@ -13,7 +13,7 @@
 // Bundles: a scene and its stores in one file (BUNDLE.md).
 namespace isosplat {
 
-/// The bytes from which the size of a bundle's header is known.
+/// The number of bytes that determine the size of a bundle's header.
 inline constexpr size_t kBundlePrefixBytes = 64;
 inline constexpr uint64_t kMaxBundleHeaderBytes = uint64_t{64} << 20;
 inline constexpr size_t kMaxBundleStores = 65536;
@@ -27,8 +27,8 @@ struct BundlePiece {
   uint64_t bytes = 0;
 };
 
-/// A store in a bundle. What a viewer reads first of it, its header and its bootstrap range, lies
-/// in the coarse part of the bundle; the rest lies in the fine part.
+/// A store in a bundle. A viewer reads its header and its bootstrap range first: they lie in the
+/// coarse part of the bundle. The rest lies in the fine part.
 struct BundleStore {
   std::string path;  ///< as in the scene
   uint64_t file_bytes = 0;
@@ -63,7 +63,7 @@ std::vector<std::byte> encode_bundle_header(const BundleHeader& header);
 Result<uint64_t> bundle_header_bytes(std::span<const std::byte> prefix);
 
 /// Reads a header. Bytes are untrusted. Errors: those of bundle_header_bytes, and
-/// checksum_mismatch. Whether the scene is valid, parse_scene() says.
+/// checksum_mismatch. It does not check the scene: parse_scene() does.
 Result<BundleHeader> parse_bundle_header(std::span<const std::byte> header);
 
 /// Whether bytes begin as a bundle does.

@@ -12,7 +12,7 @@ using Json = nlohmann::json;
 constexpr size_t kMaxText = 1024;  // of names, units and paths, in bytes
 constexpr double kMaxNumber = 1e300;
 
-/// What was found, short enough for a message.
+/// The value that was found, short enough for a message.
 std::string shown(const Json& json) {
   constexpr size_t kMost = 40;
   std::string text = json.is_structured()

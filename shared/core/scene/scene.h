@@ -20,7 +20,7 @@ using AffineTransform = std::array<double, 16>;
 
 struct SceneSurface {
   double isovalue = 0;                         ///< in the values of the layer's store
-  std::optional<std::array<float, 3>> colour;  ///< sRGB, 0 … 1; otherwise that of its number
+  std::optional<std::array<float, 3>> colour;  ///< sRGB, 0 … 1; default: that of its number
   float opacity = 1;                           ///< 0 … 1
 };
 
@@ -59,8 +59,8 @@ struct SceneClip {
   bool caps = false;
 };
 
-/// A scene, and nothing of what its document says beyond: a program that changes a document keeps
-/// the rest of it.
+/// A scene, without the unknown members of its document. A program that changes a document must
+/// keep these.
 struct Scene {
   std::string name;
   std::vector<SceneLayer> layers;  ///< at least one
@@ -80,8 +80,8 @@ inline constexpr size_t kMaxScenePlanes = 6;
 /// which names the member, what was expected and what was found; unsupported_version.
 Result<Scene> parse_scene(std::string_view text);
 
-/// Whether bytes begin as a scene does: text, and a JSON object. For the choice of a reader;
-/// parse_scene decides.
+/// Whether bytes begin as a scene does: text, and a JSON object. It serves to choose a reader;
+/// parse_scene decides whether the scene is valid.
 bool looks_like_scene(std::string_view first_bytes);
 
 /// Whether a store's path stays below the folder of its scene: relative, without "..", and the same

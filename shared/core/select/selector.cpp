@@ -42,7 +42,7 @@ class SelectionBuilder {
   const ChunkTable& table_;
   const SelectionView& view_;
   const BlockTree& tree_;
-  /// By node: to load so that its descendants can replace it one by one.
+  /// For each node: whether to load it so that its descendants can replace it one by one.
   std::vector<bool> ancestor_to_load_;
   Selection result_;
 };

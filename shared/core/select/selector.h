@@ -11,7 +11,7 @@
 
 namespace isosplat {
 
-/// What a camera view needs.
+/// The pages and chunks that a camera view needs.
 struct Selection {
   std::vector<uint32_t> pages;    ///< directory pages to fetch, most important first
   std::vector<ChunkHandle> load;  ///< chunks to fetch, most important first

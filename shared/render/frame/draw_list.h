@@ -46,8 +46,8 @@ class DrawList {
   /// Instead: all active clusters in the image that a clip plane may cut.
   void find_cut(const Frame& frame, float quantized_isovalue);
 
-  /// Instead of collect() and what follows it: all resident chunks, visible or not, that a plane of
-  /// frame space cuts in the image, the coarsest first, and their clusters that it cuts.
+  /// Collects, instead of collect() and the estimate: all resident chunks, visible or not, that a
+  /// plane of frame space cuts in the image, the coarsest first, and their clusters that it cuts.
   void collect_cut(const ChunkStore& chunks, const Frame& frame, const Plane& plane);
 
   const std::vector<DrawItem>& items() const { return items_; }

@@ -40,8 +40,8 @@ static_assert(sizeof(FrameBlock) == 4 * ((11 + MAX_CLIP_PLANES) * 4 + 24));
 /// planes of the block; with caps, planes that bound the volume follow.
 int cuts_of(const RenderSettings& settings);
 
-/// The faces of the clip box that cut the volume whose extent it is a fraction of, in the world;
-/// their normals are not of unit length.
+/// The faces of the clip box that cut the volume, in the world. The clip box is a fraction of this
+/// volume's extent. The normals are not of unit length.
 std::vector<Plane> clip_box_faces(const VolumeGrid& grid, const RenderSettings& settings);
 
 /// Length of a unit of frame space in the world: the smallest spacing.
@@ -50,10 +50,10 @@ double unit_of_frame_space(const VolumeGrid& grid);
 /// What the frames of all volumes of a picture share.
 struct SceneExtent {
   BoundingSphere sphere;        ///< of all volumes: near and far plane enclose it
-  const VolumeGrid& clip_grid;  ///< whose extent the clip box is a fraction of
+  const VolumeGrid& clip_grid;  ///< the clip box is a fraction of its extent
 };
 
-/// The geometry of one volume in one frame. It is computed in double precision, and given to the
+/// The geometry of one volume in one frame. It is computed in double precision, and passed to the
 /// GPU relative to the eye, so that distant origins and large volumes lose no precision near the
 /// eye.
 ///

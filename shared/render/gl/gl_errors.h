@@ -4,9 +4,9 @@
 
 namespace isosplat::render {
 
-/// The errors of a GL context since the last take(). Whoever asks the context (glGetError) does it
-/// here, or calls collect() before, so that no error is lost to others. Asking waits for all that
-/// the GPU has to draw.
+/// The errors of a GL context since the last take(). Code that reads errors of the context
+/// (glGetError) does so here, or calls collect() before, so that no error is lost to other code.
+/// Reading an error waits until the GPU has finished all pending work.
 class GlErrors {
  public:
   struct Found {
@@ -27,7 +27,7 @@ class GlErrors {
     return found_;
   }
 
-  /// Collects, and forgets.
+  /// Collects the errors, returns them, and clears them.
   Found take() {
     const Found found = collect();
     found_ = {};

@@ -9,8 +9,8 @@
 namespace isosplat::render {
 
 /// Closes the faces at which the clipping cuts the solid, in a copy of the layers. Occlusion
-/// queries read the layers without caps: where a cap is follows from the surfaces behind it, which
-/// therefore have to stay resident. The README's decision 25 describes the passes.
+/// queries read the layers without caps: the extent of a cap follows from the surfaces behind it,
+/// which therefore have to stay resident. The README's decision 25 describes the passes.
 class ClipCaps {
  public:
   /// Copies the layers that the splat passes drew last, in this frame and of this volume alone,

@@ -13,7 +13,7 @@
 
 namespace isosplat::render {
 
-/// What the passes of a frame share. Valid during one call of the renderer.
+/// The state that the passes of a frame share. Valid during one call of the renderer.
 struct DrawContext {
   const RenderSettings& settings;
   /// Of the settings, those of the opaque layer with opacity 1.

@@ -13,8 +13,8 @@
 
 namespace isosplat::render {
 
-/// What the splats of a volume are drawn from in a frame, and how. The uniform block of the frame
-/// is bound.
+/// The data and the settings with which the splats of a volume are drawn in a frame. The uniform
+/// block of the frame is bound.
 struct SplatFrame {
   const Frame& frame;
   DrawList& list;  ///< collected for the frame

@@ -12,8 +12,8 @@
 
 namespace isosplat::render {
 
-/// The ray of a place in the image, in voxels of level 0: origin + t · direction. t is the distance
-/// along the view, in world units, from the eye's plane.
+/// The ray through a position in the image, in voxels of level 0: origin + t · direction. t is the
+/// distance along the view, in world units, from the eye's plane.
 struct PickRay {
   Vec3d origin, direction;
   double begin = 0, end = 0;  ///< the part in front of the near plane, inside of the clipping
@@ -21,14 +21,14 @@ struct PickRay {
   std::optional<Vec3d> cut = {};
 };
 
-/// A place of an image, `x`, `y` px to the right of and below its upper left corner, as events of a
-/// pointer have it.
+/// A position in an image, `x`, `y` px to the right of and below its upper left corner, as events
+/// of a pointer have it.
 struct ImagePlace {
   double x = 0, y = 0;
   int width = 0, height = 0;  ///< of the image
 };
 
-/// The ray through a place of an image. Returns nothing if everything on it is clipped.
+/// The ray through a position in an image. Returns nothing if everything on it is clipped.
 std::optional<PickRay> pick_ray(const VolumeGrid& grid, const SceneExtent& scene,
                                 const RenderSettings& settings, const Camera& camera,
                                 const ImagePlace& place);
@@ -36,11 +36,11 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const SceneExtent& scene
 /// Whether the ray meets the box [low, high] (voxels of level 0) in its part.
 bool meets_box(const PickRay& ray, Vec3d low, Vec3d high);
 
-/// Whether low ≤ voxel ≤ high along each axis, up to rounding: a place on a face counts on both
+/// Whether low ≤ voxel ≤ high along each axis, up to rounding: a position on a face counts on both
 /// sides.
 bool is_in_box(Vec3d low, Vec3d voxel, Vec3d high);
 
-/// Whether a place (voxels of level 0) is in the volume, up to rounding.
+/// Whether a position (voxels of level 0) is in the volume, up to rounding.
 bool is_in_volume(const VolumeGrid& grid, Vec3d voxel);
 
 /// An intersection of the ray with the isosurface of a cell.

@@ -7,9 +7,9 @@
 
 namespace isosplat::render {
 
-/// The nearest place on the ray, before the distance `before`, at which a slice shows a value: that
-/// of the finest resident cell there, visible or not. Where it shows none, one sees what is behind
-/// it. Reads samples back from the GPU.
+/// The nearest position on the ray, before the distance `before`, at which a slice shows a value.
+/// The value is that of the finest resident cell there, visible or not. Where a slice shows no
+/// value, the surfaces behind it are visible. Reads samples back from the GPU.
 std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping& mapping,
                                       const RenderSettings& settings, const ChunkStore& chunks,
                                       const PickRay& ray, double before);

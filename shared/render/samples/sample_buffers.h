@@ -42,7 +42,7 @@ class SampleBuffers {
   void remove(const SampleRange& range);
 
   /// To be called when GL has reported no lack of memory since the last buffer was made
-  /// (Renderer::check_gpu): all buffers so far have theirs.
+  /// (Renderer::check_gpu): all buffers so far then have memory.
   void confirm() { confirmed_ = buffers_.size(); }
   bool is_confirmed(const SampleRange& range) const {
     return range.count == 0 || range.buffer < confirmed_;

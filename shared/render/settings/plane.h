@@ -6,8 +6,8 @@
 
 namespace isosplat::render {
 
-/// The plane dot(normal, position) = offset. Who has one says which frame it is in, and whether it
-/// stands for the half-space dot(normal, position) ≥ offset.
+/// The plane dot(normal, position) = offset. Its owner states its frame, and whether it stands for
+/// the half-space dot(normal, position) ≥ offset.
 struct Plane {
   Vec3d normal{0, 0, 1};
   double offset = 0;
@@ -15,8 +15,8 @@ struct Plane {
   friend bool operator==(const Plane&, const Plane&) = default;
 };
 
-/// The same plane with a normal of length 1; nothing if it is no plane, or too long or short for
-/// numbers.
+/// The same plane with a normal of length 1; nothing if it is no plane, or if its normal is too
+/// long or too short to compute with.
 std::optional<Plane> unit_plane(const Plane& plane);
 
 }  // namespace isosplat::render

@@ -11,7 +11,7 @@
 
 namespace isosplat::render {
 
-/// What a projected sample is drawn as.
+/// The shape as which a projected sample is drawn.
 enum class SplatKind : uint8_t {
   quad,     ///< squares of one depth (QSplat), cut to a strip where seen edge-on; the fastest
   ellipse,  ///< pieces of the tangent plane, moved to the cell's surface at each pixel
@@ -78,13 +78,15 @@ struct RenderSettings {
   /// Fractions of the extent of the first volume. The box clips all volumes.
   Vec3d clip_box_low{0, 0, 0}, clip_box_high{1, 1, 1};
   /// Closes the faces at which the clipping cuts the solid: the part of the volume whose values are
-  /// at least the isovalue. The border of the volume stays open. Not for `projected` = false.
+  /// at least the isovalue. The border of the volume stays open. It has no effect if `projected` is
+  /// false.
   bool clip_caps = false;
   /// Planes in which the values of one volume are shown. At most kMaxSlices; more are ignored, as
   /// are planes without a unit_plane(). They show the values of all resident cells, whether these
-  /// are visible or not, of the finest level that is resident at each place; elsewhere lines,
-  /// between which one sees what is behind. Where colours show isovalues, slices have the same
-  /// colours; else they are grey, from black at slice_low to white at slice_high. They are not lit.
+  /// are visible or not, of the finest level that is resident at each place; elsewhere they show
+  /// lines, between which the surfaces behind are visible. Where colours show isovalues, slices
+  /// have the same colours; else they are grey, from black at slice_low to white at slice_high.
+  /// They are not lit.
   std::vector<Plane> slices;
   double slice_low = 0, slice_high = 1;
   VolumeId slice_volume = 0;

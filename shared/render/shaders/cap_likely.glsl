@@ -1,7 +1,7 @@
-// What is added to the distance (px) of a known state (cap_states.frag.glsl) when the nearest one is chosen.
-// Those that surfaces say come last. Where isovalues are crossed, bands of pixels of both states lie side
-// by side. Either may have gaps where cells are small in the image. Most of what is not known is empty,
-// so that a higher state has to be nearer by its band.
+// The number that is added to the distance (px) of a known state (cap_states.frag.glsl) when the nearest
+// one is chosen. States given by surfaces come last. Where isovalues are crossed, bands of pixels of both
+// states lie side by side. Either may have gaps where cells are small in the image. Most unknown pixels are
+// empty: a higher state therefore has to be nearer by the width of its band.
 float unlikeliness(uint state) {
   float number = float(state & uint(CAP_BY_CELL - 1));
   return CAP_BAND_PX * number + (state < uint(CAP_BY_CELL) ? 1e6 : 0.0);

@@ -1,8 +1,8 @@
 // For each tile of states (cap_states.frag.glsl): the known state that is nearest to each of its corners
 // and the middle of each of its edges, four bits each, in rows from the lower left one; 0: there is none
-// in the tile or beside it. Only states that cells at the face say count, if there are some
-// (y is 1): other surfaces may be drawn a pixel beyond their outlines. Where a tile has none of cells, the
-// isovalue is not crossed in it, and all of it is like the nearest tile's edge.
+// in the tile or beside it. Only states given by cells at the face count, if there are some (y is 1): other
+// surfaces may be drawn a pixel beyond their outlines. Where a tile has none of cells, the isovalue is not
+// crossed in it, and all of it is like the nearest tile's edge.
 uniform highp usampler2D u_states;
 layout(location = 0) out uvec2 o_tile;
 

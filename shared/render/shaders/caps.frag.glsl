@@ -45,8 +45,9 @@ uint filled(ivec2 at) {
   return texelFetch(u_tiles, there, 0).x >> (4 * (k < 4 ? k : k - 1)) & 15u;
 }
 
-// A state that a surface says, or that of the pixels around it if these have another one: a single splat
-// may miss the surface, or be drawn beyond its outline. Where the isovalue is crossed, cells say the state.
+// The state that a surface gives, or the state of the pixels around it if these have another one: a single
+// splat may miss the surface, or be drawn beyond its outline. Where the isovalue is crossed, cells give the
+// state.
 uint without_outliers(uint state, ivec2 at) {
   ivec2 last = textureSize(u_states, 0) - 1;
   uint other = state;

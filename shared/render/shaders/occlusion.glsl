@@ -1,7 +1,7 @@
-// Light that other parts of a layer's surface keep away, from its depths: the sky's by horizons in
-// slices of the hemisphere (GTAO: Jimenez et al. 2016), the key light's by a march towards it.
-// Directions and steps differ from pixel to pixel and from picture to picture, so that the mean of the
-// accumulated pictures has many of both.
+// Occlusion of light by other parts of a layer's surface, computed from its depths: that of the sky by
+// horizons in slices of the hemisphere (GTAO: Jimenez et al. 2016), that of the key light by a march
+// towards it. Directions and steps differ from pixel to pixel and from picture to picture, so that the mean
+// of the accumulated pictures has many of both.
 uniform float u_ambient_strength;
 uniform float u_ambient_radius, u_ambient_radius_per_distance;  // largest distance of occluders; per distance from the eye
 uniform float u_shadow_strength;
@@ -111,8 +111,8 @@ float disc_share(float height) {
 }
 
 // Share of the key light that arrives. Each picture tests the direction to another point of the light,
-// with a penumbra that fills the space between these points. What is farther in front of the ray than a
-// quarter of its length casts no shadow: only its front is known.
+// with a penumbra that fills the space between these points. Surfaces farther in front of the ray than a
+// quarter of its length cast no shadow: only their front is known.
 float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
   vec3 key = u_key_direction;
   if (dot(normal, key) <= 0.0) return 1.0;  // the surface faces away
@@ -133,7 +133,7 @@ float key_arrives(vec3 position, vec3 normal, int layer, float offset) {
     if (find_surface(u_image_middle + p.xy * (u_focal_px / w_at(-p.z)), layer, there)) {
       float clearance = p.z - there.z;  // positive: the ray is in front of the surface
       float height = clearance * across / (0.5 * u_light_radius * way);
-      // What is far in front of the ray does not reach back to it, and the light's reach ends softly.
+      // Surfaces far in front of the ray do not reach back to it, and the light's reach ends softly.
       float weight = clamp(2.0 + clearance / thickness, 0.0, 1.0) * clamp(3.0 - 3.0 * t, 0.0, 1.0);
       share = min(share, mix(1.0, disc_share(height), weight));
     }

@@ -7,7 +7,7 @@
 #define KIND_EXACT 2
 
 // MAX_ISOSURFACES: of a volume. One layer holds all opaque isosurfaces, and each translucent one
-// has a layer of its own. NO_ISOSURFACE: no place among the isosurfaces of a volume.
+// has a layer of its own. NO_ISOSURFACE: no index among the isosurfaces of a volume.
 #define MAX_ISOSURFACES 8
 #define MAX_LAYERS 9
 #define NO_ISOSURFACE 15
@@ -27,7 +27,7 @@
 #define QUAD_MARGIN_PX 0.005
 #define QUAD_SETBACK 0.15
 
-// Squares whose normal has a smaller component along the view do not say on which side of them
+// Squares whose normal has a smaller component along the view do not record on which side of them
 // values are higher: beside an outline they may face either way.
 #define QUAD_SIDE_FACING 0.2
 
@@ -89,9 +89,9 @@
 
 // Caps. SHADE: factor of the isosurface's linear colour. DEPTH_STEP: depth by which the cap of a
 // higher isovalue is in front of that of a lower one. TILE_PX: side of a tile of states. BAND_PX:
-// expected width of a band of known states (cap_likely.glsl). ESTIMATED: bit of what a cell says of
-// places beside it. BY_CELL: bit of states that cells at the face say. CUT_MARGIN_CELLS: distance
-// from its cell up to which a place on a face belongs to it.
+// expected width of a band of known states (cap_likely.glsl). ESTIMATED: bit of the states that a
+// cell gives to places beside it. BY_CELL: bit of the states that cells at the face give.
+// CUT_MARGIN_CELLS: distance from its cell up to which a place on a face belongs to it.
 #define CAP_SHADE 0.75
 #define CAP_DEPTH_STEP 2.4e-7
 #define CAP_TILE_PX 8

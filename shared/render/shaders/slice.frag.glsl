@@ -1,5 +1,5 @@
 // The pattern of a slice, over which its cells are drawn: where they are missing, lines show the plane, and
-// one sees what is behind it between them. The lines are fixed in the image.
+// the surfaces behind it are visible between them. The lines are fixed in the image.
 uniform float u_line_px;  // width of a line
 layout(location = 0) out uvec4 o_pixel;
 

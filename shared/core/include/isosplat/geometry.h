@@ -27,7 +27,7 @@ struct Vec3 {
 
 using Vec3f = Vec3<float>;     ///< in single precision
 using Vec3d = Vec3<double>;    ///< in double precision
-using Index3 = Vec3<int32_t>;  ///< a place or a size in a grid
+using Index3 = Vec3<int32_t>;  ///< an index or a size in a grid
 
 /// A 3×3 matrix, row by row.
 using Matrix3d = std::array<double, 9>;

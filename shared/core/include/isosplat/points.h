@@ -32,8 +32,8 @@ enum class Displaced : uint8_t {
 struct PointArrays {
   std::vector<Vec3d> positions;  ///< world
   std::vector<Vec3f> normals;    ///< of the world; as many as positions
-  /// Of the volume at the positions, by trilinear interpolation in the cell: near the isovalue. As
-  /// many as positions, or none, by ProjectionOptions::values.
+  /// The volume's values at the positions, by trilinear interpolation in the cell. They are near
+  /// the isovalue. As many as positions, or none, depending on ProjectionOptions::values.
   std::vector<float> values;
 };
 

@@ -57,8 +57,8 @@ struct Error {
 };
 
 /// A value, or the one error that prevented it. The core does not throw. tl::expected has the
-/// interface of C++23's std::expected, in one header that compiles to WebAssembly: a result type of
-/// Isosplat's own would be a second one for most programs.
+/// interface of C++23's std::expected, in one header that compiles to WebAssembly. A result type
+/// defined by Isosplat would be a second one for most programs.
 template <class T>
 using Result = tl::expected<T, Error>;
 

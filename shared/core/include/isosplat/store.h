@@ -34,7 +34,7 @@ struct Chunk {
 
 /// A page of the store's directory: it describes the chunks of some blocks.
 struct Page {
-  uint32_t index = 0;   ///< what Store::add_page takes
+  uint32_t index = 0;   ///< the argument of Store::add_page
   uint64_t offset = 0;  ///< of the page's bytes in the store file
   uint32_t bytes = 0;   ///< size in the store file
 };
