@@ -29,7 +29,7 @@ Result<std::vector<std::byte>> encode_png(const Image& image);
 /// OutputFile.
 Result<void> write_png(const std::string& path, const Image& image);
 
-/// Reads an 8-bit PNG of any kind. Errors: io_error.
+/// Reads a PNG with 8 bits per channel, of any colour type. Errors: io_error.
 Result<Image> read_png(const std::string& path);
 
 }  // namespace isosplat

@@ -65,7 +65,7 @@ Result<void> Renderer::State::warm_up(GLuint framebuffer) {
   return done;
 }
 
-/// Whether the clipping has caps: not where samples show no surface.
+/// Whether the clipping has caps. It has none if samples show no surface.
 bool Renderer::State::has_caps() const {
   return settings.clip_caps && cuts_of(settings) > 0 && settings.projected && mesh.is_empty() &&
          !settings.isosurfaces.empty();

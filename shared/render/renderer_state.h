@@ -29,7 +29,7 @@ struct LayerAssignment {
   std::vector<Isosurface> isosurfaces;  ///< of the settings, those of layer 0 with opacity 1
 };
 
-/// Where there is no volume yet.
+/// The grid while there is no volume.
 inline constexpr VolumeGrid kNoVolume{{2, 2, 2}};
 
 /// A volume of the picture and its resident chunks.
@@ -113,7 +113,8 @@ struct Renderer::State {
   SceneExtent scene_extent() const;
   Volume* find_volume(VolumeId id);
   const Volume* find_volume(VolumeId id) const;
-  /// Splat programs differ for sheared grids: those of all volumes are for the worst.
+  /// Splat programs differ for sheared grids. If any volume has a sheared grid, all volumes use the
+  /// programs for sheared grids.
   void choose_programs();
 
   Result<void> warm_up(GLuint framebuffer);

@@ -4,7 +4,8 @@
 #include "shared/render/renderer_state.h"
 
 /// Pictures in tiles. A tile is drawn with a margin, since edge shading and occlusion read the
-/// depths around a pixel. What is farther away is read from the whole image in few pixels.
+/// depths around a pixel. Depths farther away are read from a picture of the whole image in few
+/// pixels.
 namespace isosplat::render {
 namespace {
 

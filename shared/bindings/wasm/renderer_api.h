@@ -36,7 +36,8 @@ IsosplatStatus isosplat_renderer_warm_up();
 /// The message of the last error, UTF-8, null-terminated. It is valid until the next call.
 const char* isosplat_renderer_error();
 
-/// Renderer::set_volume, move_volume and remove_volume. The last removes its isosurfaces, too.
+/// Renderer::set_volume, move_volume and remove_volume. remove_volume also removes the isosurfaces
+/// of the volume.
 IsosplatStatus isosplat_renderer_set_volume(uint32_t volume, const IsosplatVolume* record);
 IsosplatStatus isosplat_renderer_move_volume(uint32_t volume, const IsosplatVolume* record);
 void isosplat_renderer_remove_volume(uint32_t volume);
@@ -57,8 +58,8 @@ void isosplat_renderer_remove_chunk(uint32_t volume, uint32_t handle);
 void isosplat_renderer_set_visible(uint32_t volume, const IsosplatDrawnChunk* chunks,
                                    uint32_t count);
 
-/// The isosurfaces of one volume; those of others stay. At most kMaxIsosurfaces; more are ignored.
-/// The volume need not have been set yet.
+/// Sets the isosurfaces of one volume; those of other volumes stay. At most kMaxIsosurfaces; more
+/// are ignored. The volume need not have been set yet.
 void isosplat_renderer_set_isosurfaces(uint32_t volume, const IsosplatIsosurface* isosurfaces,
                                        uint32_t count);
 
@@ -75,8 +76,8 @@ const uint8_t* isosplat_renderer_colour_map(uint32_t colour_map);
 void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPlane* planes,
                                     uint32_t count);
 
-/// RenderSettings::slices of a volume, as the planes in which they lie, and the values that are
-/// black and white in them. At most kMaxSlices; more are ignored.
+/// RenderSettings::slices of a volume, as the planes in which they lie, and the values that they
+/// show as black and as white. At most kMaxSlices; more are ignored.
 void isosplat_renderer_set_slices(uint32_t volume, const IsosplatPlane* planes, uint32_t count,
                                   double low, double high);
 

@@ -21,7 +21,7 @@ class LayerOutput {
   /// How many blocks the layer has.
   size_t count() const { return ready_.size(); }
 
-  /// Whether every block was begun.
+  /// Whether the encoding of every block was begun.
   bool is_begun() const { return begun_ == ready_.size(); }
   /// Whether every block was added.
   bool is_complete() const { return written_ == ready_.size(); }

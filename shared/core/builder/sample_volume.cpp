@@ -7,7 +7,7 @@
 namespace isosplat {
 namespace {
 
-constexpr int32_t kSlices = 24;    ///< whose quantized values are counted
+constexpr int32_t kSlices = 24;    ///< number of slices whose values are counted
 constexpr int32_t kDepth = 4;      ///< slices of cells in a column
 constexpr int32_t kLayers = 12;    ///< of columns, at most
 constexpr int32_t kColumns = 192;  ///< at most

@@ -17,7 +17,7 @@ struct BuildProgress {
   double seconds_left = 0;       ///< an estimate; 0 while unknown
 };
 
-/// What the bytes of a store depend on besides the volume, and the limits of a build.
+/// The options that determine the bytes of a store, besides the volume, and the limits of a build.
 struct StoreOptions {
   std::string title;        ///< for display; empty: the source's name
   std::string value_units;  ///< "HU", …; empty: unknown

@@ -6,8 +6,8 @@
 
 namespace isosplat {
 
-/// Selects the cells whose centres lie in a box: low ≤ centre < high along each axis, so that boxes
-/// side by side have no cell in common, and together all cells. A surface ends at faces of cells.
+/// Selects the cells whose centres lie in a box: low ≤ centre < high along each axis, so that
+/// adjacent boxes share no cell, and together contain all cells. A surface ends at faces of cells.
 class CellRegion {
  public:
   /// `low`, `high`: in the world.

@@ -23,7 +23,7 @@ bool is_ambiguous(CornerSigns signs, int face) {
          is_above(signs, c[1]) == is_above(signs, c[3]);
 }
 
-/// Where a sequence of loops goes on from each cut edge.
+/// For each cut edge, the next edge of its loop.
 struct NextEdges {
   std::array<CellEdge, kCellEdges> next;
   NextEdges() { next.fill(kCellEdges); }

@@ -148,7 +148,8 @@ BestStrip find_inner_strip(std::span<const CellEdge> a, std::span<const CellEdge
   return best;
 }
 
-/// Goes around both loops evenly, from the turn of the second one that makes the lines even.
+/// Advances evenly along both loops. Of all rotations of the second loop, it chooses the one with
+/// the shortest lines.
 BestStrip find_even_strip(std::span<const CellEdge> a, std::span<const CellEdge> loop) {
   BestStrip best;
   std::vector<Strip::Line> lines{{0, 0}};

@@ -21,9 +21,9 @@ struct CellTriangles {
 };
 
 /// Triangles of a disk that fills a loop of cut edges (3 to 12), of the least total length of inner
-/// edges. No inner edge lies in a face of the cell: the neighbouring cell might have the same one,
-/// where four triangles would then meet. Where that is not possible, they are a fan around the
-/// mean.
+/// edges. No inner edge lies in a face of the cell: the neighbouring cell might have the same edge,
+/// and four triangles would then meet there. Where this is not possible, the triangles are a fan
+/// around the mean.
 CellTriangles fill_loop(std::span<const CellEdge> loop);
 
 /// Triangles of a tunnel between two loops, also without inner edges in faces. If that is not

@@ -28,8 +28,8 @@ Result<void> MeshAssembly::add_layer(std::vector<MeshedBlock> blocks) {
   return {};
 }
 
-/// Numbers the vertices of a block, and adds its gradients to those of vertices that earlier blocks
-/// have as well. The layer below is open_.
+/// Numbers the vertices of a block, and adds its gradients to those of the vertices that it shares
+/// with earlier blocks. The layer below is open_.
 void MeshAssembly::number(NumberedBlock& numbered, Layer& layer) {
   const BlockMesh& mesh = numbered.block.mesh;
   numbered.first_number = static_cast<uint32_t>(counts_.vertices);

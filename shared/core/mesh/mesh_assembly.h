@@ -31,14 +31,14 @@ class MeshAssembly {
   /// How many parts the completed layer has: one for each of its blocks.
   size_t complete_parts() const { return complete_.blocks.size(); }
 
-  /// Hands over a part of the completed layer, in world space: once. Several threads may take
-  /// different parts.
+  /// Returns a part of the completed layer, in world space. Call it once for each part. Several
+  /// threads may take different parts.
   MeshPart take_part(size_t i);
 
   /// Frees the completed layer. Call it before the next layer is meshed.
   void drop_complete() { complete_ = {}; }
 
-  /// Of all layers that were added.
+  /// Counts of all layers that were added.
   MeshCounts counts() const { return counts_; }
 
  private:

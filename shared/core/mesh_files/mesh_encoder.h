@@ -18,8 +18,8 @@ struct EncodedPart {
 };
 
 /// Encodes a mesh as the bytes of a file, part by part. The file is its header, then the bodies of
-/// all parts in order, then their tails in order. The header is known last, its size from the
-/// beginning: the number of vertices and triangles need not be known in advance.
+/// all parts in order, then their tails in order. The header is computed last, but its size is
+/// known from the beginning. So the number of vertices and triangles need not be known in advance.
 class MeshEncoder {
  public:
   virtual ~MeshEncoder() = default;

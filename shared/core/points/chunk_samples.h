@@ -25,8 +25,8 @@ DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& r
 SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame);
 
 /// The projections of the active cells' samples onto the isosurface. Normals are smooth if
-/// `smooth_gradients` is given: the sums of the cells around the block's lattice points. Else, and
-/// where these are zero, they are the gradients of each cell's own trilinear function.
+/// `smooth_gradients` is given: the sums of the cells around the block's lattice points. Otherwise,
+/// and where these sums are zero, they are the gradients of each cell's own trilinear function.
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
                             float quantized_isovalue, const ProjectionOptions& options,
                             const LatticeGradients* smooth_gradients = nullptr);

@@ -8,7 +8,7 @@ namespace isosplat {
 namespace {
 
 /// kGuard, a share of the allowed bytes, is the limit for every block. λ aims lower by kCaution, a
-/// share of the bytes still to be written, because forecasts err.
+/// share of the bytes still to be written, because forecasts are inexact.
 constexpr double kGuard = 0.98, kCaution = 0.05;
 
 /// The weight of the forecast in the correction before blocks are finished: it counts like blocks

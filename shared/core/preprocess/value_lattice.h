@@ -23,8 +23,8 @@ struct ValueLattice {
 /// max_steps: 1 to 65535. Returns nullopt if there is no lattice with at most max_steps steps, or
 /// none whose points are much closer to the values than half a step.
 ///
-/// The result is verified with each value. max_error can be above 0, because rounding to the type
-/// moves values off the lattice. Takes at most a few hundred passes over the values.
+/// The function verifies the result with each value. max_error can be above 0, because rounding to
+/// the type moves values off the lattice. Takes at most a few hundred passes over the values.
 std::optional<ValueLattice> find_lattice(std::span<const double> values, bool is_single,
                                          uint32_t max_steps);
 

@@ -11,8 +11,8 @@ using NeighbourBits = uint32_t;
 
 /// Sets the neighbour bits of a coarse chunk's samples (PackedSample): across which faces a
 /// structure that is thinner than the cell may continue. It continues into a neighbour that is in
-/// the chunk and whose interval overlaps at least half of the cell's. What lies beyond the block is
-/// not known: it is taken to be as across the opposite face. Samples may have any order; their
+/// the chunk and whose interval overlaps at least half of the cell's. Cells beyond the block are
+/// not known: the result for the opposite face is used for them. Samples may have any order; their
 /// cells differ.
 void mark_neighbours(std::span<PackedSample> samples);
 

@@ -17,8 +17,8 @@ struct CornerGradients {
 };
 
 /// The share of a cell at p, relative to corner 0, in cells. A corner's hat function is 1 at the
-/// corner and falls to 0 at the neighbouring lattice points: the share is 0 from one cell beyond
-/// the cell on.
+/// corner and falls to 0 at the neighbouring lattice points: the share is 0 at a distance of one
+/// cell or more from the cell.
 CornerGradients corner_gradients(const std::array<float, 8>& corners, Vec3f p);
 
 /// Smooth gradients at points near a set of cells: the sums of the cells' shares. They are

@@ -9,8 +9,8 @@
 #include "shared/core/store/store_header.h"
 
 // The sections VOLU, LEVL and PAGE of a store's header (FORMAT.md). The parsers read the payload
-// after a section's header, in the order of this file: each uses what those before it have read.
-// The writers append a section with its header, without padding.
+// after a section's header. Call them in the order of this file: each uses the results of those
+// before it. The writers append a section with its header, without padding.
 namespace isosplat {
 
 /// The end of each error of a damaged header.

@@ -12,7 +12,7 @@
 namespace isosplat::render {
 
 /// Which clusters a pass draws. The last one needs a depth test in the vertex shader, which drops
-/// samples that are occluded by what is drawn already.
+/// samples that are occluded by surfaces drawn before.
 enum class ClusterSubset : uint8_t { all, likely_visible, likely_occluded };
 
 /// A visible chunk in the frustum of this frame.
@@ -40,14 +40,17 @@ class DrawList {
   /// by others. Returns the number of samples in the occluded ones.
   uint64_t estimate_visibility(const Frame& frame, float quantized_isovalue);
 
-  /// Instead: all clusters whose cells may contribute to the normals of what is in the image.
+  /// An alternative to estimate_visibility(): finds all clusters whose cells may contribute to the
+  /// normals of surfaces in the image.
   void find_contributors(const Frame& frame);
 
-  /// Instead: all active clusters in the image that a clip plane may cut.
+  /// An alternative to estimate_visibility(): finds all active clusters in the image that a clip
+  /// plane may cut.
   void find_cut(const Frame& frame, float quantized_isovalue);
 
-  /// Collects, instead of collect() and the estimate: all resident chunks, visible or not, that a
-  /// plane of frame space cuts in the image, the coarsest first, and their clusters that it cuts.
+  /// An alternative to collect() and estimate_visibility(): collects all resident chunks, visible
+  /// or not, that a plane of frame space cuts in the image, the coarsest first, and finds their
+  /// clusters that it cuts.
   void collect_cut(const ChunkStore& chunks, const Frame& frame, const Plane& plane);
 
   const std::vector<DrawItem>& items() const { return items_; }

@@ -184,7 +184,7 @@ void Frame::set_clip_planes(const VolumeGrid& grid, const VolumeGrid& clip_grid,
     add(multiply_transposed(grid.direction, plane.normal),
         (plane.offset - dot(plane.normal, camera_.eye)) / unit_);
   }
-  // Where the clip box is this volume's own, its faces replace those of the border.
+  // If the clip box is a fraction of this volume's extent, its faces replace those of the border.
   Vec3d low = settings.clip_box_low, high = settings.clip_box_high;
   if (&grid == &clip_grid) {
     if (low.x > 0) add({1, 0, 0}, low.x * extent_.x - eye_.x);

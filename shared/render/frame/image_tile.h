@@ -10,7 +10,7 @@ struct ImageOffset {
   double right = 0, up = 0;
 };
 
-/// A rectangle of an image, which is drawn by itself; by default all of it. In px, y up as in
+/// A rectangle of an image that is drawn separately; by default the whole image. In px, y up as in
 /// OpenGL.
 struct ImageTile {
   int width = 0, height = 0;

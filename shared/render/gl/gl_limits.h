@@ -17,7 +17,7 @@ struct RendererLimits {
 struct GlLimits {
   RendererLimits offered;
   /// Width of the guard band: the viewport is this much larger than the image on each side. GL
-  /// discards points whose centres lie outside of the viewport, whatever their size.
+  /// discards points whose centres lie outside of the viewport, regardless of their size.
   float guard_px = 0;
   bool parallel_compile = false;  ///< KHR_parallel_shader_compile
   bool multi_draw = false;        ///< WEBGL_multi_draw

@@ -112,7 +112,7 @@ Result<void> ClipCaps::draw_cut_cells(const DrawContext& context, SplatPasses& s
   const GLuint zero[4] = {0, 0, 0, 0};
   glClearBufferuiv(GL_COLOR, 0, zero);
   // Cells replace the margins of others. The isovalue may be crossed within a pixel of a cell's
-  // face: of the side beyond, the cell itself then has no pixel.
+  // face: then no pixel of the cell itself shows the part beyond the crossing.
   for (const float margin_px : {1.5f, 0.0f}) {
     for (int rank = 1; rank <= static_cast<int>(reachable.size()); ++rank) {
       const auto first = std::find(ranks.rank.begin(), ranks.rank.end(), rank);
@@ -139,7 +139,7 @@ Result<void> ClipCaps::draw_states(const DrawContext& context, const SplatFrame&
   return {};
 }
 
-/// For tiles without a known state, the nearest one that has some.
+/// Finds, for tiles without a known state, the nearest tile that has one.
 Result<void> ClipCaps::find_nearest_tiles(const DrawContext& context) {
   const auto tiles = begin_pass(context, ImagePass::cap_tiles, tiles_);
   if (!tiles) return tl::unexpected(tiles.error());

@@ -15,9 +15,9 @@ class ClipCaps {
  public:
   /// Copies the layers that the splat passes drew last, in this frame and of this volume alone,
   /// with caps. `layer_of`: the layer of each isosurface of the volume, −1 for those that are not
-  /// drawn. `before`: the number of volumes that were drawn before, to whose copy it adds by depth;
-  /// 0 replaces it. `order`: where caps lie in the same face, those of the volume with the greatest
-  /// one are in front. Errors: gl_error.
+  /// drawn. `before`: the number of volumes whose caps the copy has already. The new caps are
+  /// merged into this copy by depth; with 0, they replace it. `order`: where caps lie in the same
+  /// face, those of the volume with the greatest one are in front. Errors: gl_error.
   Result<void> draw(const DrawContext& context, SplatPasses& splat_passes, const SplatFrame& splats,
                     std::span<const int> layer_of, int layers, int before, int order);
 

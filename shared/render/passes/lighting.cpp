@@ -122,7 +122,8 @@ bool Lighting::has_occlusion(const LightSettings& light) {
 
 void Lighting::apply_occlusion(const GlProgram& program, const LightSettings& light,
                                const StillPicture& picture) {
-  // In close-ups, occluders reach over a fifth of the image's height, so that folds are seen there.
+  // In close-ups, occluders reach over a fifth of the image's height, so that folds are visible
+  // there.
   constexpr float kMostOfImage = 0.2f;
   const float radius = limited(light.occlusion_radius, 0.001f, 1) * picture.scene_radius;
   set(program, "u_ambient_strength", limited(light.occlusion, 0, 1));

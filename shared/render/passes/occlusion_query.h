@@ -14,8 +14,8 @@ namespace isosplat::render {
 
 /// Tests on the GPU which regions of chunks are visible in a picture. It either counts the pixels
 /// whose surface lies in the boxes of active cells, or tests whether any part of these boxes is in
-/// front of the surfaces of the picture, so that finer cells in them might be visible. The result
-/// is read back later, without waiting for the GPU.
+/// front of the surfaces of the picture, so that finer cells in them might be visible. The CPU
+/// reads the result back later, without waiting for the GPU.
 class OcclusionQuery {
  public:
   /// A visible chunk. Culled chunks have no samples.

@@ -10,7 +10,7 @@ namespace {
 
 constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse};
 
-/// Places of variants among those of a camera.
+/// Indices of variants among those of a camera.
 size_t index_of(const SplatVariant& variant) {
   return 8 * static_cast<size_t>(variant.pass) + (variant.pulled ? 4u : 0u) +
          (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);

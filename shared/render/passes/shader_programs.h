@@ -16,7 +16,7 @@ namespace isosplat::render {
 /// Binding point of the uniform block Frame.
 inline constexpr GLuint kFrameBinding = 0;
 
-/// What programs with frame.glsl have before their files, if the camera is orthographic.
+/// The lines that precede the files of programs with frame.glsl if the camera is orthographic.
 inline constexpr std::string_view kOrthographicDefine = "#define ORTHOGRAPHIC\n";
 
 /// Passes that draw splats: three kinds of surfaces, the gradients of smooth normals, the cells at

@@ -7,8 +7,8 @@
 
 namespace isosplat::render {
 
-/// Which cells have smooth normals, by the side in px of the finest cells at their place: up to
-/// `from_px` none, from `full_px` on all; between, normals are mixed.
+/// Which cells have smooth normals, by the side in px of the finest cells at their position. Up to
+/// `from_px`, no cell has them; from `full_px` on, all cells have them; between, normals are mixed.
 struct SmoothSizes {
   float from_px, full_px;
 };
@@ -16,8 +16,9 @@ struct SmoothSizes {
 /// stripes are visible down to the size of a pixel.
 inline constexpr SmoothSizes kDrawnSmooth{3, 4}, kStillSmooth{0.5f, 1};
 
-/// The images of the smooth normals of one layer: where each pixel's surface is, and the sums of
-/// the gradients around it, which SplatPasses::smooth_normals() draws (README.md, decision 22).
+/// The images of the smooth normals of one layer: the position of each pixel's surface, and the
+/// sums of the gradients around it, which SplatPasses::smooth_normals() draws (README.md, decision
+/// 22).
 class SmoothNormals {
  public:
   /// Allocates the images. float_blend: 32-bit sums, else 16-bit. Errors: gl_error.

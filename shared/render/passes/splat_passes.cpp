@@ -91,7 +91,7 @@ struct SplatPasses::Pass {
   }
 };
 
-/// What is bound while the items of a pass are drawn; avoids redundant GL calls.
+/// The objects that are bound while the items of a pass are drawn. It avoids redundant GL calls.
 struct SplatPasses::BoundState {
   const ShaderPrograms::Splat* program = nullptr;
   uint32_t level = kUnset, buffer = kUnset;
@@ -309,9 +309,9 @@ Result<void> SplatPasses::draw_gradients(const DrawContext& context, const Splat
 /// Sets the uniforms of gradients that depend on the level. A cell's weight is proportional to the
 /// inverse of its volume: where levels meet, coarse cells then change normals within about one fine
 /// cell. Whether a cell contributes depends on the size of the finest cells at its place: an
-/// occluded coarse cell must not decide the normals of visible cells that are too small to. Sums
-/// stay below 65504, the largest 16-bit float: at most eight gradients of 65535 quantized values
-/// per unit.
+/// occluded coarse cell must not determine the normals of visible cells that are too small to
+/// contribute. Sums stay below 65504, the largest 16-bit float: at most eight gradients of 65535
+/// quantized values per unit.
 void SplatPasses::set_support(const Pass& pass, const BoundState& bound) {
   const Frame& frame = pass.splats.frame;
   const FrameBlock& block = frame.block();

@@ -13,9 +13,10 @@ struct SurfacePixel {
   Vec3f normal;             ///< in the camera's frame (right, up, towards the eye), unit length
   uint32_t isosurface = 0;  ///< index in RenderSettings::isosurfaces
   bool cap = false;         ///< a face of the clipping (RenderSettings::clip_caps)
-  /// What a slice shows there: its values, or that there are none. `isosurface` is 0 then.
+  /// Whether a slice is shown there: one of its values, or its pattern where there are none.
+  /// `isosurface` is 0 then.
   enum class Slice : uint8_t { none, values, no_data } slice = Slice::none;
-  float scalar = 0;  ///< place in the colour map, 0 … 1; of slices, that of the value
+  float scalar = 0;  ///< position in the colour map, 0 … 1; of slices: by value
 };
 
 }  // namespace isosplat::render

@@ -7,9 +7,9 @@
 
 namespace isosplat::render {
 
-/// The cap (RenderSettings::clip_caps) on which the ray enters the clipped volume. Which isovalues
-/// are reached there follows from the nearest hit behind it, as in shaders/caps.frag.glsl. `hits`:
-/// all of the ray, in any order. Returns nothing if there is no cap.
+/// The cap (RenderSettings::clip_caps) on which the ray enters the clipped volume. The nearest hit
+/// behind it determines which isovalues are reached there, as in shaders/caps.frag.glsl. `hits`:
+/// all hits of the ray, in any order. Returns nothing if there is no cap.
 std::optional<SurfacePick> pick_cap(const VolumeGrid& grid, const RenderSettings& settings,
                                     const PickRay& ray, std::span<const PickHit> hits);
 

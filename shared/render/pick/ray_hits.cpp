@@ -78,7 +78,7 @@ void add_cell_hits(const PickRay& ray, const CellRay& cell, float isovalue, uint
 }
 
 /// Adds the box of a structure that is thinner than the coarse cell, where the ray is in it. The
-/// box is at least half as wide as the cell: one need not click exactly on a line.
+/// box is at least half as wide as the cell: a click need not hit the line exactly.
 void add_thin_hit(const PickRay& ray, const CellRay& cell, ThinBox box, uint32_t isosurface,
                   uint32_t level, std::vector<PickHit>& hits) {
   const auto widen = [](double& low, double& high) {

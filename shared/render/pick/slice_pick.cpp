@@ -67,7 +67,8 @@ std::optional<SurfacePick> pick_slice(const VolumeGrid& grid, const ValueMapping
     if (!slice) continue;
     const auto& [normal, offset] = *slice;
     const double per_step = dot(normal, direction), t = (offset - dot(normal, origin)) / per_step;
-    // As in the picture, slices that lie in a face are in it, and are in front of its cap.
+    // As in the picture, a slice that lies in a face of the clipping is not clipped, and is in
+    // front of the cap of this face.
     const double margin = SLICE_MARGIN * unit_of_frame_space(grid) / std::abs(per_step);
     if (!(t >= ray.begin - margin && t <= before + margin)) continue;
     const Vec3d voxel = ray.origin + ray.direction * t;

@@ -24,7 +24,7 @@ struct CornerValues {
   }
 };
 
-/// No longer the axis on which the slope is the largest, of those that are spanned.
+/// Removes, from the spanned axes, the one on which the slope is the largest.
 void leave_steepest(std::array<bool, 3>& spanned, const std::array<double, 3>& gradient) {
   size_t steepest = 3;
   for (size_t axis = 0; axis < 3; ++axis) {

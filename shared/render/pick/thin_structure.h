@@ -6,8 +6,8 @@
 
 namespace isosplat::render {
 
-// How coarse cells are drawn that contain structures thinner than a cell: what shaders/thin.glsl
-// computes, which has the reasons.
+// The same computations as in shaders/thin.glsl: how to draw coarse cells that contain structures
+// thinner than a cell. That file states the reasons.
 
 /// The quantized isovalue at which the surface of an active coarse cell is drawn. If it is not
 /// within the range of the corners, the cell is drawn as a thin_box().

@@ -41,13 +41,13 @@ class SampleBuffers {
   SampleRange reserve(uint32_t count);
   void remove(const SampleRange& range);
 
-  /// To be called when GL has reported no lack of memory since the last buffer was made
+  /// Call it when GL has reported no lack of memory since the last buffer was created
   /// (Renderer::check_gpu): all buffers so far then have memory.
   void confirm() { confirmed_ = buffers_.size(); }
   bool is_confirmed(const SampleRange& range) const {
     return range.count == 0 || range.buffer < confirmed_;
   }
-  /// Deletes all other buffers, whose ranges the caller has removed.
+  /// Deletes all buffers that are not confirmed. The caller has removed their ranges.
   void drop_unconfirmed();
 
   /// Copies samples of a range back, from its sample `first` on. Waits for the GPU.

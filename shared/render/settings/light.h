@@ -45,8 +45,8 @@ float linear_to_srgb(float linear);
 /// Of each channel; clamps to 0 … 1.
 Vec3f to_linear(Vec3f colour);
 
-/// What shaders/light.glsl computes with. Vectors are in the camera's frame (right, up, towards the
-/// eye). Colours are linear.
+/// The numbers with which shaders/light.glsl computes. Vectors are in the camera's frame (right,
+/// up, towards the eye). Colours are linear.
 struct LightTerms {
   Vec3f key_direction;  ///< towards the light, unit length
   Vec3f key;            ///< radiance of a white diffuse surface that faces the key light

@@ -1,5 +1,5 @@
 // One step of jump flooding (G. Rong, T.-S. Tan, I3D 2006): the nearest tile with states, x | y << 16,
-// of those that nine tiles at this distance know; 0xffffffff: none. Tiles without states of cells count
+// among those found by nine tiles at this distance; 0xffffffff: none. Tiles without states of cells count
 // only if no other is known.
 uniform highp usampler2D u_tiles;    // cap_tiles.frag.glsl
 uniform highp usampler2D u_nearest;  // of the last step

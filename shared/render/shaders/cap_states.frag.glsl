@@ -1,8 +1,8 @@
-// What is known about the place at which each pixel's ray enters the part that is shown. 0: there is no
-// such place. 1: nothing is known. Else 2 more than the number of isovalues that are reached there, with
-// CAP_BY_CELL where a cell says so: by the values of the cell there; by the first surface behind it, of
-// any layer, since the volume's function is continuous and crosses no isovalue before; or by the face of
-// an active cell beside it.
+// The state of the point at which each pixel's ray enters the part that is shown. 0: there is no such
+// point. 1: nothing is known. Otherwise it is 2 more than the number of isovalues that are reached there,
+// with CAP_BY_CELL if a cell gives the state. The number follows from the values of the cell there; from
+// the first surface behind it, of any layer, since the volume's function is continuous and crosses no
+// isovalue before; or from the face of an active cell beside it.
 uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
 uniform highp usampler2D u_cut_cells;  // cut_cells.frag.glsl

@@ -6,7 +6,7 @@ uniform highp usampler2D u_states;          // cap_states.frag.glsl
 uniform highp usampler2D u_tiles;           // cap_tiles.frag.glsl
 uniform highp usampler2D u_nearest;         // cap_jump.frag.glsl
 uniform int u_layer;
-uniform int u_cap_order;                    // caps of a greater one are in front of the same face's of others
+uniform int u_cap_order;                    // caps of a greater one are in front of others in the same face
 uniform int u_cuts;                         // clip planes that cut; the planes after them bound the volume
 uniform int u_cap[MAX_ISOSURFACES + 1];     // by number of isovalues that are reached: the isosurface (of the volume) whose
                                             // cap the layer shows; -1: none

@@ -1,4 +1,4 @@
-// Splats of the cells at the faces of the part that is shown: their fragments know the volume's values
+// Splats of the cells at the faces of the part that is shown: their fragments compute the volume's values
 // there.
 uniform float u_margin_px;  // px around the cell that are covered as well
 flat out vec3 v_low, v_size;

@@ -37,10 +37,10 @@ layout(std140) uniform Frame {
   int u_orthographic;     // 1: programs have ORTHOGRAPHIC then
 };
 
-// What differs between the cameras. z: distance along the view. Perspective programs are the only ones
-// that divide by it.
+// The parts that differ between the cameras. z: distance along the view. Perspective programs are the only
+// ones that divide by it.
 #ifdef ORTHOGRAPHIC
-// What image positions and sizes are divided by: the homogeneous coordinate w.
+// The divisor of image positions and sizes: the homogeneous coordinate w.
 float w_at(float z) { return 1.0; }
 float depth_in_clip_space(float z) { return u_depth_terms.x + u_depth_terms.y * z; }
 float distance_of(float depth) { return (2.0 * depth - 1.0 - u_depth_terms.x) / u_depth_terms.y; }

@@ -18,7 +18,7 @@ void main() {
   float z = dot(centre, u_forward.xyz);
   float side_px = u_finest_side_px / w_at(max(z, u_near_plane));
   v_fade = clamp((side_px - u_smooth_px.x) * u_smooth_px.y, 0.0, 1.0);
-  // Differences from the least value are exact; large values would leave less precision.
+  // Differences from the least value are exact; large values would reduce the precision.
   float weight = u_gradient_weight * v_fade;
   v_lower = weight * (cell.lower - cell.interval.x);
   v_upper = weight * (cell.upper - cell.interval.x);

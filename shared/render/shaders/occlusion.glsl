@@ -19,7 +19,7 @@ float interleaved_noise(vec2 px) { return fract(52.9829189 * fract(dot(px, vec2(
 vec3 position_at(vec2 px, float z) { return vec3((px - u_image_middle) * (u_per_focal_px * w_at(z)), -z); }
 
 #ifdef TILE
-// Depths of the whole image, for what is beyond the tile: u_whole_scale of its pixels per pixel.
+// Depths of the whole image, for positions beyond the tile: u_whole_scale of its pixels per pixel.
 uniform highp sampler2DArray u_whole_depths;
 uniform float u_whole_scale;
 
@@ -62,7 +62,7 @@ float with_reflections(float open, float albedo) {
 }
 
 // The cosine of the highest horizon along a direction in the image, at least `lowest`. Occluders fade
-// out in the outer half of the radius. They are taken to be as thick along the view as the radius: their
+// out in the outer half of the radius. They are assumed to be as thick along the view as the radius: their
 // distance is that of their nearest part, which is behind the part that the picture shows.
 float horizon(vec3 position, vec3 to_eye, int layer, vec2 direction, float radius, float radius_px,
               float offset, float lowest) {

@@ -51,8 +51,8 @@ void thin_box(Cell cell, float quantized_isovalue, float voxel, out vec3 low, ou
   neighbours_of(cell.word, below, above);
   vec3 to_low = vec3(below), to_high = vec3(above);
   spanned = to_low * to_high;
-  // A structure that continues everywhere is taken to be a sheet, and a sheet that would be thinner than
-  // a voxel a tube, along the axes on which values change the least.
+  // A structure that continues everywhere is assumed to be a sheet. A sheet that would be thinner than a
+  // voxel is assumed to be a tube, along the axes on which values change the least.
   vec3 slope = abs(at.yzw), one = vec3(1.0);
   if (dot(spanned, one) > 2.5) spanned -= steepest(slope, spanned);
   if (dot(spanned, one) > 1.5 && share < THIN_SHEET_VOXELS * voxel) spanned -= steepest(slope, spanned);
