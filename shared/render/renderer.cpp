@@ -206,7 +206,7 @@ Result<void> Renderer::set_mesh(std::span<const MeshVertex> vertices,
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
   s.dirty = true;
-  s.gl_errors.collect();  // the upload asks for its own errors
+  s.gl_errors.collect();  // the upload reads its own errors
   return s.mesh.upload(vertices, triangles);
 }
 

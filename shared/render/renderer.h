@@ -141,14 +141,14 @@ class Renderer {
   /// Draws a part of the picture, from x px to the right of and y px below its upper left corner,
   /// and reads it: RGBA, alpha not premultiplied, rows from the top, 4 × width × height bytes.
   /// `smooth`: as draw_still() would draw the whole, else as draw() would. It differs from the
-  /// whole by no more than rounding, except in ambient occlusion and shadows: their occluders are
+  /// whole picture only by rounding, except in ambient occlusion and shadows: their occluders are
   /// less exact if they are kTileMargin px away, and outside of the part. Errors: as draw(); also
   /// invalid_argument without begin_tiles(), for a part outside of the picture, or another number
   /// of bytes.
   Result<FrameStatistics> draw_tile(int x, int y, int width, int height, bool smooth,
                                     std::span<uint8_t> rgba);
 
-  /// Frees what tiles needed. The next draw() draws anew.
+  /// Frees the memory of the tiles. The next draw() draws the picture again.
   void end_tiles();
 
   /// Copies the picture in the framebuffer, so that a later draw() can fade from it. Call it in the
@@ -172,8 +172,8 @@ class Renderer {
   /// The nearest surface at a position in an image of this size, x px to the right of and y px
   /// below its upper left corner, with the present camera and settings; or the cap or the values of
   /// a slice before it. Intersects the ray with the cells of the visible chunks near it, in the
-  /// precision of PackedSample, and does not depend on what was drawn. Nothing if there is no
-  /// surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
+  /// precision of PackedSample, and does not depend on earlier draws. Returns nothing if there is
+  /// no surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
   /// Starts an occlusion query: which regions of these chunks of a volume are visible in the last

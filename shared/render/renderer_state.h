@@ -119,7 +119,7 @@ struct Renderer::State {
 
   Result<void> warm_up(GLuint framebuffer);
   Result<FrameStatistics> draw(const ImageTile& part, GLuint framebuffer);
-  /// Starts to compile what refine() needs after the picture that was drawn last.
+  /// Starts to compile the programs that refine() needs after the picture that was drawn last.
   void start_still_programs();
   Result<FrameStatistics> refine(GLuint framebuffer);
   Result<void> begin_tiles(int width, int height);

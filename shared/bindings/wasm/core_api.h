@@ -125,9 +125,10 @@ IsosplatStatus isosplat_core_project_packed(IsosplatCore* core, const void* samp
                                             const uint32_t* regions, const IsosplatBlock* block,
                                             float quantized_isovalue, uint32_t exact);
 
-/// Selects what a camera view needs: Selector::select. Results: IsosplatSelectionHeader;
-/// IsosplatChunk for each chunk to load; pages to load (uint32_t); IsosplatDrawnChunk for each
-/// chunk to draw; handles to test (uint32_t); handles to keep (uint32_t).
+/// Selects the chunks and pages that a camera view needs: Selector::select. Results:
+/// IsosplatSelectionHeader; IsosplatChunk for each chunk to load; pages to load (uint32_t);
+/// IsosplatDrawnChunk for each chunk to draw; handles to test (uint32_t); handles to keep
+/// (uint32_t).
 IsosplatStatus isosplat_core_select(IsosplatCore* core, const IsosplatSelectionView* view,
                                     const float* quantized_isovalues, uint32_t isovalue_count);
 

@@ -15,7 +15,7 @@
 #include "shared/core/select/selector.h"
 #include "shared/core/store/store_reader.h"
 
-// What the functions of core_api.h share: the state of a core, its errors and its result buffers.
+// Shared by the functions of core_api.h: the state of a core, its errors and its result buffers.
 
 /// An open store, or just a decoder, with the results of the last call.
 struct IsosplatCore {

@@ -39,10 +39,10 @@ std::string variable_name(const Record& record) {
   return result;
 }
 
-/// The longest array of which each element has an expression of its own.
+/// The longest array whose elements are written as separate expressions.
 constexpr size_t kMaxUnrolled = 3;
 
-/// data.getUint32(at + 8, true), for one element. `element`: what to add to the offset.
+/// data.getUint32(at + 8, true), for one element. `element`: the text to add to the offset.
 std::string call(const char* method, const Field& field, const std::string& element,
                  const std::string& value = "") {
   std::string result = std::string("data.") + method + field.type + "(at + " + element;

@@ -114,7 +114,8 @@ IsosplatStatus isosplat_renderer_draw(int32_t width, int32_t height,
 /// Whether refine() would smooth the edges of the picture that was drawn last, with this size.
 bool isosplat_renderer_can_refine(int32_t width, int32_t height);
 
-/// Starts to compile what refine() needs. Returns whether refine() would not wait for that.
+/// Starts to compile the programs that refine() needs. Returns whether refine() would not wait for
+/// them.
 bool isosplat_renderer_prepare_refine();
 
 /// Draws the picture again, shifted by a fraction of a pixel, and shows the mean of all such

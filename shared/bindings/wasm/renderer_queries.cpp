@@ -4,8 +4,8 @@
 #include "shared/bindings/wasm/renderer_api.h"
 #include "shared/bindings/wasm/renderer_state.h"
 
-// The functions of renderer_api.h that find what a picture shows: the surface at a position in the
-// image, and the visible regions of chunks.
+// The functions of renderer_api.h that query a picture: the surface at a position in the image, and
+// the visible regions of chunks.
 using namespace isosplat;
 using namespace isosplat::render;
 using namespace isosplat::render::wasm;

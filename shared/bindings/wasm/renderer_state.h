@@ -9,7 +9,7 @@
 #include "shared/bindings/wasm/renderer_api.h"
 #include "shared/render/renderer.h"
 
-// What the functions of renderer_api.h share: the state of the module, and its errors.
+// Shared by the functions of renderer_api.h: the state of the module, and its errors.
 namespace isosplat::render::wasm {
 
 /// The state of the module: JavaScript creates one instance of the module per canvas. Volume,

@@ -16,9 +16,9 @@ struct MemoryPlan {
   uint64_t min_bytes = 0;  ///< peak memory with all levels in temporary files, if there are any
 };
 
-/// `source_bytes`: memory of the source. `encoders`: blocks that are encoded at a time. `limit`:
-/// the memory limit of the whole build, in bytes. Without temporary files, all levels are in
-/// memory. Errors: out_of_memory if min_bytes exceeds the limit.
+/// `source_bytes`: memory of the source. `encoders`: number of blocks that are encoded at the same
+/// time. `limit`: the memory limit of the whole build, in bytes. Without temporary files, all
+/// levels are in memory. Errors: out_of_memory if min_bytes exceeds the limit.
 Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes, unsigned encoders,
                                bool has_temporary_files, uint64_t limit);
 

@@ -15,9 +15,9 @@ namespace {
 /// λ, the weight of a stored byte, at a fetch weight of 1, if the size limit does not require more.
 constexpr double kMinStorageWeight = 0.09;
 
-/// Upper limit of the blocks that are encoded at a time if the store may exceed its size limit. The
-/// limit is a quarter of the level's blocks, so that later blocks can adapt to the sizes of the
-/// first ones, but at most this number.
+/// Upper limit of the blocks that are encoded at the same time if the store may exceed its size
+/// limit. The limit is a quarter of the level's blocks, so that later blocks can adapt to the sizes
+/// of the first ones, but at most this number.
 constexpr uint64_t kMaxBlocksInFlight = 64;
 
 const char* phase_of(uint32_t level) {

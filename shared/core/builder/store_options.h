@@ -31,7 +31,7 @@ struct StoreOptions {
   /// smaller. Noisy volumes may exceed it.
   double fetch_weight = 1;
   /// Largest difference between a stored value and the voxel's, in the volume's units. 0: lossless
-  /// if 16 bits allow it, else as exact as 16 bits are. See choose_quantization.
+  /// if 16 bits allow it, else with the precision of 16 bits. See choose_quantization.
   double max_error = 0;
   /// Memory limit of the build in bytes, including the memory of the source.
   uint64_t memory_bytes = uint64_t{1} << 30;

@@ -99,7 +99,7 @@ inline uint64_t swap_quads(uint64_t word) {
 }
 
 /// Codes a brick's quads; see code_mask(). left, above, below: the words of the bricks before it
-/// along x, y, z; old: its own, where it is encoded; all in the order of quads.
+/// along x, y, z; old: the word of the brick itself, when encoding; all in the order of quads.
 template <class Coder>
 inline uint64_t code_brick(Coder& coder, int32_t slices, bool two_x, bool two_y, uint64_t left,
                            uint64_t above, uint64_t below, uint64_t old) {

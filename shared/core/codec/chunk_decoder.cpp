@@ -114,8 +114,8 @@ void ChunkDecoder::Scratch::decode_row(Index3 cells, int32_t y, int32_t z) {
   fill_values(n, own);
 
   int16_t* const values = own.value + kRowPad;
-  // First the sums that do not depend on other points of the row, four points at a time. The last
-  // four may extend beyond the row.
+  // Computes first the sums that do not depend on other points of the row, four points at a time.
+  // The last four may extend beyond the row.
   const int32_t first = points.first[y], end = points.first[y + 1];
   for (int32_t i = first; i < end; i += 4) {
     const auto point = [&](int k) {

@@ -18,7 +18,7 @@ struct ChunkHeader {
   int32_t interval_shift = 0;  ///< 0 to kMaxIntervalShift: in all intervals, this many low bits
                                ///< are zero in min and one in max, and are not stored
   LevelMap levels;
-  uint32_t fitted = 0;  ///< bit c: class c has weights of its own, not the default ones
+  uint32_t fitted = 0;  ///< bit c: class c has fitted weights, not the default ones
   int32_t taps[kClasses][kTaps];
   uint8_t model[kContexts] = {};  ///< kNoModel if the context is not used
 

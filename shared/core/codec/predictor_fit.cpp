@@ -7,8 +7,8 @@
 namespace isosplat {
 namespace {
 
-/// Weights of its own cost a class about ten bytes. A class with fewer points than this does not
-/// save as much by them.
+/// The fitted weights of a class cost about ten bytes. A class with fewer points than this does not
+/// save as many bytes by them.
 constexpr uint32_t kMinPoints = 300;
 constexpr uint32_t kMinSamples = 40;
 
@@ -22,7 +22,7 @@ constexpr int kUnknowns = kTaps - 1;
 /// them.
 constexpr double kWeightLimit = 7;
 
-/// The tap of an unknown. What follows the last unknown is the point's value.
+/// The tap of an unknown. The point's value follows the last unknown.
 constexpr int tap(int unknown) {
   return unknown < kImpliedTap ? unknown : unknown + 1;
 }

@@ -16,7 +16,7 @@ class PredictorFit {
   /// The weights of all classes, in the order of lattice.h.
   struct Weights {
     int32_t taps[kClasses][kTaps];
-    uint32_t fitted = 0;  ///< bit c: class c has weights of its own, not the default ones
+    uint32_t fitted = 0;  ///< bit c: class c has fitted weights, not the default ones
   };
 
   void clear() { samples_.clear(); }

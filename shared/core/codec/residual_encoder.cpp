@@ -89,7 +89,7 @@ void ResidualEncoder::count_bins(int32_t keys) {
   for (size_t begin = 0; begin < size_; begin += kBatch) {
     const size_t count = std::min(kBatch, size_ - begin);
     const uint32_t* const entries = residuals_.data() + begin;
-    // A loop of its own, apart from the counting, so that the compiler vectorises it.
+    // This loop is separate from the counting, so that the compiler vectorises it.
     for (size_t i = 0; i < count; ++i) {
       at[i] = static_cast<uint16_t>((entries[i] >> kFoldedBits) * kBins +
                                     bin_of(entries[i] & kFoldedMask));
@@ -187,7 +187,7 @@ void ResidualEncoder::put(const ChunkHeader& header, RansEncoder& rans,
     // Only the batch encoded last may be incomplete, so groups of four never cross batches.
     count = std::min(end, kBatch);
     const uint32_t* const entries = residuals_.data() + end - count;
-    // A loop of its own, apart from the encoding, so that the compiler vectorises it.
+    // This loop is separate from the encoding, so that the compiler vectorises it.
     for (size_t i = 0; i < count; ++i) {
       const uint32_t model = models[entries[i] >> kFoldedBits], shift = model >> kSymbolBits;
       const uint32_t folded = entries[i] & kFoldedMask, q = folded >> shift;

@@ -49,7 +49,7 @@ struct PresentBytes {
 inline constexpr PresentBytes kPresentBytes;
 
 /// Stores the 32-bit lanes whose bits in `present` are set, without gaps, and returns the end of
-/// what was stored. Always writes memory for all lanes, so the space after the end may be
+/// the stored lanes. Always writes memory for all lanes, so the space after the end may be
 /// overwritten. low, high: the results of low_halves16() and high_halves16() with the same
 /// arguments; bit i stands for lane i of these arguments.
 inline uint32_t* store_present(uint32_t* to, V low, V high, uint32_t present) {

@@ -177,7 +177,7 @@ void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh
     }
   };
   // Earlier cells have nearly all vertices of the first loop, and none of the second one: so the
-  // processor predicts the branches of each.
+  // processor predicts the branches of both loops.
   find_vertices(kCutEdges[signs] & ~kLastEdges);
   find_vertices(kCutEdges[signs] & kLastEdges);
   const auto first_mean = static_cast<uint32_t>(mesh.vertices.size());

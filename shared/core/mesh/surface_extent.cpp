@@ -47,7 +47,8 @@ void SurfaceExtent::add(const DecodedCells& cells, const BlockMesh& mesh, Index3
       if (a.x != last_.x || b.x != last_.x) continue;
       // The cap's boundary has the opposite direction, and y dz along it sums up to the cap's area.
       flux_ += last_.x * 0.5 * (a.y + b.y) * (a.z - b.z);
-      // Where it meets the edge of the grid with the largest y, it continues along that edge.
+      // Where the boundary meets the edge of the grid with the largest y, it continues along that
+      // edge.
       if (a.y == last_.y) flux_ -= last_.x * last_.y * a.z;
       if (b.y == last_.y) flux_ += last_.x * last_.y * b.z;
     }

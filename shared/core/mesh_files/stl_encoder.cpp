@@ -58,7 +58,7 @@ size_t StlEncoder::header_bytes() const {
 
 std::vector<std::byte> StlEncoder::header() const {
   std::vector<std::byte> header(kHeaderBytes);
-  // A text that begins with "solid" would be taken for a text file.
+  // Programs would read a file that begins with "solid" as a text file.
   const std::string text = comment_.starts_with("solid") ? " " + comment_ : comment_;
   std::memcpy(header.data(), text.data(), std::min<size_t>(text.size(), 80));
   const auto count = static_cast<uint32_t>(triangles_);

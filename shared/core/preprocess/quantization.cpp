@@ -38,7 +38,7 @@ struct EvenValues {
   double high() const { return low + pitch * static_cast<double>(count); }
 };
 
-/// How far integers are rounded when they become doubles: not at all up to 2^53.
+/// The rounding error of integers that become doubles; 0 up to 2^53.
 double rounding_of_integers(const VoxelScan& scan) {
   const double most = std::max(std::abs(scan.min()), std::abs(scan.max()));
   return is_integer(scan.type()) && most > 0x1p53 ? most * 0x1p-52 : 0;

@@ -17,7 +17,7 @@ namespace isosplat {
 /// where min ≤ isovalue < max" means the same for both.
 class Quantization {
  public:
-  /// What the store records: value = offset + scale · quantized value.
+  /// The mapping that the store records: value = offset + scale · quantized value.
   const ValueMapping& mapping() const { return mapping_; }
 
   /// Converts native-endian voxels to quantized values, one for each voxel. `quantized_values`

@@ -179,7 +179,8 @@ std::vector<double> VolumeStatistics::suggest(CellInterval range, size_t most) c
     steepness[bin] = cells ? static_cast<double>(spans) * kSpanStride / size[bin] : 0;
     largest = std::max(largest, size[bin]);
   }
-  // Steep surfaces are boundaries of things; very small ones are specks, so size counts a little.
+  // Steep surfaces are boundaries of objects. Very small ones are specks, so the size has a small
+  // weight.
   std::vector<double> score(bins);
   for (uint32_t bin = 0; bin < bins; ++bin) {
     double smooth = 0, weight = 0;

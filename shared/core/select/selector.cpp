@@ -151,7 +151,8 @@ void SelectionBuilder::subtract_finer_blocks(int32_t index, const BlockNode& dra
 void SelectionBuilder::draw_block(int32_t index) {
   const BlockNode& block = node(index);
   if (!block.resident || block.is_covered_by_children) {
-    // If it is neither resident nor covered, no ancestor is resident: draws what is resident below.
+    // If it is neither resident nor covered, no ancestor is resident: draws the resident
+    // descendants.
     for (int32_t c = 0; c < block.child_count; ++c) draw_block(block.first_child + c);
     return;
   }

@@ -52,8 +52,7 @@ Visibility VisibilityMap::of(BlockKey block) const {
   for (uint32_t levels = 0; block.level + levels < kMaxLevels; ++levels) {
     const auto found = tested_.find(block_id(ancestor(block, levels)));
     if (found == tested_.end()) continue;
-    // A block smaller than a region has no result of its own, but that of the block that the region
-    // covers.
+    // A block smaller than a region has the result of the block that the region covers.
     const uint32_t levels_below_region = levels > kRegionLevels ? levels - kRegionLevels : 0;
     const BlockKey tested = ancestor(block, levels_below_region);
     RegionMask covered = RegionMask::of_block_below(

@@ -9,7 +9,7 @@
 
 namespace isosplat {
 
-/// What occlusion queries found out about a block in a camera view.
+/// The result of occlusion queries for a block in a camera view.
 enum class Visibility : uint8_t {
   untested,          ///< no query has covered the block
   ancestor_visible,  ///< a larger block that contains it may be visible; itself it was not tested

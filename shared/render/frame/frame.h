@@ -47,7 +47,7 @@ std::vector<Plane> clip_box_faces(const VolumeGrid& grid, const RenderSettings& 
 /// Length of a unit of frame space in the world: the smallest spacing.
 double unit_of_frame_space(const VolumeGrid& grid);
 
-/// What the frames of all volumes of a picture share.
+/// The data that the frames of all volumes of a picture share.
 struct SceneExtent {
   BoundingSphere sphere;        ///< of all volumes: near and far plane enclose it
   const VolumeGrid& clip_grid;  ///< the clip box is a fraction of its extent

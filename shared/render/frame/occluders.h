@@ -21,7 +21,7 @@ class Occluders {
   void begin(const FrameBlock& frame);
 
   /// Adds a part of a surface in the box, at the depth of the box's centre. It covers a square of
-  /// this area (frame units²) that faces the eye, and no more than the box.
+  /// this area (frame units²) that faces the eye, but not more than the box covers.
   void add(const Box& box, float area);
 
   /// Whether the box is in the image, or within `margin_px` of it.

@@ -100,11 +100,11 @@
 #define CAP_BY_CELL 16
 #define CUT_MARGIN_CELLS 0.002
 
-// Slices. VALUES, NO_DATA: what surface pixels have in place of an isosurface; NO_DATA is the
-// pattern where no cells are resident. DEPTH_STEP: depth by which the pattern is in front of what
-// lies in the same plane, and by which values are in front of it. MARGIN: distance beyond a face,
-// in units of frame space, up to which a place still counts as inside. GREY: sRGB, of the pattern.
-// PERIOD_PX: distance between its lines.
+// Slices. VALUES, NO_DATA: numbers of surface pixels in place of an isosurface; NO_DATA is the
+// pattern where no cells are resident. DEPTH_STEP: depth by which the pattern is in front of
+// surfaces in the same plane, and by which values are in front of the pattern. MARGIN: distance
+// beyond a face, in units of frame space, up to which a place still counts as inside. GREY: sRGB,
+// of the pattern. PERIOD_PX: distance between its lines.
 #define SLICE_VALUES 16382
 #define SLICE_NO_DATA 16383
 #define SLICE_DEPTH_STEP 1.2e-7

@@ -148,13 +148,12 @@ void main() {
 #if KIND == KIND_ELLIPSE
   v_scalar = scalar_of(f, displacement / size + 0.5, steepness);
 #else
-  v_scalar = scalar_of(f, displacement / size + 0.5, 0.0);  // fragments have gradients of their own
+  v_scalar = scalar_of(f, displacement / size + 0.5, 0.0);  // each fragment computes its own gradient
 #endif
   bool thin = !is_inside && is_coarse(), is_plane = thin || u_projects == 0;
   if (is_plane) {
     // The trilinear function has no surface here, or projection is disabled: draws a plane through the
-    // middle of a box. The box stays inside of the cell, since the occlusion query tests no more than the
-    // cell.
+    // middle of a box. The box stays inside of the cell, since the occlusion query tests only the cell.
     SKIPPABLE_IF(thin) bound_thin(cell, centre, size, in_view, normal);
     displacement = vec3(0.0);
     vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
