@@ -128,7 +128,7 @@ class Renderer {
   /// invalid_argument if can_refine() returns false.
   Result<FrameStatistics> refine(int width, int height, uint32_t framebuffer = 0);
 
-  /// Shows the finished picture of draw() and refine(), and draws only the parts that are still
+  /// Shows the finished picture of draw() and refine(), and performs only the passes that are still
   /// missing: after the last refine() it costs one pass over the pixels. A browser may clear its
   /// canvas between two tasks, so a picture must be shown again to be saved. Errors: as draw().
   Result<FrameStatistics> draw_still(int width, int height, uint32_t framebuffer = 0);

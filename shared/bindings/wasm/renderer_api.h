@@ -123,7 +123,7 @@ bool isosplat_renderer_prepare_refine();
 IsosplatStatus isosplat_renderer_refine(int32_t width, int32_t height,
                                         IsosplatFrameStatistics* statistics);
 
-/// Shows the finished picture of draw() and refine(), and draws only the parts that are still
+/// Shows the finished picture of draw() and refine(), and performs only the passes that are still
 /// missing (Renderer::draw_still). `statistics` may be null.
 IsosplatStatus isosplat_renderer_draw_still(int32_t width, int32_t height,
                                             IsosplatFrameStatistics* statistics);

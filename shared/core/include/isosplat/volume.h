@@ -9,10 +9,10 @@
 
 namespace isosplat {
 
-/// A volume as its store describes it. A voxel's position in the world is origin + direction ·
-/// (spacing ∘ index) (∘ multiplies component by component), in the units of the volume's header
-/// (millimetres for medical images, in LPS orientation); its value is value_offset + value_scale ·
-/// quantized value.
+/// A volume as its store describes it. A voxel's position in the world is
+/// origin + direction · (spacing ∘ index) (∘ multiplies component by component), in the units of
+/// the volume's header (millimetres for medical images, in LPS orientation); its value is
+/// value_offset + value_scale · quantized value.
 struct Volume {
   Index3 voxels;           ///< along each axis, each ≥ 2
   Vec3d spacing{1, 1, 1};  ///< distance between neighbours along each axis, each > 0
