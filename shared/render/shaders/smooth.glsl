@@ -1,5 +1,5 @@
 // The share of a cell in the smooth gradient at a point. Implements the same formulas as
-// shared/core/sampling/smooth_gradient.h; a test compares the values.
+// shared/core/sampling/smooth_gradients.h; a test compares the values.
 
 // xyz: the sum, over the cell's corners, of hat function times the gradient of the trilinear function
 // at the corner, in quantized values per cell. w: the sum of the hat functions. The hat function of a
