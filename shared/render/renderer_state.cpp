@@ -108,7 +108,7 @@ Result<void> Renderer::State::draw_caps_and_slices() {
   if (auto ok = draw_caps(); !ok || settings.slices.empty()) return ok;
   Volume* volume = find_volume(settings.slice_volume);
   if (!volume) return {};
-  const Frame frame = make_frame(volume->grid, drawn_offset);
+  const Frame frame = make_frame(volume->grid, scene_extent(), drawn_offset);
   if (!volume->frame_buffer) volume->frame_buffer = new_frame_buffer();
   upload_frame(frame.block(), volume->frame_buffer);
   bind_frame(volume->frame_buffer);
@@ -200,7 +200,7 @@ Result<void> Renderer::State::draw_surfaces(const ImageTile& part, ImageOffset o
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   clear_targets();
-  if (!mesh.is_empty()) return draw_mesh(make_frame(first_grid(), offset));
+  if (!mesh.is_empty()) return draw_mesh(make_frame(first_grid(), scene_extent(), offset));
   if (auto ok = draw_splats(drawn); !ok) return ok;
   return smooth_normals(drawn);
 }

@@ -147,7 +147,7 @@ struct Renderer::State {
   bool can_light_directly() const;
   void assign_layers();
   double scene_radius() const;
-  Frame make_frame(const VolumeGrid& grid, ImageOffset offset) const;
+  Frame make_frame(const VolumeGrid& grid, const SceneExtent& scene, ImageOffset offset) const;
   void make_frames(ImageOffset offset);
   void bind_frame(GLuint frame_buffer) const;
   void bind_picture_frame() const;

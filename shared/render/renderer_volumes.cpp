@@ -58,10 +58,10 @@ double Renderer::State::scene_radius() const {
   return volumes.size() > 1 ? scene_extent().sphere.radius : visible_radius(first_grid(), settings);
 }
 
-Frame Renderer::State::make_frame(const VolumeGrid& grid, ImageOffset offset) const {
-  return {
-      grid,  scene_extent(), settings, camera, tile, limits.guard_px, limits.offered.max_point_size,
-      offset};
+Frame Renderer::State::make_frame(const VolumeGrid& grid, const SceneExtent& scene,
+                                  ImageOffset offset) const {
+  return {grid,  scene, settings, camera, tile, limits.guard_px, limits.offered.max_point_size,
+          offset};
 }
 
 /// Makes and uploads the frames of the volumes that have isosurfaces, nearest first, and that of
@@ -77,9 +77,13 @@ void Renderer::State::make_frames(ImageOffset offset) {
     auto& own = isosurfaces[settings.isosurfaces[i].volume];
     if (own.size() < size_t{kMaxIsosurfaces}) own.push_back(static_cast<int>(i));
   }
-  if (volumes.empty()) upload_frame(make_frame(kNoVolume, offset).block(), placeholder_frame);
+  const SceneExtent scene = scene_extent();
+  if (volumes.empty()) {
+    upload_frame(make_frame(kNoVolume, scene, offset).block(), placeholder_frame);
+  }
   for (auto& [id, volume] : volumes) {
-    DrawnVolume each{id, &volume, make_frame(volume.grid, offset), std::move(isosurfaces[id]), {}};
+    DrawnVolume each{
+        id, &volume, make_frame(volume.grid, scene, offset), std::move(isosurfaces[id]), {}};
     for (const int i : each.isosurfaces) each.layers.push_back(layers.by_surface[size_t(i)]);
     const bool is_shown =
         std::any_of(each.layers.begin(), each.layers.end(), [](int layer) { return layer >= 0; });
