@@ -7,14 +7,12 @@
 #include <cmath>
 #include <optional>
 
+#include "native/headless/scene_picture.h"
+
 namespace isosplat::cli {
 namespace {
 
-// Colours for bone and skin, then those of Okabe and Ito (2008), which people with colour vision
-// deficiency can distinguish.
-constexpr Vec3f kColours[render::kMaxIsosurfaces] = {
-    {0.90f, 0.85f, 0.74f}, {0.84f, 0.55f, 0.42f}, {0.34f, 0.71f, 0.91f}, {0.00f, 0.62f, 0.45f},
-    {0.94f, 0.89f, 0.26f}, {0.00f, 0.45f, 0.70f}, {0.84f, 0.37f, 0.00f}, {0.80f, 0.47f, 0.65f}};
+static_assert(kSurfaceColours.size() >= render::kMaxIsosurfaces);
 
 /// "rrggbb" or "rrggbbaa", with or without "#".
 std::optional<std::array<float, 4>> parse_colour(std::string_view text) {
@@ -59,7 +57,7 @@ Result<std::vector<render::Isosurface>> isosurfaces_of(const RenderCall& call) {
                             render::kMaxIsosurfaces, call.isovalues.size()));
   }
   for (size_t i = 0; i < call.isovalues.size(); ++i) {
-    render::Isosurface surface{call.isovalues[i], kColours[i], 1};
+    render::Isosurface surface{call.isovalues[i], kSurfaceColours[i], 1};
     if (i < call.colours.size()) {
       const auto colour = parse_colour(call.colours[i]);
       if (!colour) {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "native/files/output_file.h"
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
+#include "native/headless/scene_picture.h"
 #include "native/headless/store_scene.h"
 #include "server/catalog/thumbnail.h"
 
@@ -33,18 +33,6 @@ constexpr Vec3f kBone{0xd9 / 255.0f, 0xcc / 255.0f, 0xb3 / 255.0f};
 
 /// The surface fills this share of the picture's width or height.
 constexpr double kFilled = 0.88;
-
-/// The first suggested isovalue; null if the metadata have none.
-std::optional<double> first_isovalue(const StoreInfo& info) {
-  const auto metadata = nlohmann::json::parse(info.metadata, nullptr, false);
-  if (!metadata.is_object()) return std::nullopt;
-  const auto suggested = metadata.find("suggested_isovalues");
-  if (suggested == metadata.end() || !suggested->is_array() || suggested->empty() ||
-      !suggested->front().is_number()) {
-    return std::nullopt;
-  }
-  return suggested->front().get<double>();
-}
 
 uint32_t enough_level(const StoreInfo& info) {
   uint32_t level = 0;
@@ -160,7 +148,7 @@ Result<void> draw_thumbnail(const std::filesystem::path& store) {
         fmt::format("{}: expected no file, or a thumbnail, found another file: move it away",
                     path.string()));
   }
-  const auto isovalue = first_isovalue((*opened)->info());
+  const auto isovalue = suggested_isovalue((*opened)->info());
   if (!isovalue) return fail(Status::not_found, "the volume has no suggested isovalue");
   const auto image = draw(**opened, *isovalue);
   if (!image) return tl::unexpected(image.error());

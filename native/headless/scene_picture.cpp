@@ -11,31 +11,9 @@
 namespace isosplat {
 namespace {
 
-// Colours for bone and skin, then those of Okabe and Ito (2008), as those of several isovalues.
-constexpr std::array<Vec3f, 8> kColours{{{0.90f, 0.85f, 0.74f},
-                                         {0.84f, 0.55f, 0.42f},
-                                         {0.34f, 0.71f, 0.91f},
-                                         {0.00f, 0.62f, 0.45f},
-                                         {0.94f, 0.89f, 0.26f},
-                                         {0.00f, 0.45f, 0.70f},
-                                         {0.84f, 0.37f, 0.00f},
-                                         {0.80f, 0.47f, 0.65f}}};
-
 std::string name_of(const Scene& scene, size_t layer) {
   const std::string& name = scene.layers[layer].name;
   return name.empty() ? fmt::format("layer {}", layer) : fmt::format("layer {} ({})", layer, name);
-}
-
-/// The first suggested isovalue of a store; its metadata are not trusted.
-std::optional<double> suggested_isovalue(const StoreInfo& info) {
-  const auto metadata = nlohmann::json::parse(info.metadata, nullptr, false);
-  if (!metadata.is_object()) return std::nullopt;
-  const auto found = metadata.find("suggested_isovalues");
-  if (found == metadata.end() || !found->is_array() || found->empty() ||
-      !found->front().is_number()) {
-    return std::nullopt;
-  }
-  return found->front().get<double>();
 }
 
 /// The smallest box along the axes of the world around several grids.
@@ -58,6 +36,17 @@ class WorldBox {
 };
 
 }  // namespace
+
+std::optional<double> suggested_isovalue(const StoreInfo& info) {
+  const auto metadata = nlohmann::json::parse(info.metadata, nullptr, false);
+  if (!metadata.is_object()) return std::nullopt;
+  const auto found = metadata.find("suggested_isovalues");
+  if (found == metadata.end() || !found->is_array() || found->empty() ||
+      !found->front().is_number()) {
+    return std::nullopt;
+  }
+  return found->front().get<double>();
+}
 
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& file, size_t step,
                                 std::optional<uint32_t> level, uint64_t sample_budget) {
@@ -101,10 +90,11 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     for (size_t s = 0; s < surfaces.size(); ++s) {
       isovalues.push_back(surfaces[s].isovalue);
       const auto& colour = surfaces[s].colour;
-      picture.isosurfaces.push_back({surfaces[s].isovalue,
-                                     colour ? Vec3f{(*colour)[0], (*colour)[1], (*colour)[2]}
-                                            : kColours[(picture.layers + s) % kColours.size()],
-                                     surfaces[s].opacity, place.volume});
+      picture.isosurfaces.push_back(
+          {surfaces[s].isovalue,
+           colour ? Vec3f{(*colour)[0], (*colour)[1], (*colour)[2]}
+                  : kSurfaceColours[(picture.layers + s) % kSurfaceColours.size()],
+           surfaces[s].opacity, place.volume});
     }
     const uint64_t budget = (sample_budget - std::min(picture.samples, sample_budget)) / left--;
     const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
