@@ -76,6 +76,7 @@ async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): 
       viewer.on("error", (error) => events.push(`error: ${error.message}`));
       viewer.on("layeradd", (layer) => events.push(`add ${nameOf(layer)}`));
       viewer.on("layerremove", (layer) => events.push(`remove ${nameOf(layer)}`));
+      viewer.on("layermove", ({ layer, index }) => events.push(`move ${nameOf(layer)} ${index}`));
       viewer.on("layerchange", ({ property }) => events.push(`change ${property}`));
       viewer.on("layererror", ({ layer }) => events.push(`failed ${nameOf(layer)}`));
       const picture = async () => {
@@ -235,6 +236,52 @@ test("a hidden layer holds nothing and fetches nothing, and returns as it was", 
   });
   // Levels that were fetched on the way may differ in single pixels.
   expect(differing).toBeLessThan(50);
+});
+
+test("layers have an order and groups, which do not change the picture", async ({ page }) => {
+  await scenePage(page);
+  await open(page);
+  const seen = await page.evaluate(async () => {
+    const { viewer, picture, events } = window.scene;
+    const [large, small] = viewer.layers;
+    if (!small || !large) throw new Error("no layers");
+    // The box cuts what lies in the first half of the large volume, the first of the scene.
+    viewer.setClip({ ...viewer.clip, low: [0.5, 0, 0] });
+    window.pictures.before = await picture();
+    events.length = 0;
+    viewer.moveLayer(small, 0);
+    viewer.moveLayer(small, 0);
+    small.group = "molecules";
+    window.pictures.after = await picture();
+    const wrong = (() => {
+      try {
+        viewer.moveLayer(small, 2);
+        return "moved";
+      } catch (error) {
+        return (error as Error).name;
+      }
+    })();
+    const names = viewer.layers.map(({ name }) => name);
+    const isFirst = viewer.info === large.info;
+    const differing = window.differing("before", "after");
+    const costs = [large, small].map((layer) => layer.bytesOf(100));
+    const first = viewer.bytesOf(100);
+    const group = small.group;
+    small.visible = false;
+    const hidden = [small.bytesOf(100), small.storeAccess, small.quantizedIsovalue(100)];
+    return { names, isFirst, differing, wrong, costs, first, group, hidden, events: [...events] };
+  });
+  expect(seen.names).toEqual(["small", "large"]);
+  expect(seen.isFirst).toBe(true);
+  expect(seen.differing).toBe(0);
+  expect(seen.wrong).toBe("RangeError");
+  expect(seen.group).toBe("molecules");
+  expect(seen.costs[0]).toBe(seen.first);
+  expect(seen.costs[0]).toBeGreaterThan(0);
+  expect(seen.costs[1]).toBeGreaterThan(0);
+  expect(seen.costs[1]).not.toBe(seen.first);
+  expect(seen.hidden).toEqual([undefined, undefined, undefined]);
+  expect(seen.events.slice(0, 2)).toEqual(["move small 0", "change group"]);
 });
 
 test("a layer that is removed leaves the picture, and its memory is free", async ({ page }) => {

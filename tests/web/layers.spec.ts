@@ -3,6 +3,8 @@ import { describe, expect, test } from "vitest";
 import type { StoreInfo } from "../../web/core/types.ts";
 import { RequestLimit } from "../../web/stream/request_limit.ts";
 import type { Progress } from "../../web/stream/types.ts";
+import type { Layer } from "../../web/viewer/layer.ts";
+import { type LayerEntry, LayerList } from "../../web/viewer/layer_list.ts";
 import { openingProgress, progressOfLayers } from "../../web/viewer/layers_progress.ts";
 import { shareSamples } from "../../web/viewer/sample_shares.ts";
 import {
@@ -42,6 +44,64 @@ describe("the sample budget", () => {
       expect(sum).toBeLessThanOrEqual(20_000);
       expect(sum).toBeGreaterThan(19_900);
     }
+  });
+});
+
+describe("the order of layers", () => {
+  /** Layers "a", "b", … ; capital letters: not listed yet. */
+  function listOf(names: string) {
+    const list = new LayerList();
+    const entries = [...names].map((name, id) => {
+      const entry = { layer: { id, name } as Layer, isListed: name === name.toLowerCase() };
+      list.add(entry as LayerEntry);
+      return entry as LayerEntry;
+    });
+    const layerOf = (name: string) => entries[names.indexOf(name)]?.layer as Layer;
+    const order = () => list.entries.map(({ layer }) => layer.name).join("");
+    return { list, entries, layerOf, order };
+  }
+
+  test("is that of adding until a layer is moved", () => {
+    const { list, layerOf, order } = listOf("abcd");
+    expect(list.move(layerOf("d"), 0)).toBe(true);
+    expect(order()).toBe("dabc");
+    expect(list.move(layerOf("a"), 3)).toBe(true);
+    expect(order()).toBe("dbca");
+    expect(list.move(layerOf("b"), 2)).toBe(true);
+    expect(order()).toBe("dcba");
+    expect(list.move(layerOf("c"), 1)).toBe(false);
+    expect(order()).toBe("dcba");
+  });
+
+  test("counts only the layers that are listed", () => {
+    const { list, layerOf, order } = listOf("aXbYc");
+    list.move(layerOf("c"), 1);
+    expect(order()).toBe("aXcbY");
+    expect(list.listed.map(({ name }) => name)).toEqual(["a", "c", "b"]);
+    list.move(layerOf("a"), 2);
+    expect(list.listed.map(({ name }) => name)).toEqual(["c", "b", "a"]);
+    expect(() => list.move(layerOf("X"), 0)).toThrow(RangeError);
+  });
+
+  test("knows no other index", () => {
+    const { list, layerOf, order } = listOf("abc");
+    for (const index of [-1, 3, 0.5, Number.NaN]) {
+      expect(() => list.move(layerOf("a"), index)).toThrow(`from 0 to 2, found ${index}`);
+    }
+    expect(order()).toBe("abc");
+  });
+
+  test("leaves the first layer what it is: the one that was added first", () => {
+    const { list, entries, layerOf } = listOf("abcd");
+    list.move(layerOf("a"), 3);
+    list.move(layerOf("d"), 0);
+    expect(list.first?.layer.name).toBe("a");
+    list.remove(entries[0] as LayerEntry);
+    expect(list.first?.layer.name).toBe("b");
+    list.clear();
+    expect(list.first).toBeUndefined();
+    list.add(entries[2] as LayerEntry);
+    expect(list.first?.layer.name).toBe("c");
   });
 });
 

@@ -1,15 +1,19 @@
 import type { StoreInfo } from "../core/types.ts";
+import type { StreamSession } from "../stream/session.ts";
+import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress } from "../stream/types.ts";
 import { checkedTransform, identity, type Transform } from "./transform.ts";
 import type { Surface } from "./types.ts";
 
 /** The properties of a layer that can change. info: the source had another store, which is open now. */
-export type LayerProperty = "name" | "surfaces" | "visible" | "transform" | "info";
+export type LayerProperty = "name" | "group" | "surfaces" | "visible" | "transform" | "info";
 
 export interface LayerOptions {
   /** A name for users. Default: empty. */
   name?: string;
+  /** The name of its group, for users: layers of a group are listed together. Default: empty, in none. */
+  group?: string;
   /** Default: one, at the volume's first suggestion. */
   surfaces?: readonly Surface[];
   /** Default: true. The store of a hidden layer is not opened. */
@@ -22,6 +26,8 @@ export interface LayerOptions {
 export interface LayerOwner {
   info(): StoreInfo | null;
   progress(): Progress | null;
+  /** Null while the layer is hidden or being opened. */
+  session(): StreamSession | null;
   changed(property: LayerProperty): void;
   remove(): void;
 }
@@ -36,6 +42,7 @@ export class Layer {
   readonly source: Source;
   readonly #owner: LayerOwner;
   #name: string;
+  #group: string;
   #surfaces: readonly Surface[];
   #visible: boolean;
   #transform: Transform;
@@ -46,6 +53,7 @@ export class Layer {
     this.source = source;
     this.#owner = owner;
     this.#name = options.name ?? "";
+    this.#group = options.group ?? "";
     this.#surfaces = [...(options.surfaces ?? [])];
     this.#visible = options.visible ?? true;
     this.#transform = checkedTransform(options.transform ?? identity);
@@ -61,6 +69,21 @@ export class Layer {
     return this.#owner.progress();
   }
 
+  /** StreamSession.bytesOf; undefined while the layer is hidden or being opened. */
+  bytesOf(isovalue: number): number | undefined {
+    return this.#owner.session()?.bytesOf(isovalue);
+  }
+
+  /** StreamSession.access; undefined while the layer is hidden or being opened. */
+  get storeAccess(): StoreAccess | undefined {
+    return this.#owner.session()?.access;
+  }
+
+  /** StreamSession.quantizedIsovalue; undefined while the layer is hidden or being opened. */
+  quantizedIsovalue(isovalue: number): number | undefined {
+    return this.#owner.session()?.quantizedIsovalue(isovalue);
+  }
+
   get name(): string {
     return this.#name;
   }
@@ -68,6 +91,15 @@ export class Layer {
   set name(name: string) {
     this.#name = name;
     this.#owner.changed("name");
+  }
+
+  get group(): string {
+    return this.#group;
+  }
+
+  set group(group: string) {
+    this.#group = group;
+    this.#owner.changed("group");
   }
 
   get surfaces(): readonly Surface[] {

@@ -28,9 +28,13 @@ export function placedOf({ layer, volume: { info } }: LayerEntry): StoreInfo | n
   return info && placed(info, layer.transform);
 }
 
-/** The layers of a viewer, in the order in which they were added, also those that are being opened. */
+/**
+ * The layers of a viewer, in the order in which they were added or to which they were moved, also those
+ * that are being opened.
+ */
 export class LayerList {
   #entries: readonly LayerEntry[] = [];
+  #first: LayerEntry | undefined;
 
   get entries(): readonly LayerEntry[] {
     return this.#entries;
@@ -38,6 +42,7 @@ export class LayerList {
 
   add(entry: LayerEntry): void {
     this.#entries = [...this.#entries, entry];
+    this.#first ??= entry;
   }
 
   has(entry: LayerEntry): boolean {
@@ -46,10 +51,33 @@ export class LayerList {
 
   remove(entry: LayerEntry): void {
     this.#entries = this.#entries.filter((each) => each !== entry);
+    if (entry !== this.#first) return;
+    const [first, ...others] = this.#entries;
+    this.#first = others.reduce((a, b) => (a && b.layer.id < a.layer.id ? b : a), first);
+  }
+
+  /**
+   * Puts a layer at this index of `listed`. Throws a RangeError if the layer or the index does not exist.
+   * Returns whether this changes the order.
+   */
+  move(layer: Layer, index: number): boolean {
+    const entry = this.#entries.find((each) => each.layer === layer && each.isListed);
+    if (!entry) throw new RangeError("the layer is not one of this viewer: see Viewer.layers");
+    const others = this.#entries.filter((each) => each !== entry);
+    const listed = others.filter(({ isListed }) => isListed);
+    if (!(Number.isInteger(index) && index >= 0 && index <= listed.length)) {
+      throw new RangeError(`a layer has an index from 0 to ${listed.length}, found ${index}`);
+    }
+    const isOther = this.listed[index] !== layer;
+    const next = listed[index];
+    const at = next ? others.indexOf(next) : others.length;
+    if (isOther) this.#entries = [...others.slice(0, at), entry, ...others.slice(at)];
+    return isOther;
   }
 
   clear(): void {
     this.#entries = [];
+    this.#first = undefined;
   }
 
   /** Viewer.layers. */
@@ -57,8 +85,9 @@ export class LayerList {
     return this.#entries.filter(({ isListed }) => isListed).map(({ layer }) => layer);
   }
 
+  /** The one that was added first, wherever it was moved: the renderer's first volume, too. */
   get first(): LayerEntry | undefined {
-    return this.#entries[0];
+    return this.#first;
   }
 
   /** The number of the first layer in the renderer. */

@@ -144,6 +144,7 @@ export class Layers {
       {
         info: () => entry.volume.info,
         progress: () => entry.volume.progress,
+        session: () => entry.volume.session,
         changed: (property) => this.#changed(entry, property),
         remove: () => this.#remove(entry),
       },
@@ -244,7 +245,8 @@ export class Layers {
     }
     if (property === "visible") this.#visibilityChanged(entry);
     const info = placedOf(entry);
-    if (info && property !== "name") {
+    const isShown = property !== "name" && property !== "group";
+    if (info && isShown) {
       this.#life.guard((renderer) => {
         this.#volumes.applySurfaces(entry, renderer);
         if (property !== "transform") return;
@@ -252,12 +254,17 @@ export class Layers {
         if (entry === this.list.first) this.#applySettings(renderer);
       });
     }
-    if (property !== "name") {
+    if (isShown) {
       this.pictureChanged();
       this.#samples.share();
       this.#host.scheduler()?.onCameraChange();
     }
     if (entry.isListed) this.#host.emit("layerchange", { layer, property });
+  }
+
+  /** Viewer.moveLayer. */
+  move(layer: Layer, index: number): void {
+    if (this.list.move(layer, index)) this.#host.emit("layermove", { layer, index });
   }
 
   #visibilityChanged(entry: LayerEntry): void {

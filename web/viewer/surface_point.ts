@@ -1,8 +1,27 @@
 import type { Pick } from "../../build/wasm/web/layouts.js";
-import type { SurfacePoint } from "./types.ts";
+import type { RendererLife } from "./renderer_life.ts";
+import type { Camera, SurfacePoint } from "./types.ts";
+
+/** Viewer.pick. Undefined without a picture: the context is lost, or the canvas has no size. */
+export function pickedPoint(
+  life: RendererLife,
+  { clientWidth: width, clientHeight: height }: HTMLCanvasElement,
+  camera: Camera,
+  x: number,
+  y: number,
+): SurfacePoint | undefined {
+  if (life.isContextLost || width === 0) return undefined;
+  let point: SurfacePoint | undefined;
+  life.guard((renderer) => {
+    renderer.picture.setCamera(camera);
+    const pick = renderer.pick(x, y, width, height);
+    if (pick) point = surfacePointOf(pick);
+  });
+  return point;
+}
 
 /** Converts the renderer's result for a position in the picture. */
-export function surfacePointOf(pick: Pick): SurfacePoint {
+function surfacePointOf(pick: Pick): SurfacePoint {
   const { position, voxel, normal, gradient, toNext, value, level, face, volume } = pick;
   const point: SurfacePoint = {
     position,

@@ -15,7 +15,7 @@ import type { RendererModule } from "./renderer_module.ts";
 import { SavedPictures } from "./saved_pictures.ts";
 import type { Scene } from "./scene.ts";
 import { SliceArrivals } from "./slice_arrivals.ts";
-import { surfacePointOf } from "./surface_point.ts";
+import { pickedPoint } from "./surface_point.ts";
 import { withIsovalues } from "./surfaces.ts";
 import type {
   Camera,
@@ -129,9 +129,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#layers.add(source, options);
   }
 
-  /** In the order in which they were added. */
+  /** In the order in which they were added, unless they were moved. */
   get layers(): readonly Layer[] {
     return this.#layers.list.listed;
+  }
+
+  /** Lists a layer at this index of `layers`. The picture does not change. Throws a RangeError. */
+  moveLayer(layer: Layer, index: number): void {
+    this.#layers.move(layer, index);
   }
 
   /** Changes `ViewerOptions.sampleBudget`, also of the layers that are open. */
@@ -301,16 +306,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    */
   pick(x: number, y: number): SurfacePoint | undefined {
     const { canvas, camera } = this;
-    const { clientWidth: width, clientHeight: height } = canvas;
-    if (!camera || !this.#layers.list.isOpen || this.#life.isContextLost || width === 0)
-      return undefined;
-    let point: SurfacePoint | undefined;
-    this.#life.guard((renderer) => {
-      renderer.picture.setCamera(camera);
-      const pick = renderer.pick(x, y, width, height);
-      if (pick) point = surfacePointOf(pick);
-    });
-    return point;
+    if (!camera || !this.#layers.list.isOpen) return undefined;
+    return pickedPoint(this.#life, canvas, camera, x, y);
   }
 
   turnLight(rightDegrees: number, upDegrees: number): void {

@@ -33,6 +33,8 @@ export interface ViewerEvents {
   layeradd: Layer;
   /** A layer is no longer among `Viewer.layers`: it was removed or replaced. */
   layerremove: Layer;
+  /** A layer has another index among `Viewer.layers`. */
+  layermove: { layer: Layer; index: number };
   layerchange: { layer: Layer; property: LayerProperty };
   /** As `error`, for a fault of another layer than the first. The others go on. */
   layererror: { layer: Layer; error: StreamError | RendererError };
