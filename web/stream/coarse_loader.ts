@@ -34,18 +34,20 @@ export class CoarseLoader {
   #isLoading = true;
   #hasFirstSurface = false;
 
+  /** `maxBytes`: StreamOptions.coarseBytes. */
   constructor(
     source: Source,
     store: Store,
     backoff: Backoff,
     decoder: Decoder,
     events: CoarseLoaderEvents,
+    maxBytes?: number,
   ) {
     this.#source = source;
     this.#store = store;
     this.#decoder = decoder;
     this.#events = events;
-    this.#tail = new CoarseTail(source, store, backoff);
+    this.#tail = new CoarseTail(source, store, backoff, maxBytes);
     this.#finestLevel = this.#tail.finestLevel;
   }
 

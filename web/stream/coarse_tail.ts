@@ -1,5 +1,5 @@
 import { CoreError } from "../core/calls.ts";
-import type { Store } from "../core/core.ts";
+import type { CoarseRange, Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
 import type { Backoff } from "./backoff.ts";
 import type { Source } from "./source.ts";
@@ -7,8 +7,8 @@ import { measured } from "./timeline.ts";
 import { joined } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
-/** Limit of bytes loaded for every isovalue, so that a moving slider always has a surface. */
-const maxBytes = 160 * 1024;
+/** The default limit of bytes loaded for every isovalue, so that a moving slider always has a surface. */
+const defaultBytes = 160 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
 const budgetShare = 1 / 3;
 
@@ -28,16 +28,26 @@ export class CoarseTail {
   readonly #source: Source;
   readonly #store: Store;
   readonly #backoff: Backoff;
+  readonly #maxBytes: number;
 
-  constructor(source: Source, store: Store, backoff: Backoff) {
+  /** `maxBytes`: StreamOptions.coarseBytes. */
+  constructor(source: Source, store: Store, backoff: Backoff, maxBytes = defaultBytes) {
     this.#source = source;
     this.#store = store;
     this.#backoff = backoff;
+    this.#maxBytes = maxBytes;
+  }
+
+  /** The levels that `load` may fetch. */
+  #range(): CoarseRange {
+    const first = this.#store.bootstrapRange();
+    const all = this.#store.coarseRange(this.#maxBytes);
+    return all.firstLevel < first.firstLevel ? all : first;
   }
 
   /** The finest level that `load` may fetch. */
   get finestLevel(): number {
-    return this.#store.coarseRange(maxBytes).firstLevel;
+    return this.#range().firstLevel;
   }
 
   /**
@@ -55,7 +65,7 @@ export class CoarseTail {
     const firstPart = await this.#fetch(first.offset, first.bytes, signal);
     const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
     await arrived(coarsest);
-    const all = this.#store.coarseRange(maxBytes);
+    const all = this.#range();
     if (all.firstLevel === first.firstLevel) return all.firstLevel;
 
     // The pages state the number of samples of a level, which shows whether it fits into the budget.

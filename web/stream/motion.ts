@@ -78,7 +78,8 @@ export class Motion {
     const resized =
       before.viewport.width !== view.viewport.width ||
       before.viewport.height !== view.viewport.height;
-    const isOther = cameraMoved || isovaluesMoved || resized;
+    const isOther =
+      cameraMoved || isovaluesMoved || resized || before.stepCellPixels !== view.stepCellPixels;
     if (isOther) this.#view = copyOf(view);
     return isOther || wasMoving !== this.#cameraMoves;
   }

@@ -17,6 +17,8 @@ import type { CameraView, StreamEvents } from "./types.ts";
  * coarser chunks are both resident while one replaces the other.
  */
 const targetShare = 0.75;
+/** No cell on a screen is larger than this (pixels). */
+const coarsestPixels = 1e6;
 /** Bytes prefetched at a time while the isovalue moves. */
 const maxPrefetchBytes = 160 * 1024;
 
@@ -92,20 +94,37 @@ export class SelectionLoop {
     }
   }
 
+  /** The finest level that a view draws or requests. Fetches nothing. */
+  finestLevelOf(cameraView: CameraView): number {
+    const { store, pages } = this.#parts;
+    const view = this.#selectionView(cameraView);
+    const drawCellPixels = view.loadCellPixels;
+    const selection = store.select({ ...view, drawCellPixels, ahead: true });
+    const levels = [
+      ...selection.load.map(({ level }) => level),
+      ...selection.pages.map((page) => pages.level(page)),
+    ];
+    if (selection.finestLevel >= 0) levels.push(selection.finestLevel);
+    return levels.length > 0 ? Math.min(...levels) : store.info.levels - 1;
+  }
+
   #selectionView(cameraView: CameraView): SelectionView {
     const { uploads, motion } = this.#parts;
     const { budget, pinnedSamples } = uploads.residency;
     // While something moves, little is fetched, and the result of a query would be out of date.
     const isMoving = motion.cameraMoves || motion.isovalueMoves;
+    const isStep = cameraView.stepCellPixels !== undefined;
+    const target = Math.min(cameraView.stepCellPixels ?? this.#cellPixels.target, coarsestPixels);
+    const moving = Math.max(this.#cellPixels.moving, target);
     return {
       viewProjection: cameraView.viewProjection,
       width: cameraView.viewport.width,
       height: cameraView.viewport.height,
       isovalues: cameraView.isovalues,
-      loadCellPixels: motion.cameraMoves ? this.#cellPixels.moving : this.#cellPixels.target,
+      loadCellPixels: motion.cameraMoves ? moving : target,
       drawCellPixels: this.#cellPixels.target,
       cellBudget: Math.max(0, (budget - pinnedSamples) * targetShare),
-      occlusion: this.#usesOcclusion && !isMoving,
+      occlusion: this.#usesOcclusion && !isMoving && !isStep,
     };
   }
 

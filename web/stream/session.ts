@@ -1,4 +1,5 @@
 import type { Core, Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
 import type { Points, StoreInfo } from "../core/types.ts";
 import { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
@@ -117,6 +118,37 @@ export class StreamSession {
   bytesOf(isovalue: number): number | undefined {
     if (this.isClosed || this.#store.missingPages(0, isovalue).length > 0) return undefined;
     return this.#store.chunksFor(0, isovalue).reduce((sum, { bytes }) => sum + bytes, 0);
+  }
+
+  /** Whether the first surface, or that there is none, is resident. */
+  get hasFirstSurface(): boolean {
+    return this.#parts.coarse.hasFirstSurface;
+  }
+
+  /** The finest of the levels that are resident as long as the volume is open. */
+  get finestCoarseLevel(): number {
+    return this.#parts.coarse.finestLevel;
+  }
+
+  /** What these isovalues cost at each level whose directory has been fetched: see LevelCost. */
+  levelCosts(isovalues: readonly number[]): LevelCost[] {
+    if (this.isClosed) return [];
+    return Array.from({ length: this.info.levels }, (_, level) => level).flatMap((level) => {
+      const isKnown = isovalues.every(
+        (isovalue) => this.#store.missingPages(level, isovalue).length === 0,
+      );
+      return isKnown ? [costOf(level, this.#chunksOf(level, isovalues))] : [];
+    });
+  }
+
+  /** The finest level that a view shows, of those whose directory has been fetched. */
+  finestLevelOf(view: CameraView): number {
+    return this.isClosed ? 0 : this.#parts.selectionLoop.finestLevelOf(view);
+  }
+
+  #chunksOf(level: number, isovalues: readonly number[]): Chunk[] {
+    const chunks = isovalues.flatMap((isovalue) => this.#store.chunksFor(level, isovalue));
+    return [...new Map(chunks.map((chunk) => [chunk.handle, chunk])).values()];
   }
 
   /** For other readers of the store than the view: web/mesh. */
@@ -320,4 +352,16 @@ export class StreamSession {
   #mark(name: string): void {
     markTimeline(name, this.source, this.#parts.uploads.residency);
   }
+}
+
+/** What surfaces cost at one level: all chunks that they need, from any view. */
+export interface LevelCost {
+  level: number;
+  bytes: number;
+  cells: number;
+}
+
+function costOf(level: number, chunks: readonly Chunk[]): LevelCost {
+  const bytes = chunks.reduce((sum, chunk) => sum + chunk.bytes, 0);
+  return { level, bytes, cells: chunks.reduce((sum, chunk) => sum + chunk.cells, 0) };
 }

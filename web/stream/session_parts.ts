@@ -1,4 +1,6 @@
 import type { Store } from "../core/core.ts";
+import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
 import type { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
@@ -80,13 +82,15 @@ export function makeSessionParts(
     added: () => host.changed(),
     failed: (error, isFirst) => host.partFailed(error, isFirst),
   });
-  const coarse = new CoarseLoader(source, store, backoff, decoder, {
-    isResident: (handle) => residency.has(handle),
-    decoded: (chunk, decoded) => uploads.add(chunk, decoded, "coarse"),
+  const coarseEvents = {
+    isResident: (handle: number) => residency.has(handle),
+    decoded: (chunk: Chunk, decoded: DecodedChunk) => uploads.add(chunk, decoded, "coarse"),
     uploaded: () => uploads.drained("coarse"),
     changed: () => host.changed(),
-    failed: (error) => host.failed(error),
-  });
+    failed: (error: StreamError) => host.failed(error),
+  };
+  const { coarseBytes } = options;
+  const coarse = new CoarseLoader(source, store, backoff, decoder, coarseEvents, coarseBytes);
   const budget = options.backgroundBytes ?? defaultBackgroundBytes(store.info.fileBytes);
   const background = new BackgroundLoader(source, store, decoder, savesData() ? 0 : budget, {
     isResident: (handle) => residency.has(handle) || uploads.isQueued(handle),

@@ -22,6 +22,12 @@ export interface CameraView {
   isovalues: readonly number[];
   /** True while the camera moves: coarser data is requested then. Moving isovalues are detected. */
   moving: boolean;
+  /**
+   * Of a step of a series that plays, or that is shown later: the size in pixels up to which cells are not
+   * refined, instead of `targetCellPixels`. Infinity: nothing is fetched. There are no occlusion queries, so
+   * occluded chunks are fetched as well.
+   */
+  stepCellPixels?: number;
 }
 
 /** The data still missing, and the data fetched. Counts are based on resident directory pages only. */
@@ -137,6 +143,11 @@ export interface StreamOptions {
    * saver is on (`navigator.connection.saveData`).
    */
   backgroundBytes?: number;
+  /**
+   * Most bytes of the coarse levels that are fetched for every isovalue when a store is opened. With 0, only
+   * those that its first surface needs are. Default: 160 KB.
+   */
+  coarseBytes?: number;
   /** The isovalues of the first view. Their surface is loaded first. Default: the suggested one. */
   firstIsovalues?: readonly number[];
   /** Ends opening and closes the session, as `close` does. */

@@ -12,7 +12,7 @@ import type { DrawStatistics, RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
 import { isStreaming, type Scene } from "./scene.ts";
 import { viewProjectionOf } from "./transform.ts";
-import type { FrameReport, Splats } from "./types.ts";
+import type { FrameReport, PictureSize, Splats } from "./types.ts";
 
 /**
  * A still view gets smooth edges, ambient occlusion and shadows if its picture at rest took no longer
@@ -40,8 +40,8 @@ export interface FrameSchedulerHost {
   guard(action: (renderer: RendererModule) => void): boolean;
   /** Checks that these uploads, and all before, have succeeded. */
   checkGpu(uploads: readonly Upload[]): void;
-  /** The view at rest: world to clip space, column by column. */
-  viewed(viewProjection: Float64Array): void;
+  /** The view that is drawn: world to clip space, column by column. `isMoving`: not at rest. */
+  viewed(viewProjection: Float64Array, viewport: PictureSize, isMoving: boolean): void;
   isContextLost(): boolean;
   /** Sets the size of the canvas; returns whether it has changed. */
   fitCanvas(): boolean;
@@ -267,13 +267,14 @@ export class FrameScheduler {
     const splats = this.#splats.next(scene, isResting, renderer.needsRedraw(width, height));
     renderer.picture.setSplats(splats);
     const viewProjection = renderer.camera.viewProjection(camera, viewport.width, viewport.height);
-    if (!isMoving) this.#owner.viewed(viewProjection);
-    for (const { session, isovalues, transform } of layers) {
+    this.#owner.viewed(viewProjection, viewport, isMoving);
+    for (const { session, isovalues, transform, stepCellPixels } of layers) {
       session.update({
         viewProjection: viewProjectionOf(viewProjection, transform),
         viewport,
         isovalues,
         moving: isMoving,
+        ...(stepCellPixels === undefined ? {} : { stepCellPixels }),
       });
     }
     const wasFading = this.#fade.isRunning;

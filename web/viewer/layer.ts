@@ -24,6 +24,8 @@ export interface LayerOptions {
 
 /** The functions that a layer needs from its list. */
 export interface LayerOwner {
+  source(): Source;
+  hasSteps(): boolean;
   info(): StoreInfo | null;
   progress(): Progress | null;
   /** Null while the layer is hidden or being opened. */
@@ -39,7 +41,6 @@ export interface LayerOwner {
 export class Layer {
   /** Identifies the layer within its viewer. Later layers have larger numbers. */
   readonly id: number;
-  readonly source: Source;
   readonly #owner: LayerOwner;
   #name: string;
   #group: string;
@@ -48,15 +49,24 @@ export class Layer {
   #transform: Transform;
 
   /** Throws a RangeError: see `transform`. */
-  constructor(id: number, source: Source, options: LayerOptions, owner: LayerOwner) {
+  constructor(id: number, options: LayerOptions, owner: LayerOwner) {
     this.id = id;
-    this.source = source;
     this.#owner = owner;
     this.#name = options.name ?? "";
     this.#group = options.group ?? "";
     this.#surfaces = [...(options.surfaces ?? [])];
     this.#visible = options.visible ?? true;
     this.#transform = checkedTransform(options.transform ?? identity);
+  }
+
+  /** Where its store is: that of the step that is shown, if the layer has a store for each step. */
+  get source(): Source {
+    return this.#owner.source();
+  }
+
+  /** Whether the layer has a store for each step of `Viewer.time`. */
+  get hasSteps(): boolean {
+    return this.#owner.hasSteps();
   }
 
   /** The header of the store, whose grid is that without `transform`. Null until it has been read. */

@@ -1,6 +1,7 @@
 import type { StoreInfo } from "../core/types.ts";
 import type { StreamSession } from "../stream/session.ts";
 import type { Layer } from "./layer.ts";
+import type { LayerSteps } from "./layer_steps.ts";
 import type { OpenVolume } from "./open_volume.ts";
 import { isStreaming, type SceneLayer } from "./scene.ts";
 import { placed } from "./transform.ts";
@@ -10,7 +11,10 @@ import type { OpenOptions } from "./viewer_events.ts";
 /** A layer with its volume, and what the viewer knows of it. */
 export interface LayerEntry {
   readonly layer: Layer;
-  readonly volume: OpenVolume;
+  /** The volume that is shown: that of the present step, if the layer has steps. */
+  volume: OpenVolume;
+  /** The volumes of its steps; null if the layer is the same at every step. */
+  readonly steps: LayerSteps | null;
   /** Whether it is among `LayerList.listed`. */
   isListed: boolean;
   /** Whether its surfaces were chosen. Otherwise they follow from the store. */
@@ -24,8 +28,16 @@ export interface LayerEntry {
 }
 
 /** The store of a layer, where the layer's transform puts it. Null until it is open. */
-export function placedOf({ layer, volume: { info } }: LayerEntry): StoreInfo | null {
+export function placedOf(
+  { layer, volume }: Pick<LayerEntry, "layer" | "volume">,
+  { info } = volume,
+): StoreInfo | null {
   return info && placed(info, layer.transform);
+}
+
+/** The volumes of a layer that are open, being opened, or shown. */
+export function volumesOf({ volume, steps }: LayerEntry): OpenVolume[] {
+  return steps ? [...new Set([volume, ...steps.volumes])] : [volume];
 }
 
 /**
@@ -92,7 +104,7 @@ export class LayerList {
 
   /** The number of the first layer in the renderer. */
   get firstNumber(): number {
-    return this.first?.layer.id ?? 0;
+    return this.first?.volume.number ?? 0;
   }
 
   /** The store of the first layer. Null until it is open. */
@@ -122,7 +134,9 @@ export class LayerList {
 
   /** Whether a visible layer is being opened. */
   get isWaiting(): boolean {
-    return this.#entries.some(({ layer, volume }) => layer.visible && !volume.session);
+    return this.#entries.some(
+      ({ layer, volume }) => layer.visible && !volume.session && volume.error === null,
+    );
   }
 
   /** Whether a picture can be drawn: a volume is open, or hidden. */
@@ -130,14 +144,17 @@ export class LayerList {
     return this.#entries.some(({ layer, volume }) => volume.session || !layer.visible);
   }
 
-  /** The layers that are drawn. */
-  shown(): SceneLayer[] {
-    return this.#entries.flatMap(({ layer, volume: { session, progress } }) => {
+  /** The layers that are drawn. stepCellPixels: of those that have steps. */
+  shown(stepCellPixels: number | undefined): SceneLayer[] {
+    return this.#entries.flatMap(({ layer, volume, steps }) => {
+      const { session, progress } = volume;
       if (!session) return [];
       const isovalues = layer.surfaces.map((surface) => surface.isovalue);
-      const { id: number, transform } = layer;
+      const { transform } = layer;
+      const { number } = volume;
       const isDone = progress !== null && !isStreaming(progress);
-      return [{ number, session, isovalues, transform, isDone }];
+      const cells = steps && stepCellPixels !== undefined ? { stepCellPixels } : {};
+      return [{ number, session, isovalues, transform, isDone, ...cells }];
     });
   }
 }

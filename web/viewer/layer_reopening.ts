@@ -3,6 +3,7 @@ import { StreamError } from "../stream/types.ts";
 import type { LayerEntry, LayerList } from "./layer_list.ts";
 import type { LayersHost } from "./layers.ts";
 import { RendererError } from "./renderer_error.ts";
+import { abortOf, type RendererLife } from "./renderer_life.ts";
 import type { ViewCamera } from "./view_camera.ts";
 
 /** The functions that reopening needs from the list of layers. */
@@ -15,20 +16,39 @@ export interface LayerReopeningHost {
 /** Opens layers again: after a lost context, or since another store is at the source's address. */
 export class LayerReopening {
   readonly #list: LayerList;
+  readonly #life: RendererLife;
   readonly #camera: ViewCamera;
   readonly #viewer: Pick<LayersHost, "emit" | "pictureEnds" | "busyChanged">;
   readonly #host: LayerReopeningHost;
 
   constructor(
     list: LayerList,
+    life: RendererLife,
     camera: ViewCamera,
     viewer: Pick<LayersHost, "emit" | "pictureEnds" | "busyChanged">,
     host: LayerReopeningHost,
   ) {
     this.#list = list;
+    this.#life = life;
     this.#camera = camera;
     this.#viewer = viewer;
     this.#host = host;
+  }
+
+  /** A layer is visible again. If its store cannot be opened, it stays hidden. */
+  async show(entry: LayerEntry): Promise<void> {
+    const { layer, volume } = entry;
+    try {
+      await volume.open();
+    } catch (error) {
+      const abort = abortOf(error);
+      if (abort) this.#life.replace(abort);
+      const isPresent = this.#list.has(entry) && entry.volume === volume;
+      if (!isPresent || !layer.visible || volume.session) return;
+      if (isReported(error)) this.#host.failed(entry, error, entry === this.#list.first);
+      // Its other steps may be readable.
+      if (!entry.steps) layer.visible = false;
+    }
   }
 
   /** Opens all volumes again with the present view: their samples are lost. */
@@ -76,7 +96,7 @@ export class LayerReopening {
 }
 
 /** Whether the viewer tells of an error by an event. */
-export function isReported(error: unknown): error is StreamError | RendererError {
+function isReported(error: unknown): error is StreamError | RendererError {
   return error instanceof StreamError || error instanceof RendererError;
 }
 

@@ -1,4 +1,7 @@
-import { type LayerEntry, type LayerList, placedOf } from "./layer_list.ts";
+import type { Upload } from "./frame_scheduler.ts";
+import { type LayerEntry, type LayerList, placedOf, volumesOf } from "./layer_list.ts";
+import type { OpenVolume } from "./open_volume.ts";
+import { RendererError } from "./renderer_error.ts";
 import type { RendererModule } from "./renderer_module.ts";
 
 /** The volumes of layers in the renderer, which is replaced after a failure. */
@@ -12,33 +15,61 @@ export class LayerVolumes {
   }
 
   /**
-   * A layer was opened. Gives the renderer, which may be another one, the volumes of all layers, and
+   * A volume of a layer was opened. Gives the renderer, which may be another one, the volumes of all layers, and
    * takes all others away.
    */
-  opened(entry: LayerEntry, renderer: RendererModule): void {
+  opened(entry: LayerEntry, volume: OpenVolume, renderer: RendererModule): void {
     const present = this.#numbers.get(renderer) ?? new Set<number>();
     this.#numbers.set(renderer, present);
+    const wanted = this.#list.entries.flatMap((each) =>
+      volumesOf(each).map((own) => ({ entry: each, volume: own })),
+    );
     for (const number of [...present]) {
-      if (this.#list.entries.some(({ layer }) => layer.id === number)) continue;
+      if (wanted.some((each) => each.volume.number === number)) continue;
       renderer.volume(number).remove();
       present.delete(number);
     }
-    for (const each of this.#list.entries) {
-      const info = placedOf(each);
-      const { id } = each.layer;
-      if (!info || (each !== entry && present.has(id))) continue;
-      renderer.volume(id).open(info);
-      present.add(id);
+    for (const each of wanted) {
+      const info = placedOf(each.entry, each.volume);
+      const { number } = each.volume;
+      if (!info || (each.volume !== volume && present.has(number))) continue;
+      renderer.volume(number).open(info);
+      present.add(number);
     }
-    this.applySurfaces(entry, renderer);
+    if (entry.volume === volume) this.applySurfaces(entry, renderer);
   }
 
-  applySurfaces({ layer }: LayerEntry, renderer: RendererModule): void {
-    renderer.volume(layer.id).setSurfaces(layer.visible ? layer.surfaces : []);
+  /** Of the volume that is shown. The others of the layer have none. */
+  applySurfaces({ layer, volume }: LayerEntry, renderer: RendererModule): void {
+    renderer.volume(volume.number).setSurfaces(layer.visible ? layer.surfaces : []);
   }
 
-  /** A layer's volume is removed from the renderer by the caller. */
-  forget({ layer }: LayerEntry, renderer: RendererModule): void {
-    this.#numbers.get(renderer)?.delete(layer.id);
+  /** The layer's transform has changed. */
+  move(entry: LayerEntry, renderer: RendererModule): void {
+    for (const volume of volumesOf(entry)) {
+      const info = placedOf(entry, volume);
+      const isPresent = this.#numbers.get(renderer)?.has(volume.number);
+      if (info && isPresent) renderer.volume(volume.number).move(info);
+    }
+  }
+
+  /** Takes volumes away from the renderer. */
+  remove(volumes: readonly OpenVolume[], renderer: RendererModule): void {
+    for (const { number } of volumes) {
+      if (this.#numbers.get(renderer)?.delete(number)) renderer.volume(number).remove();
+    }
+  }
+
+  /** Checks that these uploads, and all before, have succeeded. Tells volumes of those that have not. */
+  checkGpu(renderer: RendererModule, uploads: readonly Upload[]): void {
+    try {
+      renderer.checkGpu();
+    } catch (error) {
+      if (!(error instanceof RendererError) || error.kind !== "out-of-memory") throw error;
+      for (const volume of this.#list.entries.flatMap(volumesOf)) {
+        const ids = uploads.filter((each) => each.volume === volume.number).map(({ id }) => id);
+        if (ids.length > 0) volume.rejectUploads(ids, error);
+      }
+    }
   }
 }

@@ -1,25 +1,28 @@
 import type { StoreInfo } from "../core/types.ts";
-import type { Decoder } from "../stream/decoder.ts";
 import { defaultSampleBudget } from "../stream/device.ts";
-import { RequestLimit } from "../stream/request_limit.ts";
+import type { StreamSession } from "../stream/session.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress, StreamError } from "../stream/types.ts";
-import { WorkerPool } from "../stream/worker_pool.ts";
 import type { FrameScheduler, Upload } from "./frame_scheduler.ts";
-import { Layer, type LayerOptions, type LayerProperty } from "./layer.ts";
-import { type LayerEntry, LayerList, placedOf } from "./layer_list.ts";
-import { isReported, LayerReopening } from "./layer_reopening.ts";
+import type { Layer, LayerOptions, LayerProperty } from "./layer.ts";
+import { type LayerEntry, LayerList, placedOf, volumesOf } from "./layer_list.ts";
+import { LayerMaker, type LayerMakerHost } from "./layer_maker.ts";
+import { LayerReopening } from "./layer_reopening.ts";
+import { LayerSessions } from "./layer_sessions.ts";
+import type { StepSources } from "./layer_steps.ts";
 import { LayerVolumes } from "./layer_volumes.ts";
-import { openingProgress, progressOfLayers } from "./layers_progress.ts";
-import { OpenVolume } from "./open_volume.ts";
+import { progressOfShown } from "./layers_progress.ts";
+import type { OpenVolume } from "./open_volume.ts";
 import type { PictureSettings } from "./picture_settings.ts";
 import { RendererError } from "./renderer_error.ts";
 import { abortOf, type RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
-import { compiledRenderer } from "./renderer_program.ts";
 import { SampleBudget } from "./sample_budget.ts";
+import { isStreaming, type SceneLayer } from "./scene.ts";
+import { Series, type SeriesHost } from "./series.ts";
 import { firstSurface } from "./surfaces.ts";
-import type { Surface } from "./types.ts";
+import type { SceneTime, Time } from "./time.ts";
+import type { PictureSize, Surface } from "./types.ts";
 import type { ViewCamera } from "./view_camera.ts";
 import type { AddLayerOptions, OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
 
@@ -42,21 +45,19 @@ export interface LayersHost {
  */
 export class Layers {
   readonly list = new LayerList();
-  readonly #options: ViewerOptions;
+  readonly #sessions: LayerSessions;
   readonly #life: RendererLife;
   readonly #settings: PictureSettings;
   readonly #camera: ViewCamera;
   readonly #host: LayersHost;
-  #nextId = 0;
-  /** The viewer's own workers, if it has no `decoder` of others. */
-  #workers: WorkerPool | null = null;
-  readonly #requests = new RequestLimit();
+  readonly #maker: LayerMaker;
   readonly #samples: SampleBudget;
   #progress: Progress | null = null;
   /** Those of the first layer, while there is none. */
   #surfacesBefore: readonly Surface[] = [];
   readonly #volumes = new LayerVolumes(this.list);
   readonly #reopening: LayerReopening;
+  #series: Series | null = null;
 
   constructor(
     options: ViewerOptions,
@@ -65,13 +66,14 @@ export class Layers {
     camera: ViewCamera,
     host: LayersHost,
   ) {
-    this.#options = options;
+    this.#sessions = new LayerSessions(options);
     this.#samples = new SampleBudget(options.sampleBudget || defaultSampleBudget(), this.list);
     this.#life = life;
     this.#settings = settings;
     this.#camera = camera;
     this.#host = host;
-    this.#reopening = new LayerReopening(this.list, camera, host, {
+    this.#maker = new LayerMaker(this.#makerHost());
+    this.#reopening = new LayerReopening(this.list, life, camera, host, {
       open: (entry) => this.#openEntry(entry),
       failed: (entry, error, isFirst) => this.#failed(entry, error, isFirst),
     });
@@ -93,21 +95,15 @@ export class Layers {
 
   /** Viewer.prepare. */
   async prepare(): Promise<void> {
-    this.#decoder();
+    void this.#sessions.decoder;
     await this.#life.load();
     this.#life.warmUp();
-  }
-
-  #decoder(): Decoder {
-    if (this.#options.decoder) return this.#options.decoder;
-    this.#workers ??= new WorkerPool({ renderer: compiledRenderer() });
-    return this.#workers;
   }
 
   /** Viewer.open. */
   async open(source: Source, options: OpenOptions): Promise<StoreInfo> {
     this.#requireLife();
-    this.close();
+    this.setTime(null);
     const { camera, projection, signal, surfaces } = options;
     const view = { ...(camera ? { camera } : {}), ...(projection ? { projection } : {}) };
     const entry = this.#enter(source, surfaces ? { surfaces } : {}, view);
@@ -119,7 +115,7 @@ export class Layers {
   }
 
   /** Viewer.addLayer. */
-  async add(source: Source, options: AddLayerOptions): Promise<Layer> {
+  async add(source: Source | StepSources, options: AddLayerOptions): Promise<Layer> {
     this.#requireLife();
     const entry = this.#enter(source, options, null);
     this.#host.busyChanged();
@@ -135,48 +131,40 @@ export class Layers {
     if (this.#life.isEnded) throw new RendererError("the viewer was disposed of: make another");
   }
 
-  #enter(source: Source, options: LayerOptions, view: LayerEntry["view"]): LayerEntry {
-    const surfaces = options.surfaces ?? (this.list.first ? [] : this.#surfacesBefore);
-    const layer = new Layer(
-      this.#nextId++,
-      source,
-      { ...options, surfaces },
-      {
-        info: () => entry.volume.info,
-        progress: () => entry.volume.progress,
-        session: () => entry.volume.session,
-        changed: (property) => this.#changed(entry, property),
-        remove: () => this.#remove(entry),
-      },
-    );
-    const volume = new OpenVolume(layer.id, source, this.#life, {
-      sessionOptions: () => this.#sessionOptions(entry),
-      opened: (renderer, info) => this.#opened(entry, renderer, info),
-      uploaded: (id) => this.#host.scheduler()?.onUpload({ volume: layer.id, id }),
-      chunksChanged: () => entry === this.list.first && this.#host.chunksChanged(),
-      visibleChanged: () => {
-        this.#host.scheduler()?.onVisibleChange();
-        for (const other of this.list.sessions) {
-          if (other !== volume.session) other.otherPictureChanged();
-        }
-      },
-      testOcclusion: () => this.#host.scheduler()?.request(),
-      progressChanged: () => this.#progressChanged(),
-      failed: (error) => this.#failed(entry, error),
-      replaced: () => void this.#reopening.replaced(entry),
-    });
+  #enter(
+    source: Source | StepSources,
+    options: LayerOptions,
+    view: LayerEntry["view"],
+  ): LayerEntry {
     const hasSurfaces = options.surfaces !== undefined;
-    const entry: LayerEntry = {
-      layer,
-      volume,
-      isListed: false,
-      hasSurfaces,
-      view,
-      cameraBefore: null,
-      samples: 0,
-    };
+    const surfaces = options.surfaces ?? (this.list.first ? [] : this.#surfacesBefore);
+    const own = { ...options, surfaces };
+    const entry = this.#maker.make(source, own, view, hasSurfaces, this.#series);
     this.list.add(entry);
     return entry;
+  }
+
+  #makerHost(): LayerMakerHost {
+    return {
+      life: this.#life,
+      scheduler: () => this.#host.scheduler(),
+      sessionOptions: (entry, volume) => this.#sessionOptions(entry, volume),
+      changed: (entry, property) => this.#changed(entry, property),
+      remove: (entry) => this.#remove(entry),
+      opened: (...opened) => this.#opened(...opened),
+      chunksChanged: (volume) => volume === this.list.first?.volume && this.#host.chunksChanged(),
+      visibleChanged: (volume) => {
+        this.#host.scheduler()?.onVisibleChange();
+        this.#othersChanged(volume, (session) => session.otherPictureChanged());
+      },
+      progressChanged: () => this.#progressChanged(),
+      failed: (entry, error) => this.#failed(entry, error),
+      replaced: (entry) => void this.#reopening.replaced(entry),
+    };
+  }
+
+  #othersChanged(volume: OpenVolume, tell: (session: StreamSession) => void): void {
+    for (const session of this.list.sessions) if (session !== volume.session) tell(session);
   }
 
   #announce(entry: LayerEntry): void {
@@ -201,38 +189,30 @@ export class Layers {
     }
   }
 
-  #sessionOptions(entry: LayerEntry) {
-    const { targetCellPixels, backgroundBytes } = this.#options;
-    entry.samples = this.#samples.shareOf(entry);
-    const { surfaces } = entry.layer;
-    const firstIsovalues = entry.hasSurfaces ? surfaces.map(({ isovalue }) => isovalue) : [];
-    return {
-      decoder: this.#decoder(),
-      requests: this.#requests,
-      sampleBudget: entry.samples,
-      ...(firstIsovalues.length > 0 ? { firstIsovalues } : {}),
-      ...(targetCellPixels ? { targetCellPixels } : {}),
-      ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
-    };
+  #sessionOptions(entry: LayerEntry, volume: OpenVolume) {
+    if (volume === entry.volume) entry.samples = this.#samples.shareOf(entry);
+    const samples = entry.steps ? this.#series?.samplesOf(entry, volume) : undefined;
+    return this.#sessions.optionsOf(entry, samples ?? entry.samples);
   }
 
-  #opened(entry: LayerEntry, renderer: RendererModule, info: StoreInfo): void {
+  #opened(entry: LayerEntry, volume: OpenVolume, renderer: RendererModule, info: StoreInfo): void {
     if (!entry.hasSurfaces) entry.layer.surfaces = [firstSurface(info)];
     entry.hasSurfaces = true;
-    this.#volumes.opened(entry, renderer);
+    this.#volumes.opened(entry, volume, renderer);
+    if (volume !== entry.volume) return;
     const view = entry.view ?? (this.#camera.camera ? null : {});
     entry.view = null;
     if (view) this.#camera.opened(renderer, view.camera, view.projection, entry.cameraBefore);
-    if (entry === this.list.first) this.#applySettings(renderer);
-    for (const session of this.list.sessions) {
-      if (session !== entry.volume.session) session.sceneChanged();
-    }
+    if (entry === this.list.first) this.applySettings();
+    this.#othersChanged(volume, (session) => session.sceneChanged());
     this.#samples.share();
     this.#host.scheduler()?.request();
   }
 
-  #applySettings(renderer: RendererModule): void {
-    this.#settings.apply(renderer, this.list.firstPlaced, this.list.firstNumber);
+  /** Look, clipping and slices refer to the first layer. */
+  applySettings(): void {
+    const { renderer } = this.#life;
+    if (renderer) this.#settings.apply(renderer, this.list.firstPlaced, this.list.firstNumber);
   }
 
   #changed(entry: LayerEntry, property: LayerProperty): void {
@@ -250,13 +230,14 @@ export class Layers {
       this.#life.guard((renderer) => {
         this.#volumes.applySurfaces(entry, renderer);
         if (property !== "transform") return;
-        renderer.volume(layer.id).move(info);
-        if (entry === this.list.first) this.#applySettings(renderer);
+        this.#volumes.move(entry, renderer);
+        if (entry === this.list.first) this.applySettings();
       });
     }
     if (isShown) {
       this.pictureChanged();
       this.#samples.share();
+      this.#series?.changed();
       this.#host.scheduler()?.onCameraChange();
     }
     if (entry.isListed) this.#host.emit("layerchange", { layer, property });
@@ -270,25 +251,13 @@ export class Layers {
   #visibilityChanged(entry: LayerEntry): void {
     const { layer, volume } = entry;
     if (layer.visible) {
-      void this.#show(entry);
+      void this.#reopening.show(entry);
     } else {
       volume.rest();
+      this.#series?.closeOthers(entry);
       this.#progressChanged();
     }
     this.#host.busyChanged();
-  }
-
-  /** A layer whose store cannot be opened stays hidden. */
-  async #show(entry: LayerEntry): Promise<void> {
-    try {
-      await entry.volume.open();
-    } catch (error) {
-      const abort = abortOf(error);
-      if (abort) this.#life.replace(abort);
-      if (!this.list.has(entry) || !entry.layer.visible || entry.volume.session) return;
-      if (isReported(error)) this.#failed(entry, error);
-      entry.layer.visible = false;
-    }
   }
 
   /** The view needs other cells, or shows others: surfaces, clipping or slices have changed. */
@@ -306,11 +275,8 @@ export class Layers {
   }
 
   #progressChanged(): void {
-    const shown = this.list.entries.filter(({ layer }) => layer.visible);
-    const isFirstOpening = shown.length > 0 && shown.every(({ volume }) => !volume.progress);
-    if (isFirstOpening) return;
-    const parts = shown.map(({ volume }) => volume.progress ?? openingProgress);
-    const progress = progressOfLayers(parts, this.#samples.samples);
+    const progress = progressOfShown(this.list.entries, this.#samples.samples);
+    if (!progress) return;
     this.#progress = progress;
     this.#host.scheduler()?.onProgress(progress);
     this.#host.emit("progress", progress);
@@ -324,15 +290,12 @@ export class Layers {
     }
     const wasFirst = entry === this.list.first;
     this.list.remove(entry);
-    entry.volume.close();
-    const { renderer } = this.#life;
-    if (renderer) {
-      this.#volumes.forget(entry, renderer);
-      this.#life.guard(() => {
-        renderer.volume(entry.layer.id).remove();
-        if (wasFirst) this.#applySettings(renderer);
-      });
-    }
+    const volumes = volumesOf(entry);
+    for (const volume of volumes) volume.close();
+    this.#life.guard((renderer) => {
+      this.#volumes.remove(volumes, renderer);
+      if (wasFirst) this.applySettings();
+    });
     this.pictureChanged();
     this.#samples.share();
     this.#progressChanged();
@@ -347,7 +310,7 @@ export class Layers {
     this.#surfacesBefore = this.firstSurfaces;
     const { entries } = this.list;
     this.list.clear();
-    for (const { volume } of entries) volume.close();
+    for (const volume of entries.flatMap(volumesOf)) volume.close();
     this.#host.busyChanged();
     for (const { layer, isListed } of entries) {
       if (isListed) this.#host.emit("layerremove", layer);
@@ -356,12 +319,13 @@ export class Layers {
 
   /** Ends the workers as well. */
   dispose(): void {
-    this.close();
-    this.#workers?.close();
+    this.setTime(null);
+    this.#sessions.close();
   }
 
   retry(): void {
     for (const session of this.list.sessions) session.retry();
+    this.#series?.retry();
   }
 
   /** Viewer.setSampleBudget. */
@@ -369,28 +333,66 @@ export class Layers {
     this.#samples.set(samples);
   }
 
-  /** The view that is drawn at rest: world to clip space, column by column. */
-  viewed(viewProjection: Float64Array): void {
-    this.#samples.viewed(viewProjection);
+  /** The view that is drawn: world to clip space, column by column. `isMoving`: not at rest. */
+  viewed(viewProjection: Float64Array, viewport: PictureSize, isMoving: boolean): void {
+    if (!isMoving) this.#samples.viewed(viewProjection);
+    this.#series?.viewed(viewProjection, viewport);
+  }
+
+  /** Whether something that is to be shown is being opened. */
+  get isWaiting(): boolean {
+    return this.list.isWaiting || this.#series?.time.isBuffering === true;
+  }
+
+  /** Viewer.time. */
+  get time(): Time | null {
+    return this.#series?.time ?? null;
+  }
+
+  /** Viewer.setTime. */
+  setTime(time: SceneTime | null, step = 0): void {
+    this.close();
+    const before = this.#series;
+    before?.close();
+    this.#series = time && new Series(time, step, this.#seriesHost());
+    if (before || time) this.#host.emit("time", this.time);
+  }
+
+  #seriesHost(): SeriesHost {
+    return {
+      list: this.list,
+      life: this.#life,
+      volumes: this.#volumes,
+      stepShown: () => {
+        this.#life.guard(() => this.applySettings());
+        this.pictureChanged();
+        this.#progressChanged();
+        this.#host.scheduler()?.onCameraChange();
+      },
+      busyChanged: () => this.#host.busyChanged(),
+      failed: (entry, error) => this.#failed(entry, error),
+      isComplete: () => this.#progress !== null && !isStreaming(this.#progress),
+    };
+  }
+
+  /** A frame was drawn. */
+  drawn(): void {
+    this.#series?.drawn();
+  }
+
+  /** The layers that are drawn. */
+  shown(): SceneLayer[] {
+    return this.list.shown(this.#series?.shownCellPixels);
   }
 
   /** Checks that these uploads, and all before, have succeeded. */
   checkGpu(uploads: readonly Upload[]): void {
-    this.#life.guard((renderer) => {
-      try {
-        renderer.checkGpu();
-      } catch (error) {
-        if (!(error instanceof RendererError) || error.kind !== "out-of-memory") throw error;
-        for (const { layer, volume } of this.list.entries) {
-          const ids = uploads.filter((each) => each.volume === layer.id).map(({ id }) => id);
-          if (ids.length > 0) volume.rejectUploads(ids, error);
-        }
-      }
-    });
+    this.#life.guard((renderer) => this.#volumes.checkGpu(renderer, uploads));
   }
 
   /** Opens all volumes again with the present view: their samples are lost. */
   async reopen(): Promise<void> {
+    for (const entry of this.list.entries) this.#series?.closeOthers(entry);
     await this.#reopening.all();
   }
 }

@@ -1,4 +1,6 @@
-import type { Progress } from "../stream/types.ts";
+import { type Progress, StreamError } from "../stream/types.ts";
+
+import type { LayerEntry } from "./layer_list.ts";
 
 type State = Progress["state"];
 
@@ -15,6 +17,25 @@ const states: readonly State[] = [
 
 /** Of a layer whose store is being opened. */
 export const openingProgress: Progress = nothing("opening", 0);
+
+/** The progress of all layers that are shown. Null while nothing is known of any of them. */
+export function progressOfShown(
+  entries: readonly Pick<LayerEntry, "layer" | "volume">[],
+  sampleBudget: number,
+): Progress | null {
+  const shown = entries.filter(({ layer }) => layer.visible);
+  const isUnknown = ({ volume }: (typeof shown)[0]) => !volume.progress && volume.error === null;
+  if (shown.length > 0 && shown.every(isUnknown)) return null;
+  const parts = shown.map(({ volume }) => volume.progress ?? progressWithout(volume.error));
+  return progressOfLayers(parts, sampleBudget);
+}
+
+/** Of a layer without a session: its store is being opened, or cannot be opened. */
+function progressWithout(error: unknown): Progress {
+  if (!(error instanceof StreamError)) return openingProgress;
+  const { kind, message } = error;
+  return { ...nothing("incomplete", 0), fault: { kind, message } };
+}
 
 /** While nothing is known of a layer, or no layer is shown. */
 function nothing(state: State, sampleBudget: number): Progress {

@@ -27,23 +27,66 @@ export interface OpenVolumeHost {
   replaced(): void;
 }
 
-/** The volume of a layer: opens its source, and passes the chunks of its stream to the renderer. */
+/** The chunks to draw: see StreamEvents.visible. */
+interface VisibleChunks {
+  ids: Uint32Array;
+  regions: Uint32Array;
+}
+
+const nothing: VisibleChunks = { ids: new Uint32Array(), regions: new Uint32Array() };
+
+/**
+ * The volume of a layer, or of one of its steps: opens its source, and passes the chunks of its stream to the
+ * renderer.
+ */
 export class OpenVolume {
-  readonly #number: number;
-  readonly #source: Source;
+  /** Of the volume in the renderer. */
+  readonly number: number;
+  readonly source: Source;
   readonly #life: RendererLife;
   readonly #host: OpenVolumeHost;
   #session: StreamSession | null = null;
   #opening: AbortController | null = null;
   #info: StoreInfo | null = null;
   #progress: Progress | null = null;
+  #error: unknown = null;
+  #isShown: boolean;
+  #visible: VisibleChunks = nothing;
 
-  /** `number`: of the volume in the renderer. */
-  constructor(number: number, source: Source, life: RendererLife, host: OpenVolumeHost) {
-    this.#number = number;
-    this.#source = source;
+  /** `isShown`: see `isShown`. */
+  constructor(
+    number: number,
+    source: Source,
+    life: RendererLife,
+    host: OpenVolumeHost,
+    isShown = true,
+  ) {
+    this.number = number;
+    this.source = source;
     this.#life = life;
     this.#host = host;
+    this.#isShown = isShown;
+  }
+
+  /** Whether the volume is in the picture. Otherwise its chunks are resident, and none of them is drawn. */
+  get isShown(): boolean {
+    return this.#isShown;
+  }
+
+  set isShown(isShown: boolean) {
+    this.#isShown = isShown;
+    const { ids, regions } = isShown ? this.#visible : nothing;
+    if (!this.#session || this.#life.isContextLost) return;
+    this.#life.guard((renderer) => renderer.volume(this.number).setVisible(ids, regions));
+  }
+
+  /** Why the store could not be opened; null if it was, or is being opened. */
+  get error(): unknown {
+    return this.#error;
+  }
+
+  get isOpening(): boolean {
+    return this.#opening !== null && this.#session === null;
   }
 
   /** Null until the store is open, and after `rest`. */
@@ -64,6 +107,7 @@ export class OpenVolume {
   /** Opens the store, again if it is open. Rejects with a StreamError, RendererError, or a signal's reason. */
   async open(signal?: AbortSignal): Promise<StoreInfo> {
     this.close();
+    this.#error = null;
     const opening = new AbortController();
     this.#opening = opening;
     const abort = () => opening.abort(signal?.reason);
@@ -73,19 +117,22 @@ export class OpenVolume {
     try {
       return await this.#openSession(opening.signal);
     } catch (error) {
-      if (this.#opening === opening) this.close();
+      if (this.#opening === opening) {
+        this.close();
+        this.#error = error;
+      }
       throw error;
     }
   }
 
   async #openSession(signal: AbortSignal): Promise<StoreInfo> {
     // Workers and the store's header load at the same time as the renderer.
-    this.#source.warm();
+    this.source.warm();
     const options = this.#host.sessionOptions();
     const { renderer, core } = await this.#life.load();
     signal.throwIfAborted();
     const events = this.#streamEvents();
-    const session = await StreamSession.open(this.#source, core, { ...options, events, signal });
+    const session = await StreamSession.open(this.source, core, { ...options, events, signal });
     if (signal.aborted) {
       session.close();
       signal.throwIfAborted();
@@ -98,7 +145,7 @@ export class OpenVolume {
   }
 
   #streamEvents(): StreamEvents {
-    const number = this.#number;
+    const { number } = this;
     return {
       samples: (id, place, samples, clusters) => {
         // The volume is opened again when the context is restored.
@@ -117,6 +164,8 @@ export class OpenVolume {
         this.#host.chunksChanged();
       },
       visible: (ids, regions) => {
+        this.#visible = { ids, regions };
+        if (!this.#isShown) return;
         this.#life.guard((renderer) => renderer.volume(number).setVisible(ids, regions));
         this.#host.visibleChanged();
       },
@@ -144,6 +193,7 @@ export class OpenVolume {
     this.#session?.close();
     this.#session = null;
     this.#progress = null;
+    this.#visible = nothing;
   }
 
   close(): void {

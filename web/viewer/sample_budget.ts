@@ -5,6 +5,14 @@ import { coverage, viewProjectionOf } from "./transform.ts";
 /** Shares of the sample budget that differ less from the present ones are not worth a change. */
 const smallestChange = 0.1;
 
+/** Of the share of a layer with steps, this part is for the steps that are not shown. */
+const shareOfOthers = 0.5;
+
+/** The samples of a layer's share for its steps that are not shown. */
+export function samplesOfOthers({ samples, steps }: Pick<LayerEntry, "samples" | "steps">): number {
+  return steps ? Math.floor(shareOfOthers * samples) : 0;
+}
+
 /** The sample budget of a viewer, which its layers share. */
 export class SampleBudget {
   readonly #list: LayerList;
@@ -68,7 +76,7 @@ export class SampleBudget {
     if (!isOther && !isOtherBudget) return;
     sharing.forEach((entry, i) => {
       entry.samples = shares[i] ?? 0;
-      entry.volume.session?.setSampleBudget(entry.samples);
+      entry.volume.session?.setSampleBudget(entry.samples - samplesOfOthers(entry));
     });
   }
 }

@@ -3,6 +3,7 @@ import { beginPictureInParts, pngOf } from "./picture_parts.ts";
 import { RendererError } from "./renderer_error.ts";
 import type { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
+import type { Scene, SceneLayer } from "./scene.ts";
 import type { Camera, Look, PictureInParts, PictureView } from "./types.ts";
 
 /** The functions that pictures need from their viewer. */
@@ -31,14 +32,13 @@ export class SavedPictures {
     this.#host = host;
   }
 
-  /** The picture for which the viewer streams instead of the view of its canvas. */
-  get prepared(): PictureView | null {
-    return this.#prepared;
-  }
-
-  /** Whether a picture in parts has begun, so that nothing else is drawn. */
-  get isInParts(): boolean {
-    return this.#isInParts;
+  /** What is drawn next; null if nothing can be drawn. */
+  scene(layers: () => SceneLayer[]): Scene | null {
+    const camera = this.#prepared?.camera ?? this.#host.camera();
+    const canDraw = this.#life.renderer && !this.#life.isContextLost && !this.#isInParts;
+    if (!canDraw || !camera || !this.#host.isOpen()) return null;
+    const { kind, shading } = this.#host.look();
+    return { layers: layers(), camera, kind, shading, pictureSize: this.#prepared };
   }
 
   /** Viewer.screenshot. */

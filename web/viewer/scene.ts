@@ -10,6 +10,8 @@ export interface SceneLayer {
   session: StreamSession;
   isovalues: number[];
   transform: Transform;
+  /** CameraView.stepCellPixels. */
+  stepCellPixels?: number;
   /** It waits for nothing: neither data nor a query. */
   isDone: boolean;
 }

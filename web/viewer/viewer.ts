@@ -7,16 +7,17 @@ import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
 import { FrameScheduler } from "./frame_scheduler.ts";
 import type { Layer } from "./layer.ts";
+import type { StepSources } from "./layer_steps.ts";
 import { Layers } from "./layers.ts";
 import { turnedLight } from "./light.ts";
 import { PictureSettings } from "./picture_settings.ts";
 import { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { SavedPictures } from "./saved_pictures.ts";
-import type { Scene } from "./scene.ts";
 import { SliceArrivals } from "./slice_arrivals.ts";
 import { pickedPoint } from "./surface_point.ts";
 import { withIsovalues } from "./surfaces.ts";
+import type { SceneTime, Time } from "./time.ts";
 import type {
   Camera,
   Clip,
@@ -123,10 +124,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /**
    * Adds a volume to the picture. Resolves when its header has been read; that of a hidden one is read when
-   * it is shown. Rejects as `open`, and with a RangeError for a wrong transform; the other layers stay.
+   * it is shown. A function makes the source of each step of `time`. Rejects as `open`, and with a RangeError for a wrong transform; the other layers stay.
    */
-  addLayer(source: Source, options: AddLayerOptions = {}): Promise<Layer> {
+  addLayer(source: Source | StepSources, options: AddLayerOptions = {}): Promise<Layer> {
     return this.#layers.add(source, options);
+  }
+
+  /** The steps of the scene; null if it does not change with time. */
+  get time(): Time | null {
+    return this.#layers.time;
+  }
+
+  /** Closes all layers. Those that are added next may have these steps. `step`: the first one shown. */
+  setTime(time: SceneTime | null, step = 0): void {
+    this.#layers.setTime(time, step);
   }
 
   /** In the order in which they were added, unless they were moved. */
@@ -151,7 +162,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /** Closes all layers: ends their requests, and frees their memory. The canvas keeps its picture. */
   close(): void {
-    this.#layers.close();
+    this.#layers.setTime(null);
   }
 
   /** Closes all layers and frees everything. The viewer must not be used afterwards. */
@@ -206,8 +217,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setLook(change: Partial<Look>): void {
     this.#settings.look = { ...this.look, ...change };
-    const { firstPlaced, firstNumber } = this.#layers.list;
-    if (this.#life.renderer) this.#settings.apply(this.#life.renderer, firstPlaced, firstNumber);
+    this.#layers.applySettings();
     // Dragging a slider counts as motion: otherwise pictures with and without occlusion would
     // alternate.
     this.#scheduler?.onCameraChange();
@@ -238,9 +248,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   setSlices(slices: Slices): void {
     this.#settings.slices = slices;
-    const { firstPlaced, firstNumber } = this.#layers.list;
-    const { renderer } = this.#life;
-    if (renderer) this.#settings.applySlices(renderer, firstPlaced, firstNumber);
+    this.#layers.applySettings();
     this.#sceneChanged();
   }
 
@@ -358,7 +366,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   #showBusy(): void {
-    const isWaiting = this.#layers.list.isWaiting || this.#life.isContextLost;
+    const isWaiting = this.#layers.isWaiting || this.#life.isContextLost;
     const isDrawing = isWaiting || this.#sliceArrivals.isBusy || this.#scheduler?.isBusy;
     const isBusy = this.#layers.list.hasAny && isDrawing !== false;
     if (isBusy === this.#isBusy) return;
@@ -369,27 +377,17 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   #schedule(renderer: RendererModule): void {
     this.#scheduler?.stop();
     this.#scheduler = new FrameScheduler(this.canvas, renderer, {
-      scene: () => this.#scene(),
+      scene: () => this.#pictures.scene(() => this.#layers.shown()),
       guard: (action) => this.#life.guard(action),
       checkGpu: (uploads) => this.#layers.checkGpu(uploads),
-      viewed: (viewProjection) => this.#layers.viewed(viewProjection),
+      viewed: (...view) => this.#layers.viewed(...view),
       isContextLost: () => this.#life.isContextLost,
       fitCanvas: () => this.#size.fit(),
-      drawn: (report) => this.emit("frame", report),
+      drawn: (report) => {
+        this.emit("frame", report);
+        this.#layers.drawn();
+      },
       busyChanged: () => this.#showBusy(),
     });
-  }
-
-  #scene(): Scene | null {
-    const { camera, look } = this;
-    const canDraw = this.#life.renderer && !this.#life.isContextLost && !this.#pictures.isInParts;
-    if (!canDraw || !camera || !this.#layers.list.isOpen) return null;
-    return {
-      layers: this.#layers.list.shown(),
-      camera: this.#pictures.prepared?.camera ?? camera,
-      kind: look.kind,
-      shading: look.shading,
-      pictureSize: this.#pictures.prepared,
-    };
   }
 }

@@ -4,6 +4,7 @@ import type { Progress, StreamError } from "../stream/types.ts";
 import type { Layer, LayerOptions, LayerProperty } from "./layer.ts";
 import type { Light } from "./light.ts";
 import type { RendererError } from "./renderer_error.ts";
+import type { Time } from "./time.ts";
 import type { Camera, FrameReport, Projection, Surface } from "./types.ts";
 
 export interface ViewerEvents {
@@ -35,6 +36,8 @@ export interface ViewerEvents {
   layerremove: Layer;
   /** A layer has another index among `Viewer.layers`. */
   layermove: { layer: Layer; index: number };
+  /** `Viewer.time` is another one. */
+  time: Time | null;
   layerchange: { layer: Layer; property: LayerProperty };
   /** As `error`, for a fault of another layer than the first. The others go on. */
   layererror: { layer: Layer; error: StreamError | RendererError };

@@ -1,0 +1,50 @@
+import type { Decoder } from "../stream/decoder.ts";
+import { RequestLimit } from "../stream/request_limit.ts";
+import type { SessionOptions } from "../stream/session_parts.ts";
+import { WorkerPool } from "../stream/worker_pool.ts";
+import type { LayerEntry } from "./layer_list.ts";
+import { compiledRenderer } from "./renderer_program.ts";
+import type { ViewerOptions } from "./viewer_events.ts";
+
+/** What the sessions of all layers share: workers and requests. */
+export class LayerSessions {
+  readonly #options: ViewerOptions;
+  /** The viewer's own workers, if it has no `decoder` of others. */
+  #workers: WorkerPool | null = null;
+  readonly #requests = new RequestLimit();
+
+  constructor(options: ViewerOptions) {
+    this.#options = options;
+  }
+
+  /** Of the viewer, or those that others share with it. */
+  get decoder(): Decoder {
+    if (this.#options.decoder) return this.#options.decoder;
+    this.#workers ??= new WorkerPool({ renderer: compiledRenderer() });
+    return this.#workers;
+  }
+
+  /** The options of a session of a layer. */
+  optionsOf(
+    { layer, hasSurfaces, steps }: LayerEntry,
+    sampleBudget: number,
+  ): Omit<SessionOptions, "events" | "signal"> {
+    const { targetCellPixels, backgroundBytes } = this.#options;
+    const firstIsovalues = hasSurfaces ? layer.surfaces.map(({ isovalue }) => isovalue) : [];
+    return {
+      decoder: this.decoder,
+      requests: this.#requests,
+      sampleBudget,
+      ...(firstIsovalues.length > 0 ? { firstIsovalues } : {}),
+      ...(targetCellPixels ? { targetCellPixels } : {}),
+      ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
+      // Instead of other isovalues, other steps are fetched in advance.
+      ...(steps ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
+    };
+  }
+
+  /** Ends the workers. */
+  close(): void {
+    this.#workers?.close();
+  }
+}

@@ -1,0 +1,82 @@
+import type { CameraView } from "../stream/types.ts";
+import type { LayerEntry } from "./layer_list.ts";
+import type { OpenVolume } from "./open_volume.ts";
+import { activeCells, costOfLayers, type PlayCost, playCost, type StepCost } from "./time_cost.ts";
+import { completeCosts } from "./time_plan.ts";
+
+/** Bytes and samples of one step of a layer. */
+export interface StepNeed {
+  bytes: number;
+  samples: number;
+}
+
+interface LayerCosts {
+  /** The isovalues that the costs are of. */
+  isovalues: string;
+  steps: Map<number, StepCost>;
+}
+
+/** What the steps of layers cost, as far as their stores have been opened. */
+export class StepCosts {
+  readonly #layers = new WeakMap<LayerEntry, LayerCosts>();
+
+  /** Notes the cost of a step whose store is open. */
+  note(entry: LayerEntry, step: number, { session, info }: OpenVolume): void {
+    if (!session || !info) return;
+    const { steps } = this.#of(entry);
+    if (steps.get(step)?.bytes !== undefined) return;
+    const isovalues = isovaluesOf(entry);
+    const [finest] = session.levelCosts(isovalues);
+    const bytes = finest?.level === 0 ? finest.bytes : undefined;
+    steps.set(step, { bytes, cells: cellsOf(isovalues, info) });
+  }
+
+  /** The bytes of all steps of layers at full detail. */
+  total(entries: readonly LayerEntry[], count: number): PlayCost | undefined {
+    return costOfLayers(
+      entries.map((entry) => {
+        const { steps } = this.#of(entry);
+        const none: StepCost = { bytes: undefined, cells: undefined };
+        return playCost(Array.from({ length: count }, (_, step) => steps.get(step) ?? none));
+      }),
+    );
+  }
+
+  #of(entry: LayerEntry): LayerCosts {
+    const isovalues = String(isovaluesOf(entry));
+    let costs = this.#layers.get(entry);
+    if (costs?.isovalues !== isovalues) {
+      costs = { isovalues, steps: new Map() };
+      this.#layers.set(entry, costs);
+    }
+    return costs;
+  }
+}
+
+/** The isovalues of a layer's visible surfaces. */
+export function isovaluesOf({ layer }: LayerEntry): number[] {
+  return layer.surfaces.map(({ isovalue }) => isovalue);
+}
+
+function cellsOf(isovalues: readonly number[], info: NonNullable<OpenVolume["info"]>) {
+  const cells = isovalues.map((isovalue) => activeCells(info, isovalue));
+  return cells.reduce(
+    (sum, each) => (sum === undefined || each === undefined ? undefined : sum + each),
+    0,
+  );
+}
+
+/**
+ * What a step of a layer needs of a view besides its coarse levels: that of the step that is shown.
+ * Undefined if it is not open.
+ */
+export function needOf(entry: LayerEntry, view: CameraView): StepNeed | undefined {
+  const { session, info } = entry.volume;
+  if (!session || !info) return undefined;
+  const isovalues = isovaluesOf(entry);
+  const known = session.levelCosts(isovalues);
+  const costs = completeCosts(known, session.finestCoarseLevel, cellsOf(isovalues, info));
+  const level = session.finestLevelOf(view);
+  const cost = costs.find((each) => each.level === level);
+  return { bytes: cost?.bytes ?? 0, samples: session.pinnedSamples + (cost?.cells ?? 0) };
+}

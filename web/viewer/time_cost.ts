@@ -1,0 +1,68 @@
+import type { StoreInfo } from "../core/types.ts";
+
+/** The bytes that all steps take at full detail. */
+export interface PlayCost {
+  steps: number;
+  bytes: number;
+  /** Whether the bytes of some steps are estimated, from their headers or from other steps. */
+  isEstimated: boolean;
+}
+
+/** What is known of one step of one layer. */
+export interface StepCost {
+  /** The bytes of its surfaces; undefined until its directory has been fetched. */
+  bytes: number | undefined;
+  /** The cells of its surfaces, according to its header: activeCells. */
+  cells: number | undefined;
+}
+
+/**
+ * The bytes of all steps of a layer. Those of steps that are not known follow from their cells, or else are
+ * those of a mean step. Undefined if the bytes of no step are known.
+ */
+export function playCost(steps: readonly StepCost[]): PlayCost | undefined {
+  const known = steps.filter(({ bytes }) => bytes !== undefined);
+  if (known.length === 0) return undefined;
+  const knownBytes = sum(known.map(({ bytes }) => bytes));
+  const counted = known.filter(({ cells }) => cells !== undefined && cells > 0);
+  const cells = sum(counted.map((step) => step.cells));
+  const bytesPerCell = cells > 0 ? sum(counted.map(({ bytes }) => bytes)) / cells : undefined;
+  const estimates = steps.map((step) => {
+    if (step.bytes !== undefined) return step.bytes;
+    if (step.cells !== undefined && bytesPerCell !== undefined) return step.cells * bytesPerCell;
+    return undefined;
+  });
+  const estimated = estimates.filter((bytes) => bytes !== undefined);
+  const mean = estimated.length > 0 ? sum(estimated) / estimated.length : knownBytes / known.length;
+  return {
+    steps: steps.length,
+    bytes: Math.round(sum(estimates.map((bytes) => bytes ?? mean))),
+    isEstimated: known.length < steps.length,
+  };
+}
+
+/** The cost of several layers that play together. Undefined if that of one is. */
+export function costOfLayers(costs: readonly (PlayCost | undefined)[]): PlayCost | undefined {
+  const [first] = costs;
+  if (!first || costs.some((cost) => !cost)) return undefined;
+  return {
+    steps: first.steps,
+    bytes: sum(costs.map((cost) => cost?.bytes)),
+    isEstimated: costs.some((cost) => cost?.isEstimated),
+  };
+}
+
+/** The number of cells of level 0 that an isovalue has, according to the store's header. */
+export function activeCells(
+  { metadata: { active_cells: bins } }: Pick<StoreInfo, "metadata">,
+  isovalue: number,
+): number | undefined {
+  if (!bins || bins.counts.length === 0 || !(bins.high > bins.low)) return undefined;
+  const share = (isovalue - bins.low) / (bins.high - bins.low);
+  if (!(share >= 0 && share <= 1)) return 0;
+  return bins.counts[Math.min(bins.counts.length - 1, Math.floor(share * bins.counts.length))];
+}
+
+function sum(numbers: readonly (number | undefined)[]): number {
+  return numbers.reduce<number>((all, each) => all + (each ?? 0), 0);
+}

@@ -1,0 +1,108 @@
+import type { LevelCost } from "../stream/session.ts";
+
+/** The detail in which steps play, as the size up to which cells are not refined (device pixels). */
+export const playCellPixels: readonly number[] = [1, 2, 4, 8, 16, 32, 64];
+
+/** Of the measured bandwidth, this share is counted on. */
+const reliableShare = 0.8;
+/** Cells of a step take this many times their number of samples while finer ones replace coarser ones. */
+const whileReplaced = 1.4;
+/** As many steps are kept ahead in any case; if memory is short, they are coarser. */
+const fewestAhead = 2;
+
+/** Bytes of a cell, before those of any level are known. */
+const typicalCellBytes = 2.5;
+
+/** The costs of levels below `coarsest`. Those that are not known follow from the next one that is. */
+export function completeCosts(
+  known: readonly LevelCost[],
+  coarsest: number,
+  activeCells: number | undefined,
+): LevelCost[] {
+  const costs: LevelCost[] = [];
+  let next = known.find(({ level }) => level === coarsest);
+  for (let level = coarsest - 1; level >= 0; --level) {
+    let cost = known.find((each) => each.level === level);
+    if (!cost && activeCells !== undefined) {
+      // A surface has a quarter of the cells at the next coarser level.
+      const cells = activeCells / 4 ** level;
+      const bytesPerCell = next && next.cells > 0 ? next.bytes / next.cells : typicalCellBytes;
+      cost = { level, cells, bytes: cells * bytesPerCell };
+    }
+    cost ??= next && { level, cells: 4 * next.cells, bytes: 4 * next.bytes };
+    if (cost) costs.unshift(cost);
+    next = cost;
+  }
+  return costs;
+}
+
+/**
+ * The cell size at which steps play without a stop: the smallest one whose bytes arrive in the time that a
+ * step is shown.
+ *
+ * bytesAt: the bytes of a step that are to be fetched. bytesPerSecond: measured; undefined: nothing is known,
+ * and nothing is left out.
+ */
+export function cellPixelsThatPlay(
+  bytesAt: (pixels: number) => number,
+  stepsPerSecond: number,
+  bytesPerSecond: number | undefined,
+): number {
+  if (bytesPerSecond === undefined) return 1;
+  const affordable = (reliableShare * bytesPerSecond) / stepsPerSecond;
+  return (
+    playCellPixels.find((pixels) => bytesAt(pixels) <= affordable) ?? playCellPixels.at(-1) ?? 1
+  );
+}
+
+/** The number of other steps that a budget of samples holds, if each needs `samples`. */
+export function stepsThatFit(budget: number, samples: number, others: number): number {
+  const fitting = samples > 0 ? Math.floor(budget / (whileReplaced * samples)) : others;
+  return Math.min(others, Math.max(fewestAhead, fitting));
+}
+
+/** What steps are fetched in advance. */
+export interface AheadPlan {
+  /** Steps whose coarse levels are resident, or are fetched. Those of `refined` are among them. */
+  kept: number[];
+  /** Steps that are refined now. */
+  refined: number[];
+}
+
+export interface AheadOptions {
+  /** The other steps, the next one first: `stepsAhead`. */
+  ahead: readonly number[];
+  /** Of `kept`: see stepsThatFit. */
+  most: number;
+  /** Most bytes fetched before they are shown, and those of one step. */
+  byteBudget: number;
+  stepBytes: number;
+  /** Whether a step is as fine as it is needed. */
+  isReady(step: number): boolean;
+  isPlaying: boolean;
+}
+
+/** Requests of so many steps overlap, so that none waits for the round trip of another. */
+const refinedTogether = 3;
+/** At rest, so many steps are fetched ahead, since the next key press may show them. */
+const aheadAtRest = 2;
+
+/** Chooses the steps to fetch. Steps that are ready already cost nothing, and stay as long as they fit. */
+export function planAhead(options: AheadOptions): AheadPlan {
+  const { ahead, most, byteBudget, stepBytes, isReady, isPlaying } = options;
+  const affordable = stepBytes > 0 ? Math.floor(byteBudget / stepBytes) : ahead.length;
+  const reach = isPlaying ? Math.max(fewestAhead, affordable) : aheadAtRest;
+  const kept: number[] = [];
+  const refined: number[] = [];
+  let fetched = 0;
+  for (const step of ahead.slice(0, most)) {
+    if (isReady(step)) {
+      kept.push(step);
+    } else if (fetched < reach) {
+      ++fetched;
+      kept.push(step);
+      if (refined.length < (isPlaying ? refinedTogether : 1)) refined.push(step);
+    }
+  }
+  return { kept, refined };
+}
