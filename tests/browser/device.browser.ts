@@ -175,9 +175,31 @@ test("a volume is replaced by one that is dropped on it", async ({ page }) => {
   await expect(page.locator("wa-slider").first()).toBeVisible();
   await page.waitForFunction(() => document.querySelector("link[href*=device_files]") !== null);
   await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
+  await page.getByRole("button", { name: "Open instead" }).click();
   await expect(page.locator(".volume-name")).toHaveText("bucky");
   await complete(page);
   await expect(page).toHaveURL(/src=device/);
+});
+
+test("a volume that is dropped beside another one is added to the picture", async ({ page }) => {
+  await page.goto(`${server.url}?volume=marschner_lobb`);
+  await complete(page);
+  await page.waitForFunction(() => document.querySelector("link[href*=device_files]") !== null);
+  const names = page.locator(".layer-name");
+  await drop(page, [resolve(demoFolder, "bucky.nrrd")]);
+  await page.getByRole("button", { name: "Add to the picture" }).click();
+  await expect(names).toHaveText(["marschner_lobb", "bucky"]);
+  await complete(page);
+  await expect(page.locator(".volume-name")).toHaveText("marschner_lobb");
+  await expect(page).toHaveURL(/volume=marschner_lobb.*layer=src:device:[0-9a-f]{32};/);
+  // It is kept on this device, so that the link opens it again.
+  await page.reload();
+  await complete(page);
+  await expect(names).toHaveText(["marschner_lobb", "bucky"]);
+  await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
+  await page.getByRole("dialog").getByRole("button", { name: "Close" }).click();
+  await expect(page.locator(".task-card")).toHaveCount(0);
+  await expect(names).toHaveCount(2);
 });
 
 test("a hundred unrelated files: one message", async ({ page }) => {

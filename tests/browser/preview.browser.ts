@@ -161,6 +161,7 @@ test("cancelling leads back to what was shown before", { tag: "@slow" }, async (
   await settled(page);
   const before = page.url();
   await drop(page, [ball]);
+  await page.getByRole("button", { name: "Open instead" }).click();
   await previewed(page);
   await card(page).getByRole("button", { name: "Cancel" }).click();
   // This store is in memory only.

@@ -29,6 +29,7 @@ const view: AddressState = {
   camera: undefined,
   isDefaultCamera: true,
   measures: [],
+  layers: null,
 };
 
 it("is written once, with what is shown last, when nothing changes any more", () => {

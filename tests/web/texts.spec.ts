@@ -154,7 +154,7 @@ describe("texts for visitors are in web/texts alone", () => {
     ...["Viridis", "Magma", "Cividis", "Turbo"],
     // Classes, properties, keys, headers, and a note that a store has.
     ...["icon-button minor", "surface active", "swatch chosen"],
-    ...["Enter", "Backspace", "Escape", "Files", "Authorization", "Range"],
+    ...["Home", "End", "Delete", "Enter", "Backspace", "Escape", "Files", "Authorization", "Range"],
     "left and right may be swapped",
     "(prefers-color-scheme: dark)",
     // For programmers, whose language is English. The element shows messages of faults as they are.

@@ -1,9 +1,9 @@
 import { StreamError } from "../stream/types.ts";
 import { startTexts } from "../texts/start.ts";
 import { addressIn } from "./address/open_target.ts";
+import { deviceAddress } from "./address/target.ts";
 import { Catalog } from "./catalog/catalog.ts";
 import { DeviceFiles } from "./device/device_files.ts";
-import { deviceAddress } from "./device/device_target.ts";
 import { VolumePage } from "./volume/volume_page.ts";
 
 /**

@@ -4,6 +4,7 @@ import { device } from "./device.de.ts";
 import { deviceError } from "./device_errors.de.ts";
 import { fault } from "./faults.de.ts";
 import { help } from "./help.de.ts";
+import { layers } from "./layers.de.ts";
 import { measure } from "./measure.de.ts";
 import { overlay } from "./overlay.de.ts";
 import { page } from "./page.de.ts";
@@ -19,6 +20,7 @@ export const translation = {
   deviceError,
   fault,
   help,
+  layers,
   measure,
   overlay,
   page,

@@ -45,6 +45,8 @@ export const device: typeof English = {
   nothingFound: (found) =>
     `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, altes VTK oder roh), gefunden: ${found}.`,
 
+  besideOpen: "Ein Volumen ist offen",
+  manners: { add: "Zum Bild hinzufügen", replace: "Stattdessen öffnen" },
   theFiles: "die Dateien selbst",
   whichVolume: (count) => `${count} Volumen: welches?`,
   which: {

@@ -48,6 +48,8 @@ export const deviceTexts = part("device", {
   nothingFound: (found: string) =>
     `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, legacy VTK or raw), found ${found}.`,
 
+  besideOpen: "A volume is open",
+  manners: { add: "Add to the picture", replace: "Open instead" },
   theFiles: "the files themselves",
   whichVolume: (count: number) => `${count} volumes: which one?`,
   /** What is chosen in a file: see VolumeChoice. */

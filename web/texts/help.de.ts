@@ -25,6 +25,10 @@ export const help: typeof English = {
       "Strg + Z, Strg + Umschalt + Z",
       "Die letzte Änderung der Ansicht zurücknehmen oder wiederholen",
     ],
+    [
+      "Pfeiltasten, Alt + Pfeile, F2, Entf in der Liste der Ebenen",
+      "Zu einer anderen Ebene gehen, sie in der Liste verschieben, umbenennen, entfernen",
+    ],
     ["C", "Einen Link zu dieser Ansicht kopieren"],
     ["S, Umschalt + S", "Ein Bild speichern; eines beliebiger Größe oder einen Film"],
     ["F", "Das Bedienfeld zeigen oder verbergen"],

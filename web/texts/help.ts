@@ -23,6 +23,10 @@ export const helpTexts = part("help", {
     ],
     ["R", "Reset the view"],
     ["Ctrl + Z, Ctrl + Shift + Z", "Undo or redo the last change of the view"],
+    [
+      "Arrow keys, Alt + arrows, F2, Delete in the list of layers",
+      "Go to another layer, move it in the list, rename it, remove it",
+    ],
     ["C", "Copy a link to this view"],
     ["S, Shift + S", "Save a picture; one of any size, or a film"],
     ["F", "Show or hide the controls"],

@@ -13,6 +13,11 @@ export const panel: typeof English = {
   logarithmicTitle: "Die Höhen des Histogramms sind Logarithmen der Anzahlen",
   suggested: "Vorgeschlagene Isowerte",
 
+  layers: "Ebenen",
+  hiddenLayer: (layer) =>
+    `${layer} ist verborgen. Die Werte werden gelesen, wenn die Ebene gezeigt wird.`,
+  showLayer: "Ebene zeigen",
+
   surfaces: "Flächen",
   saveSurface: "Fläche speichern",
   saveSurfaceTitle: "Die Fläche als Dreiecke speichern",

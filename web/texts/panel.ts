@@ -14,6 +14,10 @@ export const panelTexts = part("panel", {
   logarithmicTitle: "Heights of the histogram are logarithms of counts",
   suggested: "Suggested isovalues",
 
+  layers: "Layers",
+  hiddenLayer: (layer: string) => `${layer} is hidden. Its values are read when it is shown.`,
+  showLayer: "Show the layer",
+
   surfaces: "Surfaces",
   saveSurface: "Save the surface",
   saveSurfaceTitle: "Save the surface as triangles",

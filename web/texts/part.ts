@@ -5,6 +5,7 @@ export type PartName =
   | "deviceError"
   | "fault"
   | "help"
+  | "layers"
   | "measure"
   | "overlay"
   | "page"

@@ -10,6 +10,7 @@ import {
   type Slices,
   type Surface,
 } from "../../viewer/types.ts";
+import { type LayersView, layersAddress } from "./layer_address.ts";
 import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
 
 /**
@@ -34,6 +35,8 @@ export interface AddressState {
    */
   isDefaultCamera: boolean;
   measures: readonly string[];
+  /** Null if there is only the volume itself, of which nothing is set. */
+  layers: LayersView | null;
 }
 
 /** The address of a camera view: only the settings that differ from the page's defaults. */
@@ -64,6 +67,11 @@ export function addressOf(view: AddressState): UrlState {
   if (!isDefaultSlices(view.slices)) state.slices = view.slices;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
+  if (view.layers) {
+    const { layers, order } = layersAddress(view.layers);
+    if (layers.length > 0) state.layers = layers;
+    if (order) state.layerOrder = order;
+  }
   if (view.measures.length > 0) state.measures = view.measures;
   return state;
 }
@@ -79,7 +87,8 @@ export class AddressBar {
   /**
    * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`:
    * called with a view that the address has, its settings without measurements, and whether the
-   * address has all measurements. If they do not all fit, it has none.
+   * address has all measurements and layers. If the measurements do not all fit, it has none; if the
+   * layers do not fit either, it has none of them.
    */
   constructor(
     view: () => AddressState | null,
@@ -126,7 +135,8 @@ export class AddressBar {
       const rest = writeUrl(state);
       const whole = writeUrl(addressOf(view));
       const fits = whole.length <= longestQuery;
-      const query = fits ? whole : rest;
+      const { layers: _layers, layerOrder: _order, ...picture } = state;
+      const query = [whole, rest].find(({ length }) => length <= longestQuery) ?? writeUrl(picture);
       if (query !== location.search) history.replaceState(null, "", location.pathname + query);
       this.#rested(writeUrl(settings), view, fits);
     }

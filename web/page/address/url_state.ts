@@ -32,6 +32,7 @@ import {
   shadings,
   splatKinds,
 } from "../../viewer/types.ts";
+import { type LayerAddress, readLayer, readOrder, writeLayer } from "./layer_address.ts";
 import { expectedOfLight, lightParameters, readLight, writeLight } from "./light_address.ts";
 
 /**
@@ -69,6 +70,8 @@ export const minOpacity = 0.05;
  *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
  *   slice-range=0,255              the values that are black and white in slices
+ *   layer=volume:bone;isovalue:300 once for each further layer, and for changes of others: readLayer
+ *   layer-order=1,0                the order of the layers in their list: readOrder
  */
 export interface UrlState {
   volume?: string;
@@ -88,6 +91,8 @@ export interface UrlState {
   light?: Light;
   clip?: Clip;
   slices?: Slices;
+  layers?: readonly LayerAddress[];
+  layerOrder?: readonly number[];
   show?: ReadonlySet<OverlayPart>;
   /** One for each measurement, not validated: web/measure parses them. */
   measures?: readonly string[];
@@ -196,6 +201,16 @@ export function readUrl(search: string): UrlState {
       ...(range && { range }),
     };
   }
+  const layers = query.getAll("layer").map((text) => {
+    const layer = readLayer(text);
+    if (!layer) notes.push(ignored("layer", text, "volume:name;isovalue:1,2;…"));
+    return layer;
+  });
+  const known = layers.filter((layer) => layer !== undefined);
+  if (known.length > 0) state.layers = known;
+  const order = read("layer-order", readOrder, pageTexts.isNumbers);
+  // Without one of the layers, the numbers of the others differ.
+  if (order && known.length === layers.length) state.layerOrder = order;
   if (notes.length > 0) state.notes = notes;
   return state;
 }
@@ -206,15 +221,16 @@ function ignored(name: string, text: string, expected: string): string {
 }
 
 /**
- * The query, with its question mark. Commas are not escaped, all other characters are. Numbers have
+ * The query, with its question mark. Commas are not escaped, nor what separates the fields of layers; all other
+ * characters are. Numbers have
  * as many digits as are needed to read the same numbers, so the address gives the same picture,
  * pixel by pixel, on the page and with `isosplat render`.
  */
 export function writeUrl(state: UrlState): string {
   const parts: string[] = [];
-  const add = (name: string, value: string | undefined) => {
-    if (value !== undefined)
-      parts.push(`${name}=${encodeURIComponent(value).replace(/%2C/g, ",")}`);
+  const add = (name: string, value: string | undefined, plain = /%2C/g) => {
+    if (value === undefined) return;
+    parts.push(`${name}=${encodeURIComponent(value).replace(plain, decodeURIComponent)}`);
   };
   add("volume", state.volume);
   add("src", state.src);
@@ -246,6 +262,8 @@ export function writeUrl(state: UrlState): string {
     add("slice-range", range?.join(","));
   }
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
+  for (const layer of state.layers ?? []) add("layer", writeLayer(layer), /%(2C|3A|3B|2F)/g);
+  add("layer-order", state.layerOrder?.join(","));
   for (const line of state.measures ?? []) add("measure", line);
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }

@@ -22,6 +22,15 @@ export async function chooseVolume(
   return choose(label, volumes.slice(0, mostOffered), text);
 }
 
+/** Whether a volume is added to the picture, or takes the place of what is open. */
+export type Manner = "add" | "replace";
+
+/** Asks what to do with files beside an open volume. Resolves to undefined if the visitor cancels. */
+export function chooseManner(): Promise<Manner | undefined> {
+  const manners = ["add", "replace"] as const;
+  return choose(deviceTexts.besideOpen, manners, (manner) => deviceTexts.manners[manner]);
+}
+
 /** Asks which of several volumes of a file to read: see Chooser. */
 export async function chooseInFile(
   choices: readonly VolumeChoice[],

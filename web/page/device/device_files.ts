@@ -25,11 +25,18 @@ import { beginsAsStore } from "../../stream/transfer.ts";
 import { StreamError } from "../../stream/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { addressIn } from "../address/open_target.ts";
+import { deviceAddress } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { formatDims } from "../shell/format.ts";
 import { releaseView } from "../volume/view.ts";
 import type { VolumePage } from "../volume/volume_page.ts";
-import { chooseInFile, chooseScale, chooseVolume } from "./choose_volume.ts";
+import {
+  chooseInFile,
+  chooseManner,
+  chooseScale,
+  chooseVolume,
+  type Manner,
+} from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { askRawLayout } from "./raw_dialog.ts";
 import { ShownVolume } from "./shown_volume.ts";
@@ -56,12 +63,17 @@ export class DeviceFiles {
   readonly #shown: ShownVolume;
   readonly section: DeviceSection;
   #task: Task | undefined;
+  /** What the running task does with its volume. */
+  #manner: Manner = "replace";
   /** Aborts the preview of a volume. */
   #previewing: AbortController | undefined;
 
   /** `page`: the page of the volume that is shown, if there is one. */
   constructor(root: HTMLElement, page?: VolumePage) {
-    this.#shown = new ShownVolume(root, page);
+    this.#shown = new ShownVolume(root, page, (shown) => {
+      shown.layers.takeFiles = (files) =>
+        void this.#take(Promise.resolve(listedFiles(files)), "add");
+    });
     this.section = new DeviceSection({
       take: (files) => void this.#take(Promise.resolve(listedFiles(files))),
     });
@@ -104,6 +116,7 @@ export class DeviceFiles {
   /** Opens the volume at a URL: fetches it, or opens its kept store. */
   openAddress(address: URL): Promise<void> {
     return this.#run(deviceTexts.fetching, async (task) => {
+      this.#manner = "replace";
       const kept = (await keptStores()).filter((store) => store.address === address.href);
       task.shows(deviceTexts.fetchingNamed(nameAt(address)), deviceTexts.from(address.host));
       try {
@@ -143,7 +156,8 @@ export class DeviceFiles {
     await this.#build(await zarrVolume(image, scale, place), task, { address: place.href });
   }
 
-  #take(files: Promise<InputFile[]>): Promise<void> {
+  /** `manner`: undefined: asks the visitor, if a volume is open. */
+  #take(files: Promise<InputFile[]>, manner?: Manner): Promise<void> {
     return this.#run(deviceTexts.reading, async (task) => {
       const found = await files;
       const [first] = found;
@@ -151,10 +165,20 @@ export class DeviceFiles {
         const { openSession } = await import("../address/open_session.ts");
         await openSession(first.file);
       } else {
+        const chosen = manner ?? (await this.#chooseManner(task));
+        if (!chosen) return;
+        this.#manner = chosen;
         forbidOtherOrigins();
         await this.#open(found, task);
       }
     });
+  }
+
+  /** Without a volume that can be shown with others, they take its place. */
+  async #chooseManner(task: Task): Promise<Manner | undefined> {
+    if (!this.#shown.isOpen || hasOtherOrigins(this.#shown.page)) return "replace";
+    task.shows(deviceTexts.besideOpen, "");
+    return chooseManner();
   }
 
   async #run(title: string, work: (task: Task) => Promise<void>): Promise<void> {
@@ -249,6 +273,7 @@ export class DeviceFiles {
         { signal, progress: (progress) => task.progress(progress, volume.voxelBytes) },
         previewing.signal,
         (built, voxels) =>
+          this.#manner === "replace" &&
           this.#shown.openProvisional(
             {
               contentId: built.report.contentId,
@@ -290,6 +315,11 @@ export class DeviceFiles {
   async #openHeld(id: string, { address }: Place = {}): Promise<void> {
     const found = await keptBlob(id);
     if (!found) throw new Error(deviceTexts.removed);
+    const { page } = this.#shown;
+    if (page && this.#manner === "add") {
+      await page.layers.add({ src: deviceAddress + id });
+      return;
+    }
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
   }
 }
@@ -297,6 +327,18 @@ export class DeviceFiles {
 /** The version is that of a single file. Several files would have to be checked one by one. */
 function placeOf({ address, version }: Origin, { files }: ReadableVolume): Place {
   return { address: address.href, ...(version && files === 1 ? { version } : {}) };
+}
+
+/**
+ * Whether the page shows stores of other hosts, of which nothing more can be fetched when files of this
+ * device are read.
+ */
+function hasOtherOrigins(page: VolumePage | undefined): boolean {
+  const added = page?.layers.view?.present.map(({ place }) => place.src) ?? [];
+  return [readUrl(location.search).src, ...added].some((src) => {
+    const address = src === undefined ? undefined : addressIn(src);
+    return address !== undefined && address.origin !== location.origin;
+  });
 }
 
 /** The host of the volume that is shown, if the browser refuses requests to it from now on. */

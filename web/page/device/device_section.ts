@@ -2,10 +2,10 @@ import { html, nothing, render } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { type KeptStore, keptStores, onKeptChange, remove } from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { deviceAddress } from "../address/target.ts";
 import { formatBytes, formatDims, formatType } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";
 import { thumbnail } from "../shell/thumbnails.ts";
-import { deviceAddress } from "./device_target.ts";
 
 export interface DeviceSectionActions {
   take(files: Iterable<File>): void;

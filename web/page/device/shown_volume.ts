@@ -1,9 +1,9 @@
 import { type KeptStore, keptBlob } from "../../device/kept_stores.ts";
-import type { Target } from "../address/target.ts";
+import { deviceAddress, type Target } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { prepareView } from "../volume/view.ts";
 import { VolumePage } from "../volume/volume_page.ts";
-import { deviceAddress, deviceTarget } from "./device_target.ts";
+import { deviceTarget } from "./device_target.ts";
 import { SaveButton } from "./save_button.ts";
 
 /**
@@ -24,16 +24,27 @@ export class ShownVolume {
   #page: VolumePage | undefined;
   #provisional: KeptStore | undefined;
   #leave = () => {};
+  readonly #shows: (page: VolumePage) => void;
 
-  /** `page`: the page of the volume that is shown, if there is one. */
-  constructor(root: HTMLElement, page?: VolumePage) {
+  /**
+   * `page`: the page of the volume that is shown, if there is one. `shows`: called with this page, and with
+   * each one that is shown later.
+   */
+  constructor(root: HTMLElement, page: VolumePage | undefined, shows: (page: VolumePage) => void) {
     this.#root = root;
     this.#page = page;
+    this.#shows = shows;
+    if (page) shows(page);
     window.addEventListener("popstate", () => void this.#onPopState());
   }
 
   get page(): VolumePage | undefined {
     return this.#page;
+  }
+
+  /** Whether a complete store is open, beside which others can be shown. */
+  get isOpen(): boolean {
+    return this.#provisional === undefined && Boolean(this.#page?.info);
   }
 
   /**
@@ -96,6 +107,7 @@ export class ShownVolume {
     this.#root = root;
     const page = new VolumePage(root, target);
     this.#page = page;
+    this.#shows(page);
     void page.firstContent.then(() => page.loadOverlay());
     void import("../shell/components.ts");
     return page;

@@ -26,7 +26,9 @@ export function isovalueSection(state: VolumeState, actions: VolumeActions): Tem
   const typed = (event: Event) => actions.type((event.currentTarget as HTMLInputElement).value);
   const slid = (event: Event) =>
     actions.slide((event.currentTarget as HTMLInputElement).valueAsNumber);
+  const { title } = state;
   return html`<section class="section isovalue" aria-label=${panelTexts.isovalue}>
+    ${title ? html`<p class="isovalue-layer quiet" title=${title}>${title}</p>` : nothing}
     <div class="section-head">
       <h2>${panelTexts.isovalue}${units ? html` <span class="quiet">${units}</span>` : nothing}</h2>
       <input

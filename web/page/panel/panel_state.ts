@@ -8,6 +8,8 @@ import type { IsovalueScale } from "./isovalue_scale.ts";
 /** The state of the volume in the panel: its surfaces and their isovalues. */
 export interface VolumeState {
   info: StoreInfo;
+  /** The title of the layer, if there are several. */
+  title?: string | undefined;
   scale: IsovalueScale;
   surfaces: readonly Surface[];
   /** Index of the surface that the slider changes. */

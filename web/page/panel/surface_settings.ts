@@ -17,16 +17,25 @@ import { IsovalueSweep } from "./isovalue_sweep.ts";
 import type { VolumeActions, VolumeState } from "./panel_state.ts";
 import { withAddedSurface } from "./surfaces.ts";
 
+/** A layer whose surfaces are changed. */
+export interface SurfaceSubject {
+  surfaces: readonly Surface[];
+  /** Null until its store has been read. */
+  readonly info: StoreInfo | null;
+}
+
 /**
- * The surfaces of the volume that the page shows, and the changes of their isovalues. Starts with
- * the surfaces of the address. Passes every change to the viewer, and then notifies the page. The
- * visitor's surfaces are stored here, since the viewer shows others while a film is drawn, and none
- * before a volume is open.
+ * The surfaces of the chosen layer, at first of the volume that the page shows, and the changes of their
+ * isovalues. Starts with the surfaces of the address. Passes every change to the viewer, and then
+ * notifies the page. The visitor's surfaces are stored here, since the viewer shows others while a film
+ * is drawn, and none before a volume is open.
  */
 export class SurfaceSettings {
   readonly #viewer: Viewer;
   readonly #url: UrlState;
   readonly #changed: () => void;
+  /** The layer that was chosen; null: the volume of the page, the viewer's first layer. */
+  #subject: SurfaceSubject | null = null;
   #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
   #suggestions: readonly number[] = [];
   #surfaces: readonly Surface[];
@@ -48,6 +57,39 @@ export class SurfaceSettings {
     this.#surfaces = surfacesAt(url.isovalues ?? [], url.colours, url.opacities);
   }
 
+  /** The chosen layer; null: the volume of the page. */
+  get subject(): SurfaceSubject | null {
+    return this.#subject;
+  }
+
+  /** Changes the surfaces of this layer from now on; null: those of the volume of the page. */
+  choose(subject: SurfaceSubject | null): void {
+    this.#sweep.stop();
+    this.#subject = subject;
+    this.#typed = undefined;
+    this.#active = 0;
+    this.reread();
+  }
+
+  /** The chosen layer was opened, or its surfaces were changed elsewhere. */
+  reread(): void {
+    const { info, surfaces } = this.#subject ?? this.#viewer;
+    if (info) this.#scaleTo(info);
+    this.#surfaces = surfaces;
+    this.#active = Math.max(0, Math.min(this.#active, surfaces.length - 1));
+    this.#changed();
+  }
+
+  #scaleTo(info: StoreInfo): void {
+    this.#scale = isovalueScale(info.range, info.mapping.scale);
+    this.#suggestions = info.metadata.suggested_isovalues ?? [];
+  }
+
+  /** The surfaces of the volume of the page, whichever layer is chosen. */
+  get first(): readonly Surface[] {
+    return this.#subject ? this.#viewer.surfaces : this.#surfaces;
+  }
+
   /** Empty until the address or a volume provides an isovalue. */
   get surfaces(): readonly Surface[] {
     return this.#surfaces;
@@ -59,13 +101,12 @@ export class SurfaceSettings {
   }
 
   /**
-   * Called when a volume is open. Sets its range; if no isovalue lies inside it, uses the first
+   * Called when the volume of the page is open, while it is chosen. Sets its range; if no isovalue lies inside it, uses the first
    * suggested isovalue, as it does in place of one that was suggested before. Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo): string[] {
     this.#sweep.stop();
-    this.#scale = isovalueScale(info.range, info.mapping.scale);
-    this.#suggestions = info.metadata.suggested_isovalues ?? [];
+    this.#scaleTo(info);
     const notes: string[] = [];
     const { low, high } = this.#scale;
     const isInside = ({ isovalue }: Surface) => isovalue >= low && isovalue <= high;
@@ -122,8 +163,12 @@ export class SurfaceSettings {
     };
   }
 
-  /** Restores earlier surfaces, for undo and redo. */
+  /** Restores earlier surfaces of the volume of the page, for undo and redo. */
   restore(surfaces: readonly Surface[]): void {
+    if (this.#subject) {
+      this.#viewer.setSurfaces(surfaces);
+      return;
+    }
     this.#sweep.stop();
     this.#active = Math.max(0, Math.min(this.#active, surfaces.length - 1));
     this.#setSurfaces(surfaces);
@@ -204,7 +249,8 @@ export class SurfaceSettings {
 
   #setSurfaces(surfaces: readonly Surface[]): void {
     this.#surfaces = surfaces;
-    this.#viewer.setSurfaces(surfaces);
+    if (this.#subject) this.#subject.surfaces = surfaces;
+    else this.#viewer.setSurfaces(surfaces);
     this.#changed();
   }
 

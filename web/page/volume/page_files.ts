@@ -1,25 +1,35 @@
 import type { StoreInfo } from "../../core/types.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { wholeVolume } from "../../viewer/clipping.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { CaptureDialog } from "../capture/capture_dialog.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { plainValue } from "../shell/format.ts";
 import { keepThumbnailWhenIdle } from "../shell/thumbnails.ts";
 import type { Toast } from "../shell/toast.ts";
+import type { LayersPart } from "./layers_part.ts";
 
 /** The files that a volume page saves: pictures, films and surfaces; and the picture for lists. */
 export class PageFiles {
   readonly #viewer: Viewer;
   readonly #surfaces: SurfaceSettings;
+  readonly #layers: LayersPart;
   readonly #toast: Toast;
   readonly #title: () => string;
   #capture: Promise<CaptureDialog> | null = null;
   #keptThumbnail = "";
 
   /** title: the volume's title, for file names. */
-  constructor(viewer: Viewer, surfaces: SurfaceSettings, toast: Toast, title: () => string) {
+  constructor(
+    viewer: Viewer,
+    surfaces: SurfaceSettings,
+    layers: LayersPart,
+    toast: Toast,
+    title: () => string,
+  ) {
     this.#viewer = viewer;
     this.#surfaces = surfaces;
+    this.#layers = layers;
     this.#toast = toast;
     this.#title = title;
   }
@@ -46,11 +56,13 @@ export class PageFiles {
   async saveSurface(): Promise<void> {
     const { surfaces, active } = this.#surfaces.state;
     const { isovalue } = surfaces[active] ?? {};
-    const access = this.#viewer.storeAccess;
+    const access = (this.#layers.chosen ?? this.#viewer).storeAccess;
     if (isovalue === undefined || !access) return;
     try {
       const { openSurfaceDialog } = await import("../capture/surface_dialog.ts");
-      openSurfaceDialog(access, isovalue, this.#viewer.clip, (ending, file) =>
+      // The clip box is a fraction of the first layer.
+      const clip = this.#surfaces.subject ? wholeVolume : this.#viewer.clip;
+      openSurfaceDialog(access, isovalue, clip, (ending, file) =>
         this.save(`${isovalue}.${ending}`, file),
       );
     } catch {
@@ -64,7 +76,8 @@ export class PageFiles {
         ({ CaptureDialog }) =>
           new CaptureDialog({
             viewer: this.#viewer,
-            activeSurface: () => this.#surfaces.state.active,
+            // A film changes the isovalue of the first layer.
+            activeSurface: () => (this.#surfaces.subject ? 0 : this.#surfaces.state.active),
             save: (ending, content) => this.save(`${this.#isovalues}-${ending}`, content),
           }),
       );
@@ -83,6 +96,6 @@ export class PageFiles {
   }
 
   get #isovalues(): string {
-    return this.#surfaces.surfaces.map((surface) => plainValue(surface.isovalue)).join("-");
+    return this.#surfaces.first.map((surface) => plainValue(surface.isovalue)).join("-");
   }
 }

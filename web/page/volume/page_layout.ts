@@ -9,6 +9,7 @@ import { Histogram } from "../panel/histogram.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { formatValue } from "../shell/format.ts";
 import type { Toast } from "../shell/toast.ts";
+import type { LayersPart } from "./layers_part.ts";
 import type { LoadedParts } from "./loaded_parts.ts";
 import type { StatusLine } from "./status_line.ts";
 import { bannerOf, type VolumeFaults } from "./volume_faults.ts";
@@ -21,6 +22,7 @@ export interface LaidOutPage {
   readonly settings: DisplaySettings;
   readonly faults: VolumeFaults;
   readonly parts: LoadedParts;
+  readonly layers: LayersPart;
   readonly status: StatusLine;
   readonly toast: Toast;
   readonly history: { canUndo: boolean; canRedo: boolean };
@@ -40,8 +42,8 @@ export class PageLayout {
   readonly #root: HTMLElement;
   readonly #page: LaidOutPage;
   readonly #histogram: Histogram;
-  /** The bytes for an isovalue. */
-  #cost: { isovalue: number; bytes: number } | null = null;
+  /** The bytes for an isovalue of a layer; undefined: of the only one. */
+  #cost: { layer: number | undefined; isovalue: number; bytes: number } | null = null;
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;
   #isPanelHidden = false;
@@ -83,10 +85,11 @@ export class PageLayout {
   rests(): void {
     const { surfaces, active } = this.#page.surfaces.state;
     const isovalue = surfaces[active]?.isovalue;
-    if (isovalue === undefined || this.#cost?.isovalue === isovalue) return;
-    const bytes = this.#page.viewer.bytesOf(isovalue);
+    if (isovalue === undefined || this.#bytesOf(isovalue) !== undefined) return;
+    const { chosen } = this.#page.layers;
+    const bytes = (chosen ?? this.#page.viewer).bytesOf(isovalue);
     if (bytes === undefined) return;
-    this.#cost = { isovalue, bytes };
+    this.#cost = { layer: chosen?.id, isovalue, bytes };
     this.request();
   }
 
@@ -122,21 +125,25 @@ export class PageLayout {
     this.#handle = 0;
     const { viewer, parts, info, title } = this.#page;
     const { surfaces } = this.#page;
-    const isovalues = listed(surfaces.surfaces.map(({ isovalue }) => formatValue(isovalue)));
+    const isovalues = listed(surfaces.first.map(({ isovalue }) => formatValue(isovalue)));
     viewer.canvas.setAttribute("aria-label", pageTexts.picture(title, isovalues));
     parts.overlay?.show(this.#page.settings.state.show);
     parts.clipHandles?.request();
+    this.#page.layers.refresh();
     render(volumeLayout(this.#state(), this.#page.actions), this.#root);
-    if (info) {
+    const { chosen } = this.#page.layers;
+    const values = chosen ? chosen.info : info;
+    if (values) {
       const { scale, isLogarithmic } = surfaces.state;
       const { suggestions, marks } = surfaces;
-      const { histogram, active_cells: activeCells } = info.metadata;
+      const { histogram, active_cells: activeCells } = values.metadata;
       this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
     }
   }
 
   #state(): LayoutState {
-    const { viewer, faults, parts, status, toast, target, info, hasPicture } = this.#page;
+    const { viewer, faults, parts, layers, status, toast, target, info, hasPicture } = this.#page;
+    const { chosen } = layers;
     const surfaces = this.#page.surfaces.state;
     const settings = this.#page.settings.state;
     const fault = faults.current(target.name);
@@ -169,12 +176,16 @@ export class PageLayout {
       overlay: parts.overlay?.element ?? null,
       clipHandles: isClipBoxShown ? (parts.clipHandles?.element ?? null) : null,
       measure: parts.measureParts(info),
+      layersSection: layers.element,
+      isOfSeveral: layers.isOpen,
+      chosen: chosen ? { title: layers.titleOf(chosen), info: chosen.info } : null,
       slicesSection: parts.slicesSection,
       status: status.element,
     };
   }
 
   #bytesOf(isovalue: number | undefined): number | undefined {
-    return this.#cost?.isovalue === isovalue ? this.#cost?.bytes : undefined;
+    const isSame = this.#cost?.layer === this.#page.layers.chosen?.id;
+    return isSame && this.#cost?.isovalue === isovalue ? this.#cost?.bytes : undefined;
   }
 }

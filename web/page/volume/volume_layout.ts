@@ -57,6 +57,12 @@ export interface LayoutState {
   clipHandles: HTMLElement | null;
   /** The marks of measurements over the canvas, and their section; null until loaded. */
   measure: { element: HTMLElement; section: TemplateResult } | null;
+  /** The list of layers; null until loaded. */
+  layersSection: HTMLElement | null;
+  /** Whether there are several layers, so that the list is shown. */
+  isOfSeveral: boolean;
+  /** The layer on which isovalue and surfaces act, if there are several. `info`: null until it has been opened. */
+  chosen: { title: string; info: StoreInfo | null } | null;
   /** The section of slices; null until loaded. */
   slicesSection: ((state: PanelState, actions: PanelActions) => TemplateResult) | null;
   status: HTMLElement;
@@ -70,6 +76,10 @@ export interface LayoutActions extends PanelActions {
   toggleSheet(): void;
   /** Loads the measurements at their first use. */
   loadMeasure(): void;
+  /** Loads the list of layers at its first use. */
+  loadLayers(): void;
+  /** Shows the chosen layer, which is hidden. */
+  showChosen(): void;
   /** Loads the section of slices at its first use. */
   loadSlices(): void;
   /** Shows keys and gestures. */
@@ -171,9 +181,15 @@ function bannerPart(banner: Banner, actions: LayoutActions): TemplateResult {
 
 function panelPart(
   state: PanelState,
-  { isSheetOpen, measure, slicesSection }: LayoutState,
+  { isSheetOpen, measure, slicesSection, layersSection, isOfSeveral, chosen }: LayoutState,
   actions: LayoutActions,
 ): TemplateResult {
+  const info = chosen ? chosen.info : state.info;
+  const ofChosen = info && { ...state, info, title: chosen?.title };
+  // With several layers the list comes first, since what follows is of the chosen one.
+  const layersPart = html`<wa-details class="section layers-section" appearance="plain" ?open=${isOfSeveral} summary=${panelTexts.layers} @wa-show=${actions.loadLayers}>
+    ${layersSection}
+  </wa-details>`;
   return html`<aside class="panel" aria-label=${pageTexts.controls}>
     <button
       class="sheet-handle"
@@ -185,9 +201,11 @@ function panelPart(
       <span class="visually-hidden">${isSheetOpen ? pageTexts.fewer : pageTexts.more}</span>
       ${icon(isSheetOpen ? "down" : "up")}
     </button>
-    ${isovalueSection(state, actions)}
+    ${isOfSeveral ? layersPart : nothing}
+    ${ofChosen ? isovalueSection(ofChosen, actions) : hiddenPart(chosen?.title ?? "", actions)}
     <div class="more" id="more-controls">
-      ${surfacesSection(state, actions)}
+      ${isOfSeveral ? nothing : layersPart}
+      ${ofChosen ? surfacesSection(ofChosen, actions) : nothing}
       ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
       ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
@@ -198,9 +216,19 @@ function panelPart(
       <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
         ${guard([state.slices, state.info, state.look, slicesSection], () => slicesSection?.(state, actions))}
       </wa-details>
-      ${guard([state.info], () => volumeSection(state))}
+      ${ofChosen ? guard([info], () => volumeSection(ofChosen)) : nothing}
     </div>
   </aside>`;
+}
+
+/** In place of the isovalue of a layer that has not been opened. */
+function hiddenPart(title: string, { showChosen }: LayoutActions): TemplateResult {
+  return html`<section class="section isovalue">
+    <p class="quiet">${panelTexts.hiddenLayer(title)}</p>
+    <div class="chips">
+      <button type="button" class="chip" @click=${showChosen}>${panelTexts.showLayer}</button>
+    </div>
+  </section>`;
 }
 
 function facts(info: StoreInfo): string {

@@ -10,6 +10,8 @@ import { DisplaySettings } from "../panel/display_settings.ts";
 import { SurfaceSettings } from "../panel/surface_settings.ts";
 import { onTheme } from "../shell/theme.ts";
 import { Toast } from "../shell/toast.ts";
+import { copyLink } from "./copy_link.ts";
+import { LayersPart } from "./layers_part.ts";
 import { LoadedParts } from "./loaded_parts.ts";
 import { PageCamera } from "./page_camera.ts";
 import { PageFiles } from "./page_files.ts";
@@ -42,7 +44,22 @@ export class VolumePage {
   readonly #camera = new PageCamera(this.#viewer, this.#url, () => this.#address.changed());
   readonly #surfaces = new SurfaceSettings(this.#viewer, this.#url, () => this.#changed());
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => this.#changed());
-  readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.#toast, () => this.#title());
+  /** The layers of the picture. */
+  readonly layers = new LayersPart(
+    {
+      viewer: this.#viewer,
+      surfaces: this.#surfaces,
+      title: () => this.#title(),
+      changed: () => this.#changed(),
+      render: () => this.#layout.request(),
+      chosen: () => this.#viewer.isBusy || this.#layout.rests(),
+      note: (text) => this.#toast.note(text),
+    },
+    this.#url,
+  );
+  readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.layers, this.#toast, () =>
+    this.#title(),
+  );
   readonly #parts = new LoadedParts(this.#viewer, this.#url, this.#search, {
     lookAlong: (view) => this.#camera.lookAlong(view),
     changeClip: (clip) => this.#settings.actions.changeClip(() => clip),
@@ -103,7 +120,7 @@ export class VolumePage {
     });
     viewer.on("opened", (info) => this.#onOpened(info));
     viewer.on("replaced", (info) => {
-      this.#surfaces.opened(info);
+      if (!this.#surfaces.subject) this.#surfaces.opened(info);
       this.#toast.note(pageTexts.replaced);
     });
     viewer.on("busy", (isBusy) => {
@@ -162,6 +179,7 @@ export class VolumePage {
       this.#hasPicture = false;
     }
     document.title = `${this.#target.name} · Isosplat`;
+    this.layers.closing();
     this.#layout.request();
     try {
       const surfaces = this.#surfaces.hasSuggested ? [] : this.#surfaces.surfaces;
@@ -177,6 +195,7 @@ export class VolumePage {
         ...(projection && { projection }),
       });
       const notes = this.#surfaces.opened(info);
+      void this.layers.opened();
       const isElsewhere = this.#camera.opened(camera, before, keepsView);
       if (keepsView) return;
       notes.unshift(...(this.#url.notes ?? []));
@@ -201,10 +220,11 @@ export class VolumePage {
       volume: this.#url.volume,
       src: this.#url.src,
       ...this.#settings.state,
-      surfaces: this.#surfaces.surfaces,
+      surfaces: this.#surfaces.first,
       camera: this.#camera.resting,
       isDefaultCamera: this.#camera.isDefault,
       measures: this.#parts.measures,
+      layers: this.layers.view,
     };
   }
 
@@ -285,8 +305,13 @@ export class VolumePage {
     redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#camera.lookAlong(view),
     savePicture: () => void this.#files.saveScreenshot(),
-    copyLink: () => void this.#copyLink(),
+    copyLink: () => {
+      this.#address.write();
+      void copyLink(this.#toast);
+    },
     loadMeasure: () => void this.#parts.loadMeasure(),
+    loadLayers: () => void this.layers.load(),
+    showChosen: () => this.layers.showChosen(),
     loadSlices: () => void this.#parts.loadSlices(),
     showClipHandles: (isShown) => void this.#parts.showClipHandles(isShown),
     toggleSheet: () => this.#layout.toggleSheet(),
@@ -303,6 +328,7 @@ export class VolumePage {
     if (!view) return;
     this.#settings.restore(view);
     this.#surfaces.restore(view.surfaces);
+    this.layers.restore(view.layers);
     if (view.camera) this.#camera.to(view.camera);
   }
 
@@ -335,16 +361,6 @@ export class VolumePage {
     this.#viewer.dispose();
   }
 
-  async #copyLink(): Promise<void> {
-    this.#address.write();
-    try {
-      await navigator.clipboard.writeText(location.href);
-      this.#toast.done(pageTexts.linkCopied);
-    } catch {
-      this.#toast.note(pageTexts.noClipboard);
-    }
-  }
-
   #newLayout(root: HTMLElement): PageLayout {
     const page = this;
     return new PageLayout(root, {
@@ -353,6 +369,7 @@ export class VolumePage {
       settings: this.#settings,
       faults: this.#faults,
       parts: this.#parts,
+      layers: this.layers,
       status: this.#status,
       toast: this.#toast,
       history: this.#history,

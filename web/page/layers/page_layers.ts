@@ -1,0 +1,400 @@
+import type { Source } from "../../stream/source.ts";
+import { layersTexts } from "../../texts/layers.ts";
+import type { Layer } from "../../viewer/layer.ts";
+import type { Surface } from "../../viewer/types.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
+import {
+  contentOf,
+  type LayerAddress,
+  type LayerContent,
+  type LayerPlace,
+  type LayerState,
+  type LayersView,
+  layersOfAddress,
+  plainLayer,
+} from "../address/layer_address.ts";
+import type { SurfaceSettings } from "../panel/surface_settings.ts";
+import { inFreeColour, titleOfPlace, titleOfState } from "./layer_defaults.ts";
+import type { Drop, LayerEntry } from "./layer_rows.ts";
+
+/** The functions that the layers need from their page. */
+export interface PageLayersHost {
+  readonly viewer: Viewer;
+  readonly surfaces: SurfaceSettings;
+  /** The title of the page's volume. */
+  title(): string;
+  /** The view has changed. */
+  changed(): void;
+  /** Lays the page out after a change that does not affect the view. */
+  render(): void;
+  /** Another layer was chosen. */
+  chosen(): void;
+  note(text: string): void;
+  /** Adds volumes in files of this device; null while the code for them has not loaded. */
+  takeFiles(): ((files: readonly File[]) => void) | null;
+}
+
+/** A layer that is being added. */
+interface Pending {
+  state: LayerState;
+  /** Its index in the list, and those of the others by their keys; they come first if they have none. */
+  at: number;
+  places: ReadonlyMap<number, number>;
+  cancel: AbortController;
+}
+
+type Item = { key: number; layer: Layer } | { key: number; pending: Pending };
+
+/**
+ * The layers of a page: which one is chosen, from where each is, and what happens to them by the list, by
+ * undo and by the address. The layers themselves are those of the viewer; the first is the volume of the
+ * page.
+ */
+export class PageLayers {
+  readonly #host: PageLayersHost;
+  readonly #viewer: Viewer;
+  #nextKey = 0;
+  readonly #known = new WeakMap<Layer, { key: number; place: LayerPlace }>();
+  /** Those that the address itself opens, as they were then. */
+  #opened: readonly LayerState[] = [];
+  #pending: readonly Pending[] = [];
+  #chosen: Layer | null = null;
+  /** The volume of the chosen layer when its values were last read. */
+  #chosenContent: string | undefined;
+  readonly #problems = new Map<number, string>();
+  /** What was visible before a layer was shown alone. */
+  #beforeSolo: ReadonlyMap<number, boolean> | null = null;
+  /** The layers while the page opens its volume again. */
+  #reopening: LayersView | null = null;
+
+  /** The volume of the page must be open. */
+  constructor(host: PageLayersHost) {
+    this.#host = host;
+    const { viewer } = host;
+    this.#viewer = viewer;
+    for (const layer of viewer.layers) this.#keyOf(layer);
+    viewer.on("layeradd", (layer) => this.#added(layer));
+    viewer.on("layerremove", (layer) => {
+      if (layer === this.#chosen) this.#choose(null);
+      this.#changed();
+    });
+    viewer.on("layermove", () => this.#changed());
+    viewer.on("layerchange", ({ layer, property }) => {
+      if (property === "visible" && layer.visible) this.#problems.delete(this.#keyOf(layer));
+      if (layer === this.#chosen && property !== "name") this.#rereadChosen();
+      this.#changed();
+    });
+    viewer.on("layererror", ({ layer, error }) => {
+      this.#problems.set(this.#keyOf(layer), error.message);
+      host.changed();
+    });
+    // A layer that is shown for the first time has now been opened.
+    viewer.on("progress", () => {
+      const { info } = this.#chosen ?? {};
+      if (info && info.contentId !== this.#chosenContent) this.#rereadChosen();
+    });
+  }
+
+  #changed(): void {
+    if (!this.#reopening) this.#host.changed();
+  }
+
+  /** The key of a layer of the viewer. One that the page has not added is of its address. */
+  #keyOf(layer: Layer): number {
+    const known = this.#known.get(layer);
+    if (known) return known.key;
+    const pending = this.#pending.find(({ state }) => state.source === layer.source);
+    const key = pending?.state.key ?? this.#nextKey++;
+    this.#known.set(layer, { key, place: pending?.state.place ?? {} });
+    if (!pending) this.#opened = [...this.#opened, this.#stateOf(layer)];
+    return key;
+  }
+
+  #stateOf(layer: Layer): LayerState {
+    const key = this.#keyOf(layer);
+    const { place = {} } = this.#known.get(layer) ?? {};
+    const { source, name, group, visible, surfaces, transform } = layer;
+    return { key, source, place, name, group, visible, surfaces, transform };
+  }
+
+  /** The layers as they are listed, with those that are being added. */
+  get #items(): Item[] {
+    const items: Item[] = this.#viewer.layers.map((layer) => ({ key: this.#keyOf(layer), layer }));
+    for (const pending of [...this.#pending].sort((a, b) => a.at - b.at)) {
+      items.splice(pending.at, 0, { key: pending.state.key, pending });
+    }
+    return items;
+  }
+
+  #layerOf(key: number): Layer | undefined {
+    return this.#viewer.layers.find((layer) => this.#keyOf(layer) === key);
+  }
+
+  get #firstKey(): number {
+    return this.#opened[0]?.key ?? 0;
+  }
+
+  /** For the address and for undo. */
+  get view(): LayersView {
+    if (this.#reopening) return this.#reopening;
+    const present = this.#items.map((item) =>
+      "layer" in item ? this.#stateOf(item.layer) : item.pending.state,
+    );
+    return { opened: this.#opened, present };
+  }
+
+  /** For the list. */
+  get entries(): LayerEntry[] {
+    return this.#items.map((item): LayerEntry => {
+      const isOpening = !("layer" in item);
+      const { key } = item;
+      const state = isOpening ? item.pending.state : item.layer;
+      const [surface] = state.surfaces;
+      const fault = isOpening ? undefined : item.layer.progress?.fault?.message;
+      return {
+        key,
+        title: isOpening ? titleOfState(item.pending.state) : this.titleOf(item.layer),
+        group: state.group,
+        visible: state.visible,
+        colour: surface?.colour,
+        opacity: surface?.opacity,
+        isChosen: !isOpening && item.layer === this.chosen,
+        isFirst: key === this.#firstKey,
+        isOpening,
+        problem: fault ?? this.#problems.get(key),
+      };
+    });
+  }
+
+  titleOf(layer: Layer): string {
+    if (layer.name) return layer.name;
+    if (this.#keyOf(layer) === this.#firstKey) return this.#host.title();
+    const { title, name } = layer.info?.metadata ?? {};
+    return title || name || titleOfState(this.#stateOf(layer));
+  }
+
+  /** The title of a layer that was hit; undefined if there is no other. */
+  titleOfHit(id: number): string | undefined {
+    const { layers } = this.#viewer;
+    const layer = layers.length > 1 ? layers.find((each) => each.id === id) : undefined;
+    return layer && this.titleOf(layer);
+  }
+
+  /** The layer on which isovalue and surfaces act. */
+  get chosen(): Layer | undefined {
+    return this.#chosen ?? this.#layerOf(this.#firstKey);
+  }
+
+  #choose(layer: Layer | null): void {
+    this.#chosen = layer;
+    this.#chosenContent = layer?.info?.contentId;
+    this.#host.surfaces.choose(layer);
+    this.#host.chosen();
+  }
+
+  #rereadChosen(): void {
+    const content = this.#chosen?.info?.contentId;
+    const isSame = content === this.#chosenContent;
+    this.#chosenContent = content;
+    const { surfaces } = this.#host;
+    if (!isSame || this.#chosen?.surfaces !== surfaces.surfaces) surfaces.reread();
+  }
+
+  // ---- Actions of the list ----
+
+  choose(key: number): void {
+    const layer = this.#layerOf(key);
+    if (layer && layer !== this.chosen) this.#choose(key === this.#firstKey ? null : layer);
+  }
+
+  show(keys: readonly number[], isVisible: boolean): void {
+    this.#beforeSolo = null;
+    const wanted = new Set(keys);
+    for (const layer of this.#viewer.layers) {
+      if (wanted.has(this.#keyOf(layer))) layer.visible = isVisible;
+    }
+  }
+
+  /** Whether the chosen layer is shown alone by `solo`. */
+  get isChosenSolo(): boolean {
+    const { chosen } = this;
+    return chosen !== undefined && this.#isSolo(this.#keyOf(chosen));
+  }
+
+  #isSolo(key: number): boolean {
+    const isAsSolo = (layer: Layer) => layer.visible === (this.#keyOf(layer) === key);
+    return this.#beforeSolo !== null && this.#viewer.layers.every(isAsSolo);
+  }
+
+  /** Hides all others, or shows what was visible before. */
+  solo(key: number): void {
+    const before = this.#isSolo(key) ? this.#beforeSolo : null;
+    const { layers } = this.#viewer;
+    this.#beforeSolo = before
+      ? null
+      : (this.#beforeSolo ?? new Map(layers.map((each) => [this.#keyOf(each), each.visible])));
+    for (const layer of layers) {
+      const each = this.#keyOf(layer);
+      layer.visible = before ? (before.get(each) ?? true) : each === key;
+    }
+  }
+
+  /** Changes the first surface of a layer. */
+  changeSurface(key: number, change: Partial<Surface>): void {
+    const layer = this.#layerOf(key);
+    if (!layer) return;
+    if (layer === this.chosen) this.#host.surfaces.actions.changeSurface(0, change);
+    else
+      layer.surfaces = layer.surfaces.map((each, i) => (i === 0 ? { ...each, ...change } : each));
+  }
+
+  change(key: number, change: Partial<Pick<LayerContent, "name" | "group">>): void {
+    const layer = this.#layerOf(key);
+    if (layer) Object.assign(layer, change);
+  }
+
+  drop(key: number, { group, before, after }: Drop): void {
+    const layer = this.#layerOf(key);
+    if (!layer) return;
+    const others = this.#viewer.layers.map((each) => this.#keyOf(each)).filter((k) => k !== key);
+    const next = after !== undefined ? others.indexOf(after) + 1 : others.indexOf(before ?? -1);
+    this.#viewer.moveLayer(layer, next < 0 ? others.length : next);
+    if (layer.group !== group) layer.group = group;
+  }
+
+  remove(key: number): void {
+    if (key === this.#firstKey) return;
+    for (const { state, cancel } of this.#pending) if (state.key === key) cancel.abort();
+    this.#layerOf(key)?.remove();
+  }
+
+  // ---- Adding ----
+
+  /** Adds a store to the picture, and chooses it. Resolves to whether it could be opened. */
+  async add(
+    source: Source,
+    place: LayerPlace,
+    content: Partial<LayerContent> = {},
+  ): Promise<boolean> {
+    const state = { ...plainLayer, ...content, key: this.#nextKey++, source, place };
+    const isAdded = await this.#addState(state, new Map());
+    if (isAdded) this.choose(state.key);
+    return isAdded;
+  }
+
+  async #addState(state: LayerState, places: ReadonlyMap<number, number>): Promise<boolean> {
+    const cancel = new AbortController();
+    const at = places.get(state.key) ?? this.#items.length;
+    const pending = { state, at, places, cancel };
+    this.#pending = [...this.#pending, pending];
+    this.#host.changed();
+    const { source, name, group, visible, surfaces, transform } = state;
+    try {
+      await this.#viewer.addLayer(source, {
+        ...{ name, group, visible, transform, signal: cancel.signal },
+        ...(surfaces.length > 0 && { surfaces }),
+      });
+      return true;
+    } catch (error) {
+      const reason = error instanceof Error ? error.message : String(error);
+      const text = layersTexts.notOpened(titleOfState(state), reason);
+      if (!cancel.signal.aborted) this.#host.note(text);
+      return false;
+    } finally {
+      this.#pending = this.#pending.filter((each) => each !== pending);
+      this.#host.changed();
+    }
+  }
+
+  #added(layer: Layer): void {
+    if (this.#reopening) return;
+    const pending = this.#pending.find(({ state }) => state.source === layer.source);
+    this.#keyOf(layer);
+    if (pending) {
+      this.#pending = this.#pending.filter((each) => each !== pending);
+      const { at, places } = pending;
+      const isBefore = (each: Layer) =>
+        each !== layer && (places.get(this.#keyOf(each)) ?? -1) < at;
+      this.#viewer.moveLayer(layer, this.#viewer.layers.filter(isBefore).length);
+      if (pending.state.surfaces.length === 0) {
+        layer.surfaces = inFreeColour(layer, this.#viewer.layers);
+      }
+    }
+    this.#host.changed();
+  }
+
+  // ---- Undo, the address, and opening again ----
+
+  /** Shows the layers of an earlier view; null: as the address itself opened them. */
+  restore(view: LayersView | null): void {
+    const states = view?.present ?? this.#opened;
+    const wanted = new Map(states.map(({ key }, at) => [key, at]));
+    for (const { state, cancel } of this.#pending) if (!wanted.has(state.key)) cancel.abort();
+    for (const layer of [...this.#viewer.layers]) {
+      const key = this.#keyOf(layer);
+      if (!wanted.has(key) && key !== this.#firstKey) layer.remove();
+    }
+    const present = new Map(this.#items.map((item) => [item.key, item]));
+    for (const state of states) {
+      const item = present.get(state.key);
+      if (!item) void this.#addState(state, wanted);
+      else if ("layer" in item) this.#apply(item.layer, state);
+    }
+    const order = states.flatMap(({ key }) => this.#layerOf(key) ?? []);
+    order.forEach((layer, i) => {
+      this.#viewer.moveLayer(layer, i);
+    });
+    if (this.#chosen) this.#rereadChosen();
+    this.#host.changed();
+  }
+
+  /** The surfaces of the page's volume are restored by SurfaceSettings. */
+  #apply(layer: Layer, content: LayerContent): void {
+    if (layer.name !== content.name) layer.name = content.name;
+    if (layer.group !== content.group) layer.group = content.group;
+    layer.visible = content.visible;
+    if (layer.transform.join() !== content.transform.join()) layer.transform = content.transform;
+    const isFirst = this.#keyOf(layer) === this.#firstKey;
+    const hasOther = JSON.stringify(layer.surfaces) !== JSON.stringify(content.surfaces);
+    if (!isFirst && hasOther && content.surfaces.length > 0) layer.surfaces = content.surfaces;
+  }
+
+  /** Adds and changes layers as the address says. `sourceOf`: opens a place, or says why it cannot. */
+  async openAddress(
+    layers: readonly LayerAddress[],
+    order: readonly number[] | undefined,
+    sourceOf: (place: LayerPlace) => Promise<Source | string>,
+  ): Promise<void> {
+    const make = async (layer: LayerAddress): Promise<LayerState | undefined> => {
+      const place = layer.volume ? { volume: layer.volume } : { src: layer.src ?? "" };
+      const content = contentOf(plainLayer, layer);
+      const source = await sourceOf(place);
+      if (typeof source !== "string") return { ...content, key: this.#nextKey++, source, place };
+      this.#host.note(layersTexts.notOpened(content.name || titleOfPlace(place), source));
+      return undefined;
+    };
+    const opened = this.#opened;
+    const { present, unknown } = await layersOfAddress(opened, layers, order, make);
+    if (unknown > 0) this.#host.note(layersTexts.unknownLayers(unknown));
+    this.restore({ opened, present });
+  }
+
+  /** Called before the page opens its volume again, which closes all layers. */
+  closing(): void {
+    this.#reopening = this.view;
+    this.#choose(null);
+    for (const { cancel } of this.#pending) cancel.abort();
+  }
+
+  /** Called when the volume of the page is open again: the others follow. */
+  reopened(): void {
+    const view = this.#reopening;
+    if (!view) return;
+    this.#viewer.layers.forEach((layer, i) => {
+      const key = this.#opened[i]?.key;
+      if (key !== undefined) this.#known.set(layer, { key, place: {} });
+    });
+    this.#reopening = null;
+    this.restore(view);
+  }
+}

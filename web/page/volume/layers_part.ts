@@ -1,0 +1,119 @@
+import { pageTexts } from "../../texts/page.ts";
+import type { Layer } from "../../viewer/layer.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
+import type { LayerPlace, LayersView } from "../address/layer_address.ts";
+import type { UrlState } from "../address/url_state.ts";
+import type { LayersList } from "../layers/layers_list.ts";
+import type { PageLayersHost } from "../layers/page_layers.ts";
+
+/**
+ * The list of layers of a volume page. Its code is loaded at its first use, or if there is more than one
+ * layer; before, the page shows its volume alone.
+ */
+export class LayersPart {
+  readonly #viewer: Viewer;
+  readonly #url: UrlState;
+  readonly #host: PageLayersHost;
+  #list: LayersList | null = null;
+  #wasOfSeveral = false;
+  #loading: Promise<LayersList | null> | null = null;
+
+  /** Adds volumes in files of this device to the picture; null until the code for them has loaded. */
+  takeFiles: ((files: readonly File[]) => void) | null = null;
+
+  constructor(host: Omit<PageLayersHost, "takeFiles">, url: UrlState) {
+    this.#viewer = host.viewer;
+    this.#url = url;
+    this.#host = { ...host, takeFiles: () => this.takeFiles };
+    // A scene has several.
+    host.viewer.on("layeradd", () => {
+      if (this.#isOfSeveral) void this.load();
+    });
+  }
+
+  get #isOfSeveral(): boolean {
+    return this.#viewer.layers.length > 1;
+  }
+
+  /** Whether the list is shown without a request: there are several layers, or were. */
+  get isOpen(): boolean {
+    this.#wasOfSeveral ||= this.#isOfSeveral;
+    return this.#wasOfSeveral;
+  }
+
+  /** The section of the panel; null until it has loaded. */
+  get element(): HTMLElement | null {
+    return this.#list?.section.element ?? null;
+  }
+
+  /** The layer on which isovalue and surfaces act, if there are several; undefined: the only one. */
+  get chosen(): Layer | undefined {
+    return this.#isOfSeveral ? this.#list?.layers.chosen : undefined;
+  }
+
+  titleOf(layer: Layer): string {
+    return this.#list?.layers.titleOf(layer) ?? layer.name;
+  }
+
+  /** The title of the layer of a pick; undefined if there is only one. */
+  titleOfHit(id: number): string | undefined {
+    return this.#list?.layers.titleOfHit(id);
+  }
+
+  /** For the address and for undo; null until it has loaded. */
+  get view(): LayersView | null {
+    return this.#list?.layers.view ?? null;
+  }
+
+  /** Shows the chosen layer, which is hidden. */
+  showChosen(): void {
+    const { chosen } = this;
+    if (chosen) chosen.visible = true;
+  }
+
+  restore(view: LayersView | null): void {
+    this.#list?.layers.restore(view);
+  }
+
+  refresh(): void {
+    this.#list?.section.refresh();
+  }
+
+  /** The page opens its volume, which closes all layers. */
+  closing(): void {
+    this.#list?.layers.closing();
+  }
+
+  /** The volume of the page is open. The first time, the layers of the address follow. */
+  async opened(): Promise<void> {
+    this.#list?.layers.reopened();
+    const { layers, layerOrder } = this.#url;
+    if (!layers && !layerOrder) return;
+    delete this.#url.layers;
+    delete this.#url.layerOrder;
+    const list = await this.load();
+    if (list) await list.openAddress(layers ?? [], layerOrder);
+  }
+
+  /** Adds a store to the picture. Resolves to whether it could be opened. */
+  async add(place: LayerPlace): Promise<boolean> {
+    return (await this.load())?.add(place) ?? false;
+  }
+
+  /** Resolves to null if the code could not be loaded. The volume of the page must be open. */
+  load(): Promise<LayersList | null> {
+    this.#loading ??= import("../layers/layers_list.ts").then(
+      ({ LayersList }) => {
+        this.#list = new LayersList(this.#host);
+        this.#host.render();
+        return this.#list;
+      },
+      () => {
+        this.#loading = null;
+        this.#host.note(pageTexts.noSection);
+        return null;
+      },
+    );
+    return this.#loading;
+  }
+}

@@ -1,0 +1,57 @@
+import type { layersTexts } from "./layers.ts";
+import { plurals } from "./numbers.ts";
+
+const plural = plurals("de");
+
+export const layers: typeof layersTexts = {
+  list: "Ebenen",
+  search: "Suchen",
+  searchLabel: "Ebenen suchen",
+  noMatch: "Keine Ebene passt.",
+  all: "Alle zeigen",
+  none: "Alle verbergen",
+  add: "Volumen hinzufügen …",
+  addTitle: "Volumen hinzufügen",
+  ofServer: "Ein Volumen dieses Servers",
+  noVolume: "Kein Volumen dieses Servers passt.",
+  moreVolumes: (volumes) => `${volumes} weitere: Suchen Sie danach.`,
+  address: "Eine Isosplat-Datei an einer Adresse",
+  addAddress: "Hinzufügen",
+  files: "Dateien von diesem Gerät",
+  show: (layer) => `${layer} zeigen`,
+  showGroup: (group) => `Gruppe ${group} zeigen`,
+  group: (group, layers) =>
+    `${group}, ${layers} ${plural(layers, { one: "Ebene", other: "Ebenen" })}`,
+  colourOf: (layer) => `Farbe von ${layer}`,
+  opacityOf: (layer) => `Deckkraft von ${layer}`,
+  choose: "Diese Ebene wählen: Isowert und Flächen gelten für sie",
+  move: "Ziehen, um die Ebene in der Liste zu verschieben",
+  keys: "Pfeiltasten: andere Ebene. Alt und Pfeiltasten: verschieben. F2: umbenennen. Entf: entfernen.",
+  nameOf: (layer) => `Name von ${layer}`,
+  chosen: "Die gewählte Ebene",
+  solo: "Nur diese zeigen",
+  soloTitle: "Alle anderen Ebenen verbergen; noch einmal: sie zeigen wie zuvor",
+  rename: "Umbenennen",
+  up: "Nach oben",
+  upTitle: "Ebene in der Liste nach oben verschieben (Alt+↑)",
+  down: "Nach unten",
+  downTitle: "Ebene in der Liste nach unten verschieben (Alt+↓)",
+  remove: "Entfernen",
+  removeTitle: "Ebene aus dem Bild entfernen (Entf)",
+  firstStays: "Das Volumen der Seite kann verborgen, aber nicht entfernt werden",
+  groupField: "Gruppe",
+  moved: (layer, place, of) => `${layer}: ${place} von ${of}`,
+  removed: (layer) => `${layer} wurde entfernt. Rückgängig: Strg+Z.`,
+  added: (layer) => `${layer} wurde hinzugefügt.`,
+  opening: "wird geöffnet",
+  notOpened: (layer, reason) => `${layer} konnte nicht geöffnet werden. ${reason}`,
+  notHere: "Die Ebene ist auf diesem Gerät nicht gespeichert: Öffnen Sie ihre Datei noch einmal.",
+  cutOff: (host) =>
+    `Dateien von diesem Gerät wurden gelesen; dieser Tab fragt darum nichts bei ${host} an: Laden Sie die Seite neu.`,
+  notAStore:
+    "Ihre Adresse ist die eines Volumens: Öffnen Sie es, damit eine Isosplat-Datei daraus wird.",
+  unknownLayers: (layers) =>
+    layers === 1
+      ? "1 Ebene der Adresse gibt es nicht."
+      : `${layers} Ebenen der Adresse gibt es nicht.`,
+};

@@ -1,0 +1,57 @@
+import { plurals } from "./numbers.ts";
+import { part } from "./part.ts";
+
+const plural = plurals("en");
+
+/** The list of layers. */
+export const layersTexts = part("layers", {
+  list: "Layers",
+  search: "Search",
+  searchLabel: "Search the layers",
+  noMatch: "No layer matches.",
+  all: "Show all",
+  none: "Hide all",
+  add: "Add a volume …",
+  addTitle: "Add a volume",
+  ofServer: "A volume of this server",
+  noVolume: "No volume of this server matches.",
+  moreVolumes: (volumes: number) => `${volumes} more: search for them.`,
+  address: "A store at an address",
+  addAddress: "Add",
+  files: "Files of this device",
+  show: (layer: string) => `Show ${layer}`,
+  showGroup: (group: string) => `Show the group ${group}`,
+  group: (group: string, layers: number) =>
+    `${group}, ${layers} ${plural(layers, { one: "layer", other: "layers" })}`,
+  colourOf: (layer: string) => `Colour of ${layer}`,
+  opacityOf: (layer: string) => `Opacity of ${layer}`,
+  choose: "Choose this layer: isovalue and surfaces act on it",
+  move: "Drag to move the layer in the list",
+  keys: "Arrow keys: another layer. Alt and arrow keys: move. F2: rename. Delete: remove.",
+  nameOf: (layer: string) => `Name of ${layer}`,
+  chosen: "The chosen layer",
+  solo: "Show only this",
+  soloTitle: "Hide all other layers; again: show them as before",
+  rename: "Rename",
+  up: "Up",
+  upTitle: "Move the layer up in the list (Alt+↑)",
+  down: "Down",
+  downTitle: "Move the layer down in the list (Alt+↓)",
+  remove: "Remove",
+  removeTitle: "Remove the layer from the picture (Delete)",
+  firstStays: "The page's own volume can be hidden, but not removed",
+  groupField: "Group",
+  moved: (layer: string, place: number, of: number) => `${layer}: ${place} of ${of}`,
+  removed: (layer: string) => `${layer} was removed. Undo: Ctrl+Z.`,
+  added: (layer: string) => `${layer} was added.`,
+  opening: "being opened",
+  notOpened: (layer: string, reason: string) => `${layer} could not be opened. ${reason}`,
+  notHere: "It is not kept on this device: open its file again.",
+  cutOff: (host: string) =>
+    `Files of this device were read, so this tab makes no requests to ${host}: load the page again.`,
+  notAStore: "Its address is that of a volume: open it, and build a store of it.",
+  unknownLayers: (layers: number) =>
+    layers === 1
+      ? "1 layer of the address does not exist."
+      : `${layers} layers of the address do not exist.`,
+});
