@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { cameraPath, sweep, turntable } from "../../web/capture/frame_paths.ts";
+import { cameraPath, sweep, throughTime, turntable } from "../../web/capture/frame_paths.ts";
 import type { Camera } from "../../web/viewer/types.ts";
 
 const camera: Camera = {
@@ -37,4 +37,13 @@ it("goes through all views, each way in the same time", () => {
   // Slow at the ends of a way.
   const [first, second] = cameraPath(cameras.slice(0, 2), view, 11).map((f) => f.camera.elevation);
   expect([first, second]).toEqual([0, expect.closeTo(90 * 0.028, 6)]);
+});
+
+it("shows each step of a scene for the same time", () => {
+  const steps = (count: number, frames: number) =>
+    throughTime(view, count, frames).map(({ step }) => step);
+  expect(steps(3, 6)).toEqual([0, 0, 1, 1, 2, 2]);
+  expect(steps(3, 4)).toEqual([0, 0, 1, 2]);
+  expect(steps(4, 2)).toEqual([0, 2]);
+  expect(throughTime(view, 3, 6).every((frame) => frame.camera === camera)).toBe(true);
 });

@@ -28,6 +28,7 @@ const view: AddressState = {
   show: defaultParts,
   camera: undefined,
   isDefaultCamera: true,
+  time: undefined,
   measures: [],
   layers: null,
 };

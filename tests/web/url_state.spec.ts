@@ -23,6 +23,7 @@ const everything: UrlState = {
   colourMap: "magma",
   background: "#102030",
   eyeDome: 0.25,
+  time: -12.5,
   show: new Set(["axes", "box"]),
   measures: ["distance,1,2,3,4,5,6.5|Länge, außen", "point,-1,0,1"],
   light: {

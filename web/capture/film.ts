@@ -14,7 +14,7 @@ export interface FilmFile {
 
 /**
  * Draws each frame once its data have arrived, however long this takes, and adds it to the file.
- * The viewer's view is restored. Rejects with a RendererError, the file's error, or the signal's
+ * The viewer's view is restored; playing ends. Rejects with a RendererError, the file's error, or the signal's
  * reason.
  */
 export async function captureFilm(
@@ -24,19 +24,32 @@ export async function captureFilm(
   file: FilmFile,
   { signal, progress }: { signal: AbortSignal; progress(progress: CaptureProgress): void },
 ): Promise<Blob> {
-  const { surfaces } = viewer;
+  const { surfaces, time } = viewer;
+  time?.pause();
+  const step = time?.step;
   let shown = surfaces;
+  let pixels: Uint8ClampedArray<ArrayBuffer> | undefined;
   try {
     for (const [i, frame] of frames.entries()) {
       progress({ share: i / frames.length });
       if (frame.surfaces !== shown) viewer.setSurfaces(frame.surfaces);
       shown = frame.surfaces;
-      await file.add(await capturePixels(viewer, { ...size, camera: frame.camera }, signal));
+      if (frame.step !== undefined) await time?.setStep(frame.step);
+      if (!pixels || !isSameView(frame, frames[i - 1])) {
+        pixels = await capturePixels(viewer, { ...size, camera: frame.camera }, signal);
+      }
+      // The file may take the pixels over.
+      await file.add(isSameView(frame, frames[i + 1]) ? pixels.slice() : pixels);
     }
     return await file.finish();
   } finally {
     file.close();
+    if (step !== undefined) void time?.setStep(step);
     if (shown !== surfaces) viewer.setSurfaces(surfaces);
     viewer.preparePicture(null);
   }
+}
+
+function isSameView(a: FrameView, b: FrameView | undefined): boolean {
+  return a.camera === b?.camera && a.surfaces === b.surfaces && a.step === b.step;
 }

@@ -5,6 +5,8 @@ import type { Camera, Surface } from "../viewer/types.ts";
 export interface FrameView {
   camera: Camera;
   surfaces: readonly Surface[];
+  /** Of `Viewer.time`. Default: the one that is shown. */
+  step?: number;
 }
 
 /** One turn around the axis of the azimuth. The frame after the last would equal the first. */
@@ -27,6 +29,14 @@ export function sweep(
     const surfaces = view.surfaces.map((each, i) => (i === surface ? { ...each, isovalue } : each));
     return { ...view, surfaces };
   });
+}
+
+/** Through all steps of a scene that changes with time, each for the same time. */
+export function throughTime(view: FrameView, steps: number, frames: number): FrameView[] {
+  return Array.from({ length: frames }, (_, frame) => ({
+    ...view,
+    step: Math.min(steps - 1, Math.floor((frame * steps) / frames)),
+  }));
 }
 
 /** From camera to camera. Each section takes the same time, and is slow at its ends. */

@@ -11,6 +11,7 @@ export const capture: typeof English = {
     turntable: "Film: einmal herum",
     sweep: "Film: durch Isowerte",
     path: "Film: von Ansicht zu Ansicht",
+    time: "Film: durch die Zeit",
   },
   from: "Von Isowert",
   to: "Bis Isowert",

@@ -12,6 +12,7 @@ export const captureTexts = part("capture", {
     turntable: "Film: once around",
     sweep: "Film: through isovalues",
     path: "Film: from view to view",
+    time: "Film: through time",
   },
   from: "From isovalue",
   to: "To isovalue",

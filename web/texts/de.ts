@@ -13,6 +13,7 @@ import { session } from "./session.de.ts";
 import { slices } from "./slices.de.ts";
 import { start } from "./start.de.ts";
 import { surface } from "./surface.de.ts";
+import { time } from "./time.de.ts";
 
 export const translation = {
   capture,
@@ -29,4 +30,5 @@ export const translation = {
   slices,
   start,
   surface,
+  time,
 };

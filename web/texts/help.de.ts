@@ -13,6 +13,8 @@ export const help: typeof English = {
       "Eine Seite verschieben; die Griffe sind zu sehen, solange der Abschnitt Schnitt geöffnet ist",
     ],
     ["[ und ]", "Den Isowert senken oder erhöhen; mit Umschalt in kleinen Schritten"],
+    [", und .", "In der Zeit einen Schritt zurück oder vor"],
+    ["K", "Eine Szene, die sich mit der Zeit ändert, abspielen oder anhalten"],
     ["1 … 6", "Vorn, hinten, links, rechts, oben, unten"],
     ["V", "Das ganze Volumen zeigen, ohne zu drehen"],
     ["P", "Perspektivisch oder orthografisch"],

@@ -14,6 +14,8 @@ export const helpTexts = part("help", {
       "Move a face; the handles are shown while the section Clipping is open",
     ],
     ["[ and ]", "Lower or raise the isovalue; with Shift in small steps"],
+    [", and .", "One step back or forward in time"],
+    ["K", "Play or pause a scene that changes with time"],
     ["1 … 6", "Front, back, left, right, above, below"],
     ["V", "Show the whole volume, without turning"],
     ["P", "Perspective or orthographic"],

@@ -54,6 +54,7 @@ export const page: typeof English = {
   invisible: (percent) =>
     `Die Adresse enthält eine unsichtbare Fläche: Sie wird mit ${percent} % gezeigt.`,
   isNumbers: "Zahlen wie 60.5,180",
+  isNumber: "eine Zahl",
   isColours: "Farben wie d9ccb3",
   isColour: "eine Farbe wie ffffff",
   isShares: "Zahlen von 0 bis 1",

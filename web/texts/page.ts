@@ -49,6 +49,7 @@ export const pageTexts = part("page", {
   invisible: (percent: string) =>
     `The address contains an invisible surface: it is shown at ${percent} %.`,
   isNumbers: "numbers, such as 60.5,180",
+  isNumber: "a number",
   isColours: "colours such as d9ccb3",
   isColour: "a colour such as ffffff",
   isShares: "numbers from 0 to 1",

@@ -13,7 +13,8 @@ export type PartName =
   | "session"
   | "slices"
   | "start"
-  | "surface";
+  | "surface"
+  | "time";
 
 /** The texts of all parts in another language, each of the type of the English ones. */
 export type Translation = Readonly<Record<PartName, object>>;

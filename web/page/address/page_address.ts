@@ -28,6 +28,8 @@ export interface AddressState {
   clip: Clip;
   slices: Slices;
   show: ReadonlySet<OverlayPart>;
+  /** The value of the step that is shown; undefined for the first one, or without steps. */
+  time: number | undefined;
   camera: Camera | undefined;
   /**
    * Whether the camera is the default, which depends on the window and is not written to the
@@ -65,6 +67,7 @@ export function addressOf(view: AddressState): UrlState {
   if (!view.isThemeBackground) state.background = look.background;
   if (!isDefaultClip(clip)) state.clip = clip;
   if (!isDefaultSlices(view.slices)) state.slices = view.slices;
+  if (view.time !== undefined) state.time = view.time;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
   if (view.layers) {

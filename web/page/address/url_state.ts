@@ -69,6 +69,7 @@ export const minOpacity = 0.05;
  *   clip-caps=on                   closes the cut faces
  *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
+ *   time=12.5                      of a scene that changes with time: the value of its step
  *   slice-range=0,255              the values that are black and white in slices
  *   layer=volume:bone;isovalue:300 once for each further layer, and for changes of others: readLayer
  *   layer-order=1,0                the order of the layers in their list: readOrder
@@ -93,6 +94,8 @@ export interface UrlState {
   slices?: Slices;
   layers?: readonly LayerAddress[];
   layerOrder?: readonly number[];
+  /** In the unit of the scene. */
+  time?: number;
   show?: ReadonlySet<OverlayPart>;
   /** One for each measurement, not validated: web/measure parses them. */
   measures?: readonly string[];
@@ -117,6 +120,11 @@ function readShare(text: string): number | undefined {
   const n = readNumbers(text);
   const [share = Number.NaN] = n ?? [];
   return n?.length === 1 && share >= 0 && share <= 1 ? share : undefined;
+}
+
+function readNumber(text: string): number | undefined {
+  const [number, ...more] = readNumbers(text) ?? [];
+  return more.length === 0 ? number : undefined;
 }
 
 function readRange(text: string): [number, number] | undefined {
@@ -179,6 +187,8 @@ export function readUrl(search: string): UrlState {
     const light = read(name, (text) => readLight(name, text), expectedOfLight(name));
     if (light) state.light = { ...(state.light ?? defaultLight), ...light };
   }
+  const time = read("time", readNumber, pageTexts.isNumber);
+  if (time !== undefined) state.time = time;
   const show = read("show", readShow, pageTexts.isParts(overlayParts.join(",")));
   if (show) state.show = show;
   const measures = query.getAll("measure");
@@ -261,6 +271,7 @@ export function writeUrl(state: UrlState): string {
     if (plane) add("slice-plane", [...plane.normal, plane.offset].join(","));
     add("slice-range", range?.join(","));
   }
+  add("time", state.time?.toString());
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");
   for (const layer of state.layers ?? []) add("layer", writeLayer(layer), /%(2C|3A|3B|2F)/g);
   add("layer-order", state.layerOrder?.join(","));

@@ -86,7 +86,7 @@ export class CaptureDialog {
           }}
         >
           <fieldset ?disabled=${isRunning}>
-            ${captureFields(settings, canvas, {
+            ${captureFields(settings, canvas, this.#host.viewer.time !== null, {
               change: (change) => this.#change(change),
               addView: () => this.#addView(),
             })}
@@ -159,7 +159,8 @@ export class CaptureDialog {
     }
     const { camera, surfaces } = viewer;
     if (!camera) throw new Error(captureTexts.noPicture);
-    const frames = framesOf(settings, { camera, surfaces }, activeSurface());
+    const steps = viewer.time?.steps ?? 1;
+    const frames = framesOf(settings, { camera, surfaces }, activeSurface(), steps);
     const file = format === "webm" ? await webmFile(size, framesPerSecond) : pngSequence(size);
     const content = await captureFilm(viewer, size, frames, file, { signal, progress });
     return { ending: `${what}.${format === "webm" ? "webm" : "zip"}`, content };

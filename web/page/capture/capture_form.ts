@@ -4,7 +4,13 @@ import { bitRate, canEncode } from "../../capture/webm_file.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import type { PictureSize } from "../../viewer/types.ts";
 import { formatBytes } from "../shell/format.ts";
-import { type CaptureSettings, chosenSize, frameCount, sizeChoices } from "./capture_settings.ts";
+import {
+  type CaptureSettings,
+  chosenSize,
+  frameCount,
+  sizeChoices,
+  type What,
+} from "./capture_settings.ts";
 
 export interface FormActions {
   change(settings: Partial<CaptureSettings>): void;
@@ -16,6 +22,7 @@ export interface FormActions {
 export function captureFields(
   settings: CaptureSettings,
   shown: PictureSize,
+  hasTime: boolean,
   { change, addView }: FormActions,
 ): TemplateResult {
   const { what, sizeName, own, cameras, format, framesPerSecond, seconds, from, to } = settings;
@@ -27,7 +34,7 @@ export function captureFields(
     { value: "own", label: captureTexts.otherSize },
   ];
   const isFilm = what !== "picture";
-  return html`${select(captureTexts.what, what, whats(), (value) => change({ what: value }))}
+  return html`${select(captureTexts.what, what, whats(hasTime), (value) => change({ what: value }))}
     ${
       what === "sweep"
         ? html`<div class="row">
@@ -93,11 +100,11 @@ export function forecast(settings: CaptureSettings, shown: PictureSize): string 
 
 const pixels = { min: 1, max: mostPixels };
 const rates = ["24", "30", "60"].map((value) => ({ value, label: value }));
-const whats = () =>
-  (["picture", "turntable", "sweep", "path"] as const).map((value) => ({
-    value,
-    label: captureTexts.whats[value],
-  }));
+function whats(hasTime: boolean): { value: What; label: string }[] {
+  const always: What[] = ["picture", "turntable", "sweep", "path"];
+  const all: What[] = hasTime ? [...always, "time"] : always;
+  return all.map((value) => ({ value, label: captureTexts.whats[value] }));
+}
 
 function formats() {
   const png = { value: "png", label: captureTexts.pngs } as const;

@@ -1,11 +1,11 @@
 import type { FrameView } from "../../capture/frame_paths.ts";
-import { cameraPath, sweep, turntable } from "../../capture/frame_paths.ts";
+import { cameraPath, sweep, throughTime, turntable } from "../../capture/frame_paths.ts";
 import { mostPixels } from "../../capture/picture.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import { localized } from "../../texts/numbers.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 
-export type What = "picture" | "turntable" | "sweep" | "path";
+export type What = "picture" | "turntable" | "sweep" | "path" | "time";
 
 /** The settings of the dialog for pictures and films. */
 export interface CaptureSettings {
@@ -82,9 +82,15 @@ export function problemOf(settings: CaptureSettings, shown: PictureSize): string
   return undefined;
 }
 
-/** The frames of the film; `surface`: the surface whose isovalue changes. */
-export function framesOf(settings: CaptureSettings, view: FrameView, surface: number): FrameView[] {
+/** The frames of the film. `surface`: the one whose isovalue changes; `steps`: those of the scene. */
+export function framesOf(
+  settings: CaptureSettings,
+  view: FrameView,
+  surface: number,
+  steps: number,
+): FrameView[] {
   const frames = frameCount(settings);
+  if (settings.what === "time") return throughTime(view, steps, frames);
   if (settings.what === "sweep") return sweep(view, surface, [settings.from, settings.to], frames);
   if (settings.what === "path") return cameraPath(settings.cameras, view, frames);
   return turntable(view, frames);

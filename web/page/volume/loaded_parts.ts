@@ -7,6 +7,7 @@ import type { Clip } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { keptSessionKey, type UrlState } from "../address/url_state.ts";
 import type { Measure, MeasureHost } from "../measure/measure.ts";
+import { PageTime } from "../time/page_time.ts";
 import type { LayoutState } from "./volume_layout.ts";
 
 /** The functions that the parts need from their page. */
@@ -27,6 +28,7 @@ export class LoadedParts {
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
   #slicesSection: LayoutState["slicesSection"] = null;
+  readonly time: PageTime;
 
   /** `search`: the query of the address when the page was opened, from which `url` was parsed. */
   constructor(viewer: Viewer, url: UrlState, search: string, host: LoadedPartsHost) {
@@ -34,6 +36,7 @@ export class LoadedParts {
     this.#url = url;
     this.#search = search;
     this.#host = host;
+    this.time = new PageTime(viewer, url.time, host);
   }
 
   get overlay(): Overlay | null {

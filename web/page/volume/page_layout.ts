@@ -180,6 +180,7 @@ export class PageLayout {
       isOfSeveral: layers.isOpen,
       chosen: chosen ? { title: layers.titleOf(chosen), info: chosen.info } : null,
       slicesSection: parts.slicesSection,
+      timeBar: parts.time.element,
       status: status.element,
     };
   }

@@ -65,6 +65,8 @@ export interface LayoutState {
   chosen: { title: string; info: StoreInfo | null } | null;
   /** The section of slices; null until loaded. */
   slicesSection: ((state: PanelState, actions: PanelActions) => TemplateResult) | null;
+  /** The bar below the picture; null without steps. */
+  timeBar: HTMLElement | null;
   status: HTMLElement;
 }
 
@@ -107,6 +109,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
       ${state.legend && !state.problem ? legendPart(state.legend, panel?.info.metadata.units) : nothing}
       ${state.status}
     </main>
+    ${state.timeBar}
     ${
       panel
         ? panelPart(panel, state, actions)

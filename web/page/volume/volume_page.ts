@@ -223,6 +223,7 @@ export class VolumePage {
       surfaces: this.#surfaces.first,
       camera: this.#camera.resting,
       isDefaultCamera: this.#camera.isDefault,
+      time: this.#parts.time.value,
       measures: this.#parts.measures,
       layers: this.layers.view,
     };
@@ -329,6 +330,7 @@ export class VolumePage {
     this.#settings.restore(view);
     this.#surfaces.restore(view.surfaces);
     this.layers.restore(view.layers);
+    this.#parts.time.restore(view.time);
     if (view.camera) this.#camera.to(view.camera);
   }
 
