@@ -107,6 +107,18 @@ export class Core {
     }
   }
 
+  /**
+   * Checks the header of a bundle (shared/core/scene/BUNDLE.md), which begins with these bytes. Throws a
+   * CoreError: `truncated` if the header has more bytes; not_a_store, malformed_header, ….
+   */
+  checkBundle(bytes: Uint8Array): void {
+    this.#decoder ||= this.#module._isosplat_core_create();
+    const calls = new Calls(this.#module, this.#decoder);
+    calls.withBytes(bytes, (at) =>
+      calls.check(this.#module._isosplat_core_check_bundle(calls.core, at, bytes.length)),
+    );
+  }
+
   /** The checksum of a chunk's bytes, in the form stored in the directory. */
   checksum(bytes: Uint8Array): number {
     const at = copyIn(this.#module, bytes);

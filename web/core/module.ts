@@ -13,6 +13,7 @@ export interface CoreModule {
   _isosplat_core_status_name(status: number): number;
   _isosplat_core_result(core: number, buffer: number): number;
   _isosplat_core_result_bytes(core: number, buffer: number): number;
+  _isosplat_core_check_bundle(core: number, header: number, bytes: number): number;
   _isosplat_core_open(core: number, header: number, bytes: number): number;
   _isosplat_core_info(core: number): number;
   _isosplat_core_coarse_range(core: number, maxBytes: number): number;

@@ -1,5 +1,6 @@
 import { maxHeaderBytes } from "../core/core.ts";
-import { contentIdOf, ranges } from "./file_source.ts";
+import { contentIdOf } from "./file_source.ts";
+import { ranges } from "./range_source.ts";
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
 import { beginsAsStore } from "./transfer.ts";
 import { StreamError } from "./types.ts";
@@ -40,8 +41,13 @@ export class BlobSource implements Source {
   bypassCaches(): void {}
   forget(): void {}
 
+  /** The first bytes of the file: `count`, or all of a smaller file. */
+  firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array> {
+    return this.#read(0, Math.min(count, this.#blob.size), signal);
+  }
+
   async header(signal: AbortSignal): Promise<Uint8Array> {
-    const header = await this.#read(0, Math.min(maxHeaderBytes, this.#blob.size), signal);
+    const header = await this.firstBytes(maxHeaderBytes, signal);
     if (beginsAsStore(header)) return header;
     throw new StreamError("not-a-store", `${this.name}: expected a store, found something else`);
   }

@@ -1,5 +1,5 @@
 import { maxHeaderBytes } from "../core/core.ts";
-import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
+import { RangeSource } from "./range_source.ts";
 import {
   type Admittance,
   beginsAsStore,
@@ -11,53 +11,10 @@ import {
 import { StreamError } from "./types.ts";
 import { fetchWhole } from "./whole_file.ts";
 
-/**
- * Two chunks with at most this many bytes between them are fetched by one request. A link of 20 Mbit/s
- * carries these bytes in 13 ms, a third of a round trip.
- */
-const gapWorthFetching = 32 * 1024;
-/**
- * The largest request (bytes). It is limited because priorities may change while a request is in
- * flight.
- */
-const maxBytesTogether = 1024 * 1024;
-/** Requests are merged among this number of chunks of highest priority. */
-const chunksLookedAt = 48;
 /** The first request for the header. Most headers are much smaller than their limit. */
 const firstHeaderBytes = 16 * 1024;
 /** The offset of the content id in the header (shared/core/store/FORMAT.md). */
 const contentIdPlace = [32, 48] as const;
-
-export interface ByteRange<C> {
-  offset: number;
-  bytes: number;
-  chunks: C[];
-}
-
-/** Merges adjacent or nearly adjacent parts of a file into ranges of at most `most` bytes. */
-export function ranges<C extends { offset: number; bytes: number }>(
-  places: readonly C[],
-  gap = gapWorthFetching,
-  most = maxBytesTogether,
-): ByteRange<C>[] {
-  const result: ByteRange<C>[] = [];
-  for (const place of [...places].sort((a, b) => a.offset - b.offset)) {
-    const last = result.at(-1);
-    const end = place.offset + place.bytes;
-    if (
-      last &&
-      place.offset - (last.offset + last.bytes) <= gap &&
-      end - last.offset <= most &&
-      place.offset >= last.offset
-    ) {
-      last.bytes = Math.max(last.bytes, end - last.offset);
-      last.chunks.push(place);
-    } else {
-      result.push({ offset: place.offset, bytes: place.bytes, chunks: [place] });
-    }
-  }
-  return result;
-}
 
 export interface SourceOptions extends Admittance {
   /** A connection counts as broken after this time without data (ms). Default: 20 s. */
@@ -68,7 +25,7 @@ export interface SourceOptions extends Admittance {
  * A store as one file on any host that answers HTTP Range requests. From other hosts, small stores are
  * fetched as a whole, with a warning.
  */
-export class FileSource implements Source {
+export class FileSource extends RangeSource {
   readonly name: string;
   protected readonly traffic = new Traffic();
   #fresh = false;
@@ -85,6 +42,7 @@ export class FileSource implements Source {
   #hasWarned = false;
 
   constructor(url: string, options: SourceOptions = {}) {
+    super();
     this.name = url;
     const { headers, credentials, query } = options;
     this.traffic.admittance = {
@@ -168,6 +126,11 @@ export class FileSource implements Source {
     this.#fileBytes ??= bytes;
   };
 
+  /** The file that was read again is the same one, whatever ETag its host sends. */
+  isSame(): void {
+    this.#etagIdentifies = false;
+  }
+
   get fresh(): boolean {
     return this.#fresh;
   }
@@ -197,10 +160,14 @@ export class FileSource implements Source {
     return this.fetchHeader(signal, whole);
   }
 
-  protected async fetchHeader(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
+  protected fetchHeader(signal: AbortSignal, whole: boolean): Promise<Uint8Array> {
+    return this.firstBytes(whole ? maxHeaderBytes : firstHeaderBytes, signal);
+  }
+
+  /** The first bytes of the file: `count`, or all of a smaller file. */
+  async firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array> {
     const parts: Uint8Array[] = [];
-    const last = (whole ? maxHeaderBytes : firstHeaderBytes) - 1;
-    await this.#ask([0, last], signal, (part) => parts.push(part));
+    await this.#ask([0, count - 1], signal, (part) => parts.push(part));
     return joined(parts);
   }
 
@@ -272,77 +239,6 @@ export class FileSource implements Source {
       `${this.name}: this host does not serve parts of files (HTTP Range): the store was fetched whole`,
     );
   }
-
-  async pages(
-    pages: readonly PagePlace[],
-    signal: AbortSignal,
-    arrived: (index: number, bytes: Uint8Array) => void,
-  ): Promise<void> {
-    await this.#fetchRanges(pages, signal, (page, bytes) => arrived(page.index, bytes));
-  }
-
-  async chunks<C extends ChunkPlaceInFile>(
-    chunks: readonly C[],
-    signal: AbortSignal,
-    arrived: (chunk: C, bytes: Uint8Array) => void,
-  ): Promise<void> {
-    await this.#fetchRanges(chunks, signal, arrived);
-  }
-
-  group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    // Sets keep the order of insertion, so a range gets the priority of its most important chunk.
-    const rank = new Map(chunks.map((chunk, i) => [chunk, i]));
-    const mostNeeded = (range: ByteRange<C>): number =>
-      Math.min(...range.chunks.map((chunk) => rank.get(chunk) ?? 0));
-    return ranges(chunks.slice(0, chunksLookedAt))
-      .sort((a, b) => mostNeeded(a) - mostNeeded(b))
-      .map((range) => range.chunks);
-  }
-
-  async #fetchRanges<C extends { offset: number; bytes: number }>(
-    places: readonly C[],
-    signal: AbortSignal,
-    arrived: (place: C, bytes: Uint8Array) => void,
-  ): Promise<void> {
-    await together(signal, this.concurrency, ranges(places), (range, ending) => {
-      const cutter = new Cutter(range, arrived);
-      return this.range(range.offset, range.bytes, ending, (part, offset) =>
-        cutter.add(part, offset),
-      );
-    });
-  }
-}
-
-/**
- * Runs a function for all items, for at most `concurrency` of them at a time, in their order. If it fails
- * for one item, the others are aborted. Settles when all have ended; rejects with the first failure.
- */
-export async function together<T>(
-  signal: AbortSignal,
-  concurrency: number,
-  items: readonly T[],
-  work: (item: T, signal: AbortSignal) => Promise<void>,
-): Promise<void> {
-  const ending = new AbortController();
-  const aborted = (): void => ending.abort(signal.reason);
-  signal.addEventListener("abort", aborted, { once: true });
-  if (signal.aborted) aborted();
-  const failures: unknown[] = [];
-  let next = 0;
-  const runOneByOne = async (): Promise<void> => {
-    for (let at = next++; at < items.length && !ending.signal.aborted; at = next++) {
-      try {
-        await work(items[at] as T, ending.signal);
-      } catch (error) {
-        failures.push(error);
-        ending.abort(new DOMException("another request of the group has failed", "AbortError"));
-      }
-    }
-  };
-  await Promise.all(Array.from({ length: Math.min(concurrency, items.length) }, runOneByOne));
-  signal.removeEventListener("abort", aborted);
-  signal.throwIfAborted();
-  if (failures.length > 0) throw failures[0];
 }
 
 /** The content id in the first bytes of a store. */
@@ -352,37 +248,4 @@ export function contentIdOf(header: Uint8Array): string {
 
 export function hexadecimal(bytes: Uint8Array): string {
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
-}
-
-/** Splits a range into its parts while it arrives. */
-class Cutter<C extends { offset: number; bytes: number }> {
-  readonly #places: C[];
-  readonly #arrived: (place: C, bytes: Uint8Array) => void;
-  #parts: Uint8Array[] = [];
-  #have = 0;
-
-  constructor(range: ByteRange<C>, arrived: (place: C, bytes: Uint8Array) => void) {
-    this.#places = [...range.chunks];
-    this.#arrived = arrived;
-  }
-
-  add(part: Uint8Array, offset: number): void {
-    for (;;) {
-      const place = this.#places[0];
-      if (!place) return;
-      const from = Math.max(place.offset + this.#have - offset, 0);
-      const to = Math.min(place.offset + place.bytes - offset, part.length);
-      if (to > from) {
-        // A copy, because the transport's buffer may contain other parts too.
-        this.#parts.push(part.slice(from, to));
-        this.#have += to - from;
-      }
-      if (this.#have < place.bytes) return;
-      this.#places.shift();
-      const bytes = joined(this.#parts);
-      this.#parts = [];
-      this.#have = 0;
-      this.#arrived(place, bytes);
-    }
-  }
 }

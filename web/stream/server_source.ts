@@ -1,12 +1,7 @@
 import { isOfPart } from "./faults.ts";
-import {
-  contentIdOf,
-  FileSource,
-  hexadecimal,
-  type SourceOptions,
-  together,
-} from "./file_source.ts";
+import { contentIdOf, FileSource, hexadecimal, type SourceOptions } from "./file_source.ts";
 import { FrameReader } from "./frames.ts";
+import { together } from "./range_source.ts";
 import { type ChunkPlaceInFile, PartError } from "./source.ts";
 import { TransferError, transfer, transferWhole, withQuery } from "./transfer.ts";
 import { StreamError } from "./types.ts";

@@ -59,8 +59,9 @@ export class TransferError extends StreamError {
 
 /** Limit of bytes that are read of an error's body. */
 const longestExplanation = 16 * 1024;
-/** The first bytes of every store (shared/core/store/FORMAT.md). */
+/** The first bytes of every store (shared/core/store/FORMAT.md) and bundle (shared/core/scene/BUNDLE.md). */
 const storeMagic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
+const bundleMagic = [0x89, 0x49, 0x53, 0x4f, 0x42, 0x0d, 0x0a, 0x1a];
 
 /**
  * Makes one request and passes on the response's body as it arrives. Rejects unless the body has
@@ -134,6 +135,11 @@ export function joined(parts: readonly Uint8Array[]): Uint8Array {
 /** Whether these are the first bytes of a store. */
 export function beginsAsStore(bytes: Uint8Array): boolean {
   return storeMagic.every((byte, i) => bytes[i] === byte);
+}
+
+/** Whether these are the first bytes of a bundle. */
+export function beginsAsBundle(bytes: Uint8Array): boolean {
+  return bundleMagic.every((byte, i) => bytes[i] === byte);
 }
 
 /** Aborts a request when its signal is aborted, or when no data have arrived for too long. */
@@ -246,11 +252,12 @@ async function whyWhole(response: Response, url: string, first: number): Promise
     return new StreamError("cut-short", `${url}: expected a store, found a file of 0 bytes`);
   }
   // Some hosts respond to every unknown address with the same page.
-  if (first === 0 && !beginsAsStore(await firstBytes(response, storeMagic.length))) {
-    return new StreamError(
-      "not-a-store",
-      `${url}: expected a store, found ${response.headers.get("Content-Type") ?? "something else"}`,
-    );
+  if (first === 0) {
+    const found = await firstBytes(response, storeMagic.length);
+    if (!beginsAsStore(found) && !beginsAsBundle(found)) {
+      const type = response.headers.get("Content-Type") ?? "something else";
+      return new StreamError("not-a-store", `${url}: expected a store, found ${type}`);
+    }
   }
   return new StreamError(
     "no-range",

@@ -1,3 +1,4 @@
+import type { Core } from "../core/core.ts";
 import type { StoreInfo } from "../core/types.ts";
 import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
@@ -112,6 +113,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    */
   prepare(): Promise<void> {
     return this.#layers.prepare();
+  }
+
+  /** The core of the renderer's instance. Rejects as `prepare`. */
+  async core(): Promise<Core> {
+    return (await this.#life.load()).core;
   }
 
   /**

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "shared/bindings/wasm/core_state.h"
+#include "shared/core/scene/bundle_header.h"
 
 using namespace isosplat;
 using namespace isosplat::wasm;
@@ -53,6 +54,11 @@ const void* isosplat_core_result(const IsosplatCore* core, uint32_t buffer) {
 
 uint32_t isosplat_core_result_bytes(const IsosplatCore* core, uint32_t buffer) {
   return buffer < core->results.size() ? static_cast<uint32_t>(core->results[buffer].size()) : 0;
+}
+
+IsosplatStatus isosplat_core_check_bundle(IsosplatCore* core, const void* header, uint32_t bytes) {
+  const auto found = parse_bundle_header(as_bytes(header, bytes));
+  return found ? kOk : report(core, found.error());
 }
 
 IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes) {

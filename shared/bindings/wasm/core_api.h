@@ -59,6 +59,11 @@ const char* isosplat_core_status_name(IsosplatStatus status);
 const void* isosplat_core_result(const IsosplatCore* core, uint32_t buffer);
 uint32_t isosplat_core_result_bytes(const IsosplatCore* core, uint32_t buffer);
 
+/// Checks the header of a bundle (shared/core/scene/BUNDLE.md) from its first bytes:
+/// parse_bundle_header. `bytes` may be more than the header. After ok, its fields can be read
+/// without further checks. Needs no open store.
+IsosplatStatus isosplat_core_check_bundle(IsosplatCore* core, const void* header, uint32_t bytes);
+
 /// Opens a store from its first min(kMaxHeaderBytes, file size) bytes: StoreReader::open.
 IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes);
 

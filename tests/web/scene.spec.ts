@@ -1,0 +1,333 @@
+/** Scenes and bundles of the browser: documents, headers, and the requests for them. */
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createServer, type Server } from "node:http";
+import type { AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { afterAll, beforeAll, describe, expect, it, test } from "vitest";
+import { parseBundleHeader, piecesOf } from "../../web/scene/bundle_header.ts";
+import { parseScene } from "../../web/scene/parse_scene.ts";
+import { bundleScene, sceneAt, sceneOfFiles, servedScene } from "../../web/scene/scene_source.ts";
+import { BlobSource } from "../../web/stream/blob_source.ts";
+import { joined } from "../../web/stream/transfer.ts";
+import { StreamError } from "../../web/stream/types.ts";
+import { Chance } from "../support/chance.ts";
+import { core } from "./fixture.ts";
+
+const golden = new URL("../golden/bundle1.0/", import.meta.url);
+const bundle = new Uint8Array(readFileSync(new URL("golden.isobundle", golden)));
+const document = readFileSync(new URL("scene.json", golden));
+const program = fileURLToPath(new URL("../../build/release/native/cli/isosplat", import.meta.url));
+const signal = new AbortController().signal;
+const instance = await core();
+const utf8 = (text: string) => new TextEncoder().encode(text);
+const example = { format: "isosplat-scene", version: 1, layers: [{ store: "a" }] };
+
+/** The message of the StreamError that `action` throws; "" if it throws none. */
+function fault(action: () => unknown): string {
+  try {
+    action();
+    return "";
+  } catch (error) {
+    expect(error).toBeInstanceOf(StreamError);
+    return (error as StreamError).message;
+  }
+}
+
+async function wholeOf(source: {
+  header(signal: AbortSignal): Promise<Uint8Array>;
+  range: BlobSource["range"];
+  fileBytes: number | undefined;
+}): Promise<Uint8Array> {
+  await source.header(signal);
+  const parts: Uint8Array[] = [];
+  await source.range(0, source.fileBytes ?? 0, signal, (part) => parts.push(part.slice()));
+  return joined(parts);
+}
+
+describe("a scene's document", () => {
+  it("has its members, the defaults of others, and what is unknown", () => {
+    const scene = parseScene(document);
+    expect(scene.name).toBe("Golden stores");
+    expect(scene.layers.map(({ name, stores, visible }) => [name, ...stores, visible])).toEqual([
+      ["bytes", "u8.isosplat", true],
+      ["tiny", "tiny.isosplat", false],
+    ]);
+    expect(scene.layers[0]?.surfaces).toEqual([{ isovalue: 100.5, colour: "#d9ccb3", opacity: 1 }]);
+    expect(scene.layers[1]?.transform?.[3]).toBe(20);
+    expect(scene.clip).toEqual({ low: [0, 0, 0], high: [1, 1, 1], planes: [], caps: false });
+    expect(scene.json.unknown).toEqual({ kept: true });
+  });
+
+  it("has stores for each step of time, or one for all", () => {
+    const time = { steps: [0, 0.5, 2], unit: "s" };
+    const layers = [{ stores: ["a", "b", "c"] }, { store: "d" }];
+    const scene = parseScene(utf8(JSON.stringify({ ...example, time, layers })));
+    expect(scene.time).toEqual({ values: [0, 0.5, 2], unit: "s" });
+    expect(scene.layers.map(({ stores }) => stores)).toEqual([["a", "b", "c"], ["d"]]);
+  });
+
+  // The program reads the same documents (shared/core/scene/parse_scene.cpp).
+  it("is refused where the program refuses it, with the same words", { timeout: 120_000 }, () => {
+    const folder = mkdtempSync(join(tmpdir(), "isosplat-scene-"));
+    const file = join(folder, "scene.json");
+    const chance = new Chance(7);
+    const values = [null, -1, 1e301, 0, "", "x", "#12345g", [], [1], {}, true, "a/../b"];
+    const full = {
+      ...example,
+      name: "n",
+      layers: [
+        {
+          store: "a",
+          name: "b",
+          group: "c",
+          visible: true,
+          surfaces: [{ isovalue: 1, colour: "#010203", opacity: 0.5 }],
+          transform: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+        },
+        { stores: ["a", "b"] },
+      ],
+      time: { steps: [1, 2], unit: "s" },
+      camera: { target: [0, 0, 0], distance: 1, azimuth: 1, elevation: 2, field_of_view: 3 },
+      clip: {
+        box: { low: [0, 0, 0], high: [1, 1, 1] },
+        planes: [{ normal: [1, 0, 0], offset: 1 }],
+      },
+      background: "#01020304",
+    };
+    let refused = 0;
+    try {
+      for (let i = 0; i < 150; ++i) {
+        const changed = structuredClone(full) as unknown as Record<string, unknown>;
+        change(changed, chance, values);
+        const text = JSON.stringify(changed);
+        writeFileSync(file, text);
+        const found = fault(() => parseScene(utf8(text)));
+        const said = programSays(file);
+        // Up to what was found, whose numbers JavaScript writes in another way.
+        const expected = (message: string) => message.replace(/, found .*/s, "").trim();
+        if (found) ++refused;
+        expect([text, expected(found)]).toEqual([text, expected(said)]);
+      }
+    } finally {
+      rmSync(folder, { recursive: true });
+    }
+    expect(refused).toBeGreaterThan(50);
+  });
+
+  it("is refused if it is no JSON, no UTF-8 or too large", () => {
+    expect(fault(() => parseScene(utf8("{")))).toContain("expected JSON");
+    expect(fault(() => parseScene(new Uint8Array([0xff, 0xfe])))).toContain("expected JSON");
+    expect(fault(() => parseScene(utf8("[".repeat(1_000_000))))).toContain("expected JSON");
+    expect(fault(() => parseScene(new Uint8Array(4 * 1024 * 1024 + 1)))).toContain("at most");
+  });
+});
+
+/** Replaces one member of a document, at any depth. */
+function change(within: Record<string, unknown>, chance: Chance, values: readonly unknown[]): void {
+  const keys = Object.keys(within);
+  const key = chance.of(keys);
+  const child = within[key];
+  if (child && typeof child === "object" && Object.keys(child).length > 0 && chance.next() < 0.75) {
+    change(child as Record<string, unknown>, chance, values);
+  } else {
+    within[key] = chance.of(values);
+  }
+}
+
+/** The program's message about a scene's document; "" if it reads it. */
+function programSays(file: string): string {
+  try {
+    execFileSync(program, ["info", file], { stdio: "pipe" });
+    return "";
+  } catch (error) {
+    const { stderr } = error as { stderr: Buffer };
+    const message = /scene: .*/.exec(stderr.toString())?.[0] ?? "";
+    // Stores that are missing are no fault of the document.
+    return message;
+  }
+}
+
+describe("a bundle's header", () => {
+  const header = () => {
+    const found = parseBundleHeader(instance, bundle, "golden");
+    if (typeof found === "number") throw new Error("expected a header");
+    return found;
+  };
+
+  it("states its stores, whose pieces cover them", () => {
+    const { stores, scene, coarseBytes, headerBytes } = header();
+    expect(Buffer.from(scene)).toEqual(document);
+    expect([...stores.keys()]).toEqual(["u8.isosplat", "tiny.isosplat"]);
+    const covered = new Uint8Array(bundle.length).fill(1, 0, headerBytes);
+    for (const store of stores.values()) {
+      const pieces = piecesOf(store, 0, store.fileBytes);
+      expect(pieces.reduce((sum, { bytes }) => sum + bytes, 0)).toBe(store.fileBytes);
+      for (const { bundleOffset, bytes } of pieces) {
+        for (let at = bundleOffset; at < bundleOffset + bytes; ++at)
+          covered[at] = (covered[at] ?? 0) + 1;
+      }
+    }
+    expect(covered.every((count) => count === 1)).toBe(true);
+    expect(headerBytes + coarseBytes).toBeLessThanOrEqual(bundle.length);
+  });
+
+  it("states its size when only its first bytes are present", () => {
+    expect(parseBundleHeader(instance, bundle.subarray(0, 64), "golden")).toBe(
+      header().headerBytes,
+    );
+    expect(fault(() => parseBundleHeader(instance, bundle.subarray(0, 63), "golden"))).toContain(
+      "64 bytes",
+    );
+  });
+
+  it("is refused with one error wherever it is damaged", () => {
+    const chance = new Chance(3);
+    const size = header().headerBytes;
+    for (let i = 0; i < 300; ++i) {
+      const damaged = bundle.slice(0, size);
+      const at = chance.whole(0, size - 1);
+      damaged[at] = (damaged[at] ?? 0) ^ chance.whole(1, 255);
+      // A larger size of the header asks for more bytes.
+      const message = fault(() => {
+        const found = parseBundleHeader(instance, damaged, "golden");
+        if (typeof found === "number") throw new StreamError("cut-short", "golden: more bytes");
+      });
+      expect(message).toContain("golden: ");
+    }
+  });
+});
+
+describe("a scene of files", () => {
+  const stores = ["u8.isosplat", "tiny.isosplat"].map((name) => {
+    const bytes = readFileSync(new URL(`../golden/v1.0/${name}`, import.meta.url));
+    return new File([bytes], name);
+  });
+
+  it("in a bundle has the bytes of its stores", async () => {
+    const scene = sceneOfFiles([new File([bundle], "golden.isobundle")]);
+    const opened = await scene?.open(instance, signal);
+    for (const store of stores) {
+      const source = opened?.source(store.name);
+      if (!source) throw new Error("expected a source");
+      const bytes = await wholeOf(source);
+      expect(Buffer.from(bytes)).toEqual(Buffer.from(await store.arrayBuffer()));
+      expect(await source.contentId(signal)).toMatch(/^[0-9a-f]{32}$/);
+    }
+    await expect(opened?.source("other").header(signal)).rejects.toThrow(
+      "expected the store other",
+    );
+  });
+
+  it("beside each other has those that were chosen", async () => {
+    const [first] = stores;
+    const scene = sceneOfFiles([new File([document], "scene.json"), first as File]);
+    const opened = await scene?.open(instance, signal);
+    expect((await opened?.source("stores/u8.isosplat").header(signal))?.length).toBeGreaterThan(64);
+    expect(fault(() => opened?.source("tiny.isosplat"))).toContain("choose it too");
+  });
+
+  it("is not found among other files", () => {
+    expect(sceneOfFiles(stores)).toBeNull();
+  });
+});
+
+describe("a scene at an address", () => {
+  let server: Server;
+  let base = "";
+  const asked: string[] = [];
+  const files = new Map<string, Uint8Array>([
+    ["/golden.isobundle", bundle],
+    ["/golden.scene.json", document],
+    ["/cut.isobundle", bundle.subarray(0, 200)],
+    ["/page.isobundle", utf8("<!doctype html>")],
+  ]);
+
+  beforeAll(async () => {
+    server = createServer((request, response) => {
+      const url = (request.url ?? "").replace(/\?.*/, "");
+      asked.push(`${url} ${request.headers.range ?? ""}`.trim());
+      const size =
+        Buffer.from(bundle).readUInt32LE(12) + Number(Buffer.from(bundle).readBigUInt64LE(24));
+      const checksum = Buffer.from(
+        bundle.slice(0, Buffer.from(bundle).readUInt32LE(12)).reverse().slice(0, 8),
+      ).toString("hex");
+      if (url === "/v1/scenes/golden/bootstrap") return response.end(bundle.subarray(0, size));
+      const file = url === `/v1/scenes/golden/${checksum}/file` ? bundle : files.get(url);
+      if (!file) return response.writeHead(404).end();
+      const [, first, last] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "") ?? [];
+      if (first === undefined) return response.end(file);
+      const end = Math.min(Number(last) + 1, file.length);
+      response.writeHead(206, { "Content-Range": `bytes ${first}-${end - 1}/${file.length}` });
+      response.end(file.subarray(Number(first), end));
+    });
+    await new Promise<void>((listening) => server.listen(0, "127.0.0.1", listening));
+    base = `http://127.0.0.1:${(server.address() as AddressInfo).port}`;
+  });
+  afterAll(() => server.close());
+
+  test.each([
+    ["a bundle by ranges", () => sceneAt(`${base}/golden.isobundle`)],
+    ["a scene of a server", () => servedScene({ base, scene: "golden" })],
+  ])("%s: its first picture takes at most three requests", async (_, scene) => {
+    asked.length = 0;
+    const opened = await scene().open(instance, signal);
+    const paths = opened.document.layers.flatMap(({ stores }) => stores);
+    await opened.fetchFirst(paths);
+    for (const path of paths) {
+      const store = instance.openStore(await opened.source(path).header(signal));
+      const { offset, bytes } = store.bootstrapRange();
+      await opened.source(path).range(offset, bytes, signal, () => {});
+      store.close();
+    }
+    expect(asked.length).toBeLessThanOrEqual(3);
+    for (const path of paths) {
+      const file = readFileSync(new URL(`../golden/v1.0/${path}`, import.meta.url));
+      expect(Buffer.from(await wholeOf(opened.source(path)))).toEqual(file);
+    }
+  });
+
+  it("as a document names its stores relative to itself", async () => {
+    const opened = await sceneAt(`${base}/golden.scene.json`).open(instance, signal);
+    expect(opened.source("a/b.isosplat").name).toBe(`${base}/a/b.isosplat`);
+    expect(opened.source("https://other.example/b").name).toBe("https://other.example/b");
+    expect(fault(() => opened.source("file:///etc/passwd"))).toContain("http or https");
+  });
+
+  it("is refused with the cause", async () => {
+    const open = (name: string) => sceneAt(`${base}/${name}`).open(instance, signal);
+    await expect(open("cut.isobundle")).rejects.toThrow(StreamError);
+    await expect(open("page.isobundle")).rejects.toThrow("expected a file of isosplat bundle");
+    await expect(open("none.isobundle")).rejects.toMatchObject({ kind: "not-found" });
+    await expect(open("golden.isobundle?.json")).resolves.toBeDefined();
+  });
+
+  it("is read again after it was replaced, once for all of its stores", async () => {
+    const before = files.get("/golden.isobundle") as Uint8Array;
+    const opened = await sceneAt(`${base}/golden.isobundle`).open(instance, signal);
+    const sources = ["u8.isosplat", "tiny.isosplat"].map((path) => opened.source(path));
+    for (const source of sources) await source.header(signal);
+    asked.length = 0;
+    const ids = await Promise.all(sources.map((source) => source.contentId(signal)));
+    expect(asked.length).toBeLessThanOrEqual(2);
+    expect(new Set(ids).size).toBe(2);
+    for (const source of sources) source.forget();
+    expect((await sources[0]?.header(signal))?.length).toBeGreaterThan(64);
+    files.set("/golden.isobundle", before);
+  });
+});
+
+test("a bundle whose header is larger than the first request", async () => {
+  const blob = new BlobSource(new Blob([bundle]), "golden");
+  const few = Object.assign(Object.create(blob) as BlobSource, {
+    firstBytes: (_: number, ending: AbortSignal) => blob.firstBytes(64, ending),
+    range: blob.range.bind(blob),
+  });
+  Object.defineProperty(few, "name", { value: "golden" });
+  const opened = await bundleScene(few).open(instance, signal);
+  expect(opened.document.layers.length).toBe(2);
+  const source = opened.source("tiny.isosplat");
+  expect((await source.header(signal)).length).toBeGreaterThan(64);
+});

@@ -1,0 +1,172 @@
+import type { Core } from "../core/core.ts";
+import { joined } from "../stream/transfer.ts";
+import { StreamError } from "../stream/types.ts";
+import {
+  type BundledFile,
+  type BundleHeader,
+  coarseBytesOf,
+  parseBundleHeader,
+} from "./bundle_header.ts";
+
+/** The file of a bundle. */
+export interface BundleFile {
+  /** For messages. */
+  readonly name: string;
+  readonly concurrency: number;
+  readonly fresh: boolean;
+  /** The first bytes: at least `count`, unless the file is shorter. */
+  firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array>;
+  /** `arrived` is called in order, as parts arrive. */
+  range(
+    offset: number,
+    bytes: number,
+    signal: AbortSignal,
+    arrived: (part: Uint8Array, offset: number) => void,
+  ): Promise<void>;
+  bypassCaches(): void;
+  /** Forgets the identity of the file. The next `firstBytes` may be those of another one. */
+  forget(): void;
+  /** The file that was read again is the same one. */
+  isSame?(): void;
+}
+
+/** Size of the first request for a bundle. */
+const firstBundleBytes = 64 * 1024;
+/** Coarse parts are fetched together up to this size. */
+const maxTogether = 32 * 1024 * 1024;
+
+/** Bytes of the bundle that are kept, since several stores lie in them. */
+interface Part {
+  offset: number;
+  bytes: Promise<Uint8Array>;
+  length: number;
+}
+
+/**
+ * A bundle that is being read (shared/core/scene/BUNDLE.md): its header, and the coarse parts of its stores,
+ * which are fetched together. A bundle that was replaced is read again.
+ */
+export class Bundle {
+  readonly file: BundleFile;
+  readonly #core: Core;
+  #header: Promise<BundleHeader> | null = null;
+  #parts: Part[] = [];
+  #rereading: Promise<BundleHeader> | null = null;
+
+  constructor(file: BundleFile, core: Core) {
+    this.file = file;
+    this.#core = core;
+  }
+
+  /** Reads the header, once. Rejects with a StreamError or the signal's reason. */
+  async header(signal: AbortSignal): Promise<BundleHeader> {
+    if (!this.#header) {
+      // Several stores wait for it, so that it does not end with the first of them.
+      const header = this.#readHeader(new AbortController().signal);
+      this.#header = header;
+      header.catch(() => {
+        if (this.#header === header) this.#header = null;
+      });
+    }
+    const header = await this.#header;
+    signal.throwIfAborted();
+    return header;
+  }
+
+  async #readHeader(signal: AbortSignal): Promise<BundleHeader> {
+    const { file } = this;
+    const first = await file.firstBytes(firstBundleBytes, signal);
+    const found = parseBundleHeader(this.#core, first, file.name);
+    if (typeof found !== "number") {
+      this.#keep(0, first.length, Promise.resolve(first));
+      return found;
+    }
+    const rest = await this.#read(first.length, found - first.length, signal);
+    const header = parseBundleHeader(this.#core, joined([first, rest]), file.name);
+    if (typeof header !== "number") return header;
+    throw new StreamError("cut-short", `${file.name}: the header ends too early: copy it again`);
+  }
+
+  async #read(offset: number, bytes: number, signal: AbortSignal): Promise<Uint8Array> {
+    const parts: Uint8Array[] = [];
+    await this.file.range(offset, bytes, signal, (part) => parts.push(part.slice()));
+    return joined(parts);
+  }
+
+  /** The store at a path. Rejects with a StreamError: the bundle may be another one now. */
+  async store(path: string, signal: AbortSignal): Promise<BundledFile> {
+    const { stores } = await this.header(signal);
+    const store = stores.get(path);
+    if (store) return store;
+    throw new StreamError("not-found", `${this.file.name}: expected the store ${path}, found none`);
+  }
+
+  /** Fetches the coarse parts of these stores with one request, for whoever reads them next. */
+  async fetchCoarse(paths: readonly string[], signal: AbortSignal): Promise<void> {
+    const { stores } = await this.header(signal);
+    const missing = paths
+      .flatMap((path) => stores.get(path) ?? [])
+      .filter((store) => !this.#partOf(store.coarseOffset, coarseBytesOf(store)));
+    if (missing.length === 0) return;
+    const begin = Math.min(...missing.map((store) => store.coarseOffset));
+    const end = Math.max(...missing.map((store) => store.coarseOffset + coarseBytesOf(store)));
+    if (end - begin > maxTogether) return;
+    this.#keep(begin, end - begin, this.#read(begin, end - begin, new AbortController().signal));
+  }
+
+  #keep(offset: number, length: number, bytes: Promise<Uint8Array>): void {
+    const part = { offset, length, bytes };
+    this.#parts.push(part);
+    // Who needs them fetches them by itself, with its own retries.
+    bytes.catch(() => {
+      this.#parts = this.#parts.filter((each) => each !== part);
+    });
+  }
+
+  #partOf(offset: number, bytes: number): Part | undefined {
+    return this.#parts.find(
+      (part) => offset >= part.offset && offset + bytes <= part.offset + part.length,
+    );
+  }
+
+  /** A range of the bundle. Returns whether it came from the kept parts. */
+  async range(
+    offset: number,
+    bytes: number,
+    signal: AbortSignal,
+    arrived: (part: Uint8Array, offset: number) => void,
+  ): Promise<boolean> {
+    const part = this.#partOf(offset, bytes);
+    const kept = await part?.bytes.catch(() => undefined);
+    signal.throwIfAborted();
+    if (part && kept && kept.length === part.length) {
+      arrived(kept.subarray(offset - part.offset, offset - part.offset + bytes), offset);
+      return true;
+    }
+    await this.file.range(offset, bytes, signal, arrived);
+    return false;
+  }
+
+  bypassCaches(): void {
+    this.#parts = [];
+    this.file.bypassCaches();
+  }
+
+  /** Reads the header of the bundle that is there now: once for all who ask meanwhile. */
+  reread(signal: AbortSignal): Promise<BundleHeader> {
+    this.#rereading ??= this.#reread(signal).finally(() => {
+      this.#rereading = null;
+    });
+    return this.#rereading;
+  }
+
+  async #reread(signal: AbortSignal): Promise<BundleHeader> {
+    const before = await this.#header?.catch(() => null);
+    this.#header = null;
+    this.#parts = [];
+    this.file.forget();
+    const header = await this.header(signal);
+    if (before?.checksum === header.checksum) this.file.isSame?.();
+    return header;
+  }
+}

@@ -1,0 +1,97 @@
+import { RangeSource } from "../stream/range_source.ts";
+import { StreamError } from "../stream/types.ts";
+import type { Bundle } from "./bundle.ts";
+import { type BundledFile, piecesOf } from "./bundle_header.ts";
+
+/** A store in a bundle. */
+export class BundledSource extends RangeSource {
+  readonly name: string;
+  readonly #bundle: Bundle;
+  readonly #path: string;
+  /** As in the header that was read last for this store. */
+  #store: BundledFile | null = null;
+  #requests = 0;
+  #bytesReceived = 0;
+
+  constructor(bundle: Bundle, path: string) {
+    super();
+    this.#bundle = bundle;
+    this.#path = path;
+    this.name = `${bundle.file.name}: ${path}`;
+  }
+
+  get concurrency(): number {
+    return this.#bundle.file.concurrency;
+  }
+
+  get fresh(): boolean {
+    return this.#bundle.file.fresh;
+  }
+
+  /** Those of the store alone: requests for several stores are not counted. */
+  get requests(): number {
+    return this.#requests;
+  }
+
+  get bytesReceived(): number {
+    return this.#bytesReceived;
+  }
+
+  get fileBytes(): number | undefined {
+    return this.#store?.fileBytes;
+  }
+
+  /** The bundle's header has been read already. */
+  warm(): void {}
+
+  async header(signal: AbortSignal): Promise<Uint8Array> {
+    this.#store = await this.#bundle.store(this.#path, signal);
+    const header = new Uint8Array(this.#store.headerBytes);
+    await this.range(0, header.length, signal, (part, offset) => header.set(part, offset));
+    return header;
+  }
+
+  async range(
+    offset: number,
+    bytes: number,
+    signal: AbortSignal,
+    arrived: (part: Uint8Array, offset: number) => void,
+  ): Promise<void> {
+    const store = this.#store ?? (await this.#bundle.store(this.#path, signal));
+    if (offset + bytes > store.fileBytes) {
+      throw new StreamError(
+        "cut-short",
+        `${this.name}: expected ${bytes} bytes from ${offset}, found a store of ${store.fileBytes}`,
+      );
+    }
+    for (const piece of piecesOf(store, offset, bytes)) {
+      const shift = piece.storeOffset - piece.bundleOffset;
+      const isKept = await this.#bundle.range(
+        piece.bundleOffset,
+        piece.bytes,
+        signal,
+        (part, at) => {
+          this.#bytesReceived += part.length;
+          arrived(part, at + shift);
+        },
+      );
+      if (!isKept) ++this.#requests;
+    }
+  }
+
+  bypassCaches(): void {
+    this.#bundle.bypassCaches();
+  }
+
+  async contentId(signal: AbortSignal): Promise<string> {
+    const { stores } = await this.#bundle.reread(signal);
+    const store = stores.get(this.#path);
+    if (store) return store.contentId;
+    throw new StreamError("not-found", `${this.name}: the bundle has no such store any more`);
+  }
+
+  /** The bundle has been read again by `contentId`, or is read again by the next request. */
+  forget(): void {
+    this.#store = null;
+  }
+}

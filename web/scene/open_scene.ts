@@ -1,0 +1,122 @@
+import type { Source } from "../stream/source.ts";
+import type { Layer } from "../viewer/layer.ts";
+import { firstSurface, surfaceColours } from "../viewer/surfaces.ts";
+import type { Camera, Surface } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
+import type {
+  CameraDocument,
+  LayerDocument,
+  SceneDocument,
+  SurfaceDocument,
+} from "./scene_document.ts";
+import type { OpenedScene, SceneSource } from "./scene_source.ts";
+
+export interface OpenSceneOptions {
+  /** The step of a scene with time that is shown first. Default: the first one. */
+  step?: number;
+  signal?: AbortSignal;
+}
+
+/** A layer of a scene that could not be opened. */
+export interface MissingLayer {
+  /** Its index in the document. */
+  index: number;
+  name: string;
+  error: unknown;
+}
+
+/** The scene that a viewer shows. */
+export interface ShownScene {
+  readonly document: SceneDocument;
+  /** The layer of each of the document's layers; null: it is missing. */
+  readonly layers: readonly (Layer | null)[];
+  readonly missing: readonly MissingLayer[];
+}
+
+/**
+ * Shows a scene instead of all present layers, with its camera, clipping and background. Resolves when the
+ * headers of all visible layers have been read; the surfaces follow. A store that cannot be read does not
+ * affect the other layers. Rejects with a StreamError if the scene cannot be read, or none of its layers;
+ * with a RendererError, or the signal's reason.
+ */
+export async function openScene(
+  viewer: Viewer,
+  source: SceneSource,
+  { step = 0, signal = new AbortController().signal }: OpenSceneOptions = {},
+): Promise<ShownScene> {
+  const opened = await source.open(await viewer.core(), signal);
+  signal.throwIfAborted();
+  const { document } = opened;
+  const { time, background } = document;
+  const first = Math.min(Math.max(0, Math.trunc(step)), (time?.values.length ?? 1) - 1);
+  viewer.setTime(time, first);
+  const { low, high, planes, caps } = document.clip;
+  viewer.setClip({ low, high, planes, caps });
+  if (background) viewer.setLook({ background: background.slice(0, 7) });
+  const shownPaths = document.layers
+    .filter((layer) => layer.visible)
+    .flatMap((layer) => layer.stores[Math.min(first, layer.stores.length - 1)] ?? []);
+  void opened.fetchFirst(shownPaths).catch(() => {}); // the layers report it
+  const layers: (Layer | null)[] = [];
+  const missing: MissingLayer[] = [];
+  await Promise.all(
+    document.layers.map(async (layer, index) => {
+      layers.push(null);
+      try {
+        layers[index] = await addLayer(viewer, opened, document, index, signal);
+      } catch (error) {
+        signal.throwIfAborted();
+        missing.push({ index, name: layer.name, error });
+      }
+    }),
+  );
+  if (missing.length === document.layers.length) throw missing[0]?.error;
+  if (document.camera) viewer.setCamera(cameraOf(document.camera));
+  else viewer.reset();
+  return { document, layers, missing: missing.sort((a, b) => a.index - b.index) };
+}
+
+async function addLayer(
+  viewer: Viewer,
+  opened: OpenedScene,
+  document: SceneDocument,
+  index: number,
+  signal: AbortSignal,
+): Promise<Layer> {
+  const layer = document.layers[index] as LayerDocument;
+  const [only] = layer.stores;
+  const hasSteps = document.time !== null && layer.stores.length > 1;
+  const sourceOf = (step: number): Source => opened.source(layer.stores[step] ?? only ?? "");
+  const number = colourNumber(document, index);
+  const surfaces = layer.surfaces.map((surface, i) => surfaceOf(surface, number + i));
+  const added = await viewer.addLayer(hasSteps ? sourceOf : sourceOf(0), {
+    name: layer.name,
+    group: layer.group,
+    visible: layer.visible,
+    ...(layer.transform && { transform: layer.transform }),
+    ...(surfaces.length > 0 && { surfaces }),
+    signal,
+  });
+  const { info } = added;
+  if (surfaces.length === 0 && info) {
+    added.surfaces = [{ ...firstSurface(info), colour: colourOf(number) }];
+  }
+  return added;
+}
+
+/** The number of visible layers before: each layer without a colour gets another one. */
+function colourNumber({ layers }: SceneDocument, index: number): number {
+  return layers.slice(0, index).filter((layer) => layer.visible).length;
+}
+
+function colourOf(number: number): string {
+  return surfaceColours[number % surfaceColours.length] ?? surfaceColours[0];
+}
+
+function surfaceOf({ isovalue, colour, opacity }: SurfaceDocument, number: number): Surface {
+  return { isovalue, colour: colour ?? colourOf(number), opacity };
+}
+
+function cameraOf({ isOrthographic, ...camera }: CameraDocument): Camera {
+  return { ...camera, projection: isOrthographic ? "orthographic" : "perspective" };
+}
