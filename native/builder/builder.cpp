@@ -125,7 +125,7 @@ Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const Buil
   } catch (const std::system_error& error) {
     return fail(
         Status::out_of_memory,
-        fmt::format("cannot start the build's threads ({}): reduce --threads", error.what()));
+        fmt::format("cannot start the threads of the build ({}): reduce --threads", error.what()));
   }
 }
 

@@ -53,8 +53,8 @@ Result<void> Verifier::check_content() {
   const StoreInfo& info = reader_.info();
   if (file_bytes_ != info.file_bytes) {
     return fail(file_bytes_ < info.file_bytes ? Status::truncated : Status::malformed_header,
-                fmt::format("bytes of the file: expected {}, found {}{}", info.file_bytes,
-                            file_bytes_, kRemedy));
+                fmt::format("expected a file of {} bytes, found {}{}", info.file_bytes, file_bytes_,
+                            kRemedy));
   }
   ContentHash hash;
   std::vector<std::byte> buffer(4 << 20);
@@ -100,10 +100,10 @@ Result<void> Verifier::check_tiling(const LevelRef& level) {
           const auto chunk = reader_.chunk(key, s);
           if (!chunk) return tl::unexpected(chunk.error());
           if (chunk->offset != offset) {
-            return fail(Status::malformed_page,
-                        fmt::format("{}: expected at offset {}, the end of the chunk before, found "
-                                    "at {}{}",
-                                    name_of(*chunk), offset, chunk->offset, kRemedy));
+            return fail(
+                Status::malformed_page,
+                fmt::format("{}: expected offset {}, the end of the previous chunk, found {}{}",
+                            name_of(*chunk), offset, chunk->offset, kRemedy));
           }
           offset += chunk->bytes;
           chunks += chunk->cells > 0;
@@ -112,10 +112,12 @@ Result<void> Verifier::check_tiling(const LevelRef& level) {
     }
   }
   if (offset != level.chunks_offset + level.chunks_bytes || chunks != level.chunk_count) {
-    return fail(Status::malformed_header,
-                fmt::format("level {}: expected {} chunks of {} bytes, found {} of {}{}",
-                            level.grid.level, level.chunk_count, level.chunks_bytes, chunks,
-                            offset - level.chunks_offset, kRemedy));
+    return fail(
+        Status::malformed_header,
+        fmt::format(
+            "level {}: expected {} chunks with {} bytes in total, found {} chunks with {} bytes{}",
+            level.grid.level, level.chunk_count, level.chunks_bytes, chunks,
+            offset - level.chunks_offset, kRemedy));
   }
   return {};
 }

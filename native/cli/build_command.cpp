@@ -41,8 +41,8 @@ void print_result(const std::filesystem::path& store, const BuildReport& built) 
       voxels / std::max(built.seconds, 1e-9) / 1e6);
   if (info.file_bytes > built.max_bytes) {
     fmt::print(
-        "This is more than the size limit of {}: the volume is mostly noise, or very small, and "
-        "the store can hardly be smaller\n",
+        "The store exceeds the size limit of {}: the volume is very small, or mostly noise, which "
+        "hardly compresses\n",
         format_bytes(built.max_bytes));
   }
   if (info.missing_voxels > 0) {
@@ -92,13 +92,15 @@ void add_build_command(CLI::App& program, int& exit_code) {
                    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, VTK, TIFF or raw file, or a "
                    "folder of DICOM or TIFF slices")
       ->required();
-  command->add_option("-o,--output", call->store,
-                      "The store (default: in the volume's folder, with its name and .isosplat)");
+  command->add_option(
+      "-o,--output", call->store,
+      "The store to write (default: NAME.isosplat in the folder of the volume NAME)");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
-                    "Replace the output even if it is a store of another volume, or not a store");
-  command->add_flag("--no-thumbnail", call->no_thumbnail,
-                    "Draw no picture for lists of volumes (STORE.png beside the store)");
+                    "Replace the output file even if it is a store of another volume, or no store");
+  command->add_flag(
+      "--no-thumbnail", call->no_thumbnail,
+      "Do not draw the thumbnail, STORE.png beside the store, which lists of volumes show");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);
   command->footer(examples(
@@ -107,18 +109,23 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
       "  isosplat build huge.nrrd --memory 4G --threads 8\n"
       "The output appears under its name only when it is complete. It replaces an older store of\n"
-      "the same volume, but never an input file.\n\n"
-      "Effect of --max-error on three volumes of floating-point numbers (head atlas, hydrogen\n"
-      "atom, viscous fingers): bytes of the store and bytes fetched for one isovalue, relative to\n"
-      "the default, whose error is at most 0.0008 % of the range of values\n"
+      "the same volume, but never an input file.\n"
+      "\n"
+      "This table shows the effect of --max-error on three floating-point volumes (head atlas,\n"
+      "hydrogen atom, viscous fingers): the size of the store, and the bytes fetched for one\n"
+      "isovalue. Both are relative to the default, whose error is at most 0.0008 % of the range "
+      "of\n"
+      "values.\n"
       "                        store               isovalue\n"
       "  0.01 % of the range   0.70  0.59  0.63    0.71  0.65  0.66\n"
       "  0.1 %                 0.47  0.32  0.34    0.46  0.34  0.36\n"
       "  0.4 % (8 bits)        0.33  0.22  0.23    0.31  0.22  0.21\n"
       "\n"
-      "With --fetch-weight W the store has at most √W times the bytes of the voxels, except for\n"
-      "volumes of mostly noise. Measured: bytes of the store / bytes of the voxels, and change of\n"
-      "the bytes fetched for an isovalue (all levels) against W = 1:\n"
+      "With --fetch-weight W, the store is at most √W times as large as the voxels, unless the\n"
+      "volume is mostly noise. This table shows, for each W, the size of the store divided by the\n"
+      "size of the voxels, and how the bytes fetched for an isovalue (all levels) differ from "
+      "those\n"
+      "with W = 1:\n"
       "  W                     1/4          1/2      1            2            4\n"
       "  engine, CT     0.49 +32 %   0.58  +8 %   0.68   0.84  -7 %   1.06 -11 %\n"
       "  head, noisy MR 0.49 +76 %   0.69 +13 %   0.98   1.38 -10 %   1.96 -16 %\n"

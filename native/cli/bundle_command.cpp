@@ -19,8 +19,10 @@ int run_bundle(const BundleCall& call) {
   const auto scene = SceneFile::open(call.input);
   if (!scene) return report(scene.error());
   if (scene->is_bundle()) {
-    return report({Status::invalid_argument,
-                   fmt::format("{}: expected a scene, found a bundle", call.input)});
+    return report(
+        {Status::invalid_argument, fmt::format("{}: expected a scene, found a bundle, which "
+                                               "already contains its stores: copy the file",
+                                               call.input)});
   }
   const std::filesystem::path output = call.output,
                               folder = std::filesystem::path(call.input).parent_path();
@@ -41,8 +43,11 @@ int run_unbundle(const BundleCall& call) {
   const auto bundle = SceneFile::open(call.input);
   if (!bundle) return report(bundle.error());
   if (!bundle->is_bundle()) {
-    return report({Status::invalid_argument,
-                   fmt::format("{}: expected a bundle, found a scene", call.input)});
+    return report(
+        {Status::invalid_argument,
+         fmt::format(
+             "{}: expected a bundle, found a scene: isosplat bundle makes a bundle of a scene",
+             call.input)});
   }
   const auto files = unbundle(*bundle, call.output, call.force);
   if (!files) return report(files.error());
@@ -55,7 +60,7 @@ int run_unbundle(const BundleCall& call) {
 void add_bundle_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("bundle", "Put a scene and its stores into one file");
   auto call = std::make_shared<BundleCall>();
-  command->add_option("scene", call->input, "A scene (JSON)")->required();
+  command->add_option("scene", call->input, "The scene (a JSON file)")->required();
   command->add_option("-o,--output", call->output, "The bundle, such as head.isobundle")
       ->required();
   command->add_flag("--force", call->force, "Replace any file of this name");

@@ -13,7 +13,8 @@ void apply(CLI::App& command, const CLI::ConfigItem& item, const std::string& fi
     return CLI::ValidationError(kOption, fmt::format("{}: {}", file, what));
   };
   if (!item.parents.empty()) {
-    throw wrong(fmt::format("expected no sections, found '{}'", item.parents.front()));
+    throw wrong(fmt::format("expected lines NAME = VALUE without sections, found the section '{}'",
+                            item.parents.front()));
   }
   CLI::Option* option = command.get_option_no_throw("--" + item.name);
   if (!option) option = command.get_option_no_throw(item.name);
@@ -44,7 +45,8 @@ void add_config_option(CLI::App& command) {
               apply(command, item, file);
             }
           },
-          "Read options from this file: lines NAME = VALUE; the command line has precedence")
+          "Read options from this file, which has lines NAME = VALUE. Options of the command line "
+          "take precedence")
       ->configurable(false)
       ->check(CLI::ExistingFile)
       ->type_name("");

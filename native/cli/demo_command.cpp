@@ -65,9 +65,10 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   command->add_option("-o,--output", call->output, "Same as folder")->excludes("folder");
   command
       ->add_option("--only", call->names,
-                   "Generate only some of: bucky, marschner_lobb, mandelbulb")
+                   "Volumes to generate: bucky, marschner_lobb, mandelbulb (default: all)")
       ->delimiter(',');
-  command->add_flag("--force", call->force, "Replace other files of the same names");
+  command->add_flag("--force", call->force,
+                    "Replace files of these names even if they are not demo volumes");
   command->footer(
       examples("  isosplat demo volumes\n"
                "  isosplat demo --only mandelbulb && isosplat view mandelbulb.nrrd\n"

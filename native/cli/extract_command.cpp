@@ -40,7 +40,7 @@ Result<std::optional<CellRegion>> region_of(const ExtractCall& call, const Volum
   }
   return fail(Status::invalid_argument,
               fmt::format("expected --box X0,Y0,Z0,X1,Y1,Z1 with X0 < X1, Y0 < Y1 and Z0 < Z1, "
-                          "found {}: exchange the corners' coordinates",
+                          "found {}: swap the coordinates that are in the wrong order",
                           fmt::join(call.box, ",")));
 }
 
@@ -48,8 +48,8 @@ void explain_no_surface(const StoreFile& store, const ExtractCall& call) {
   const std::string reason = no_isosurface(store.info(), call.isovalue);
   note(!reason.empty() ? reason
        : !call.box.empty()
-           ? fmt::format("no cell of level {} in --box is active at {}: isosplat info has the "
-                         "volume's place in the world",
+           ? fmt::format("no cell of level {} in --box is active at {}: isosplat info prints the "
+                         "volume's origin and spacing in world units",
                          call.level, call.isovalue)
            : fmt::format("no cell of level {} is active at {}: all cells that the isosurface would "
                          "cross touch missing voxels",
@@ -83,7 +83,7 @@ int run(const ExtractCall& call) {
     const auto mesh = write_mesh(**store, call.isovalue, options, call.changes, path, comment);
     if (!mesh) return report(mesh.error());
     if (mesh->components_found) {
-      note(fmt::format("{} of {} components are kept",
+      note(fmt::format("kept {} of {} components",
                        with_commas(std::min(*call.changes.components, *mesh->components_found)),
                        with_commas(*mesh->components_found)));
     }
@@ -125,16 +125,19 @@ void add_extract_command(CLI::App& program, int& exit_code) {
   command->add_option(
       "-o,--output", call->output,
       "The file (default: STORE_ISOVALUE.ply in the current folder); its extension\n"
-      "says the format. Points: " +
+      "determines the format. Points: " +
           mesh_extensions(SurfaceContent::points) +
           "; triangles: " + mesh_extensions(SurfaceContent::triangles));
   command
-      ->add_option("--level", call->level, "0 is the finest; each further level halves each axis")
+      ->add_option("--level", call->level,
+                   "Level of detail: 0 is the finest, and each further level halves the resolution "
+                   "of each axis")
       ->check(is_whole_number(0, 32))
       ->capture_default_str();
   command
-      ->add_option("--box", call->box,
-                   "X0,Y0,Z0,X1,Y1,Z1 in world units: only cells whose centres are in this box")
+      ->add_option(
+          "--box", call->box,
+          "X0,Y0,Z0,X1,Y1,Z1 in world units: extract only cells whose centres are in this box")
       ->delimiter(',')
       ->check(is_number())
       ->expected(6);
@@ -144,7 +147,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "border and at missing voxels)");
   command
       ->add_option("--components", call->changes.components,
-                   "Keep only this number of components, those of the largest areas")
+                   "Keep only this many connected components, those with the largest areas")
       ->check(is_whole_number(1, std::numeric_limits<uint32_t>::max()))
       ->needs(mesh);
   command
@@ -171,14 +174,15 @@ void add_extract_command(CLI::App& program, int& exit_code) {
           "(Co, Hamann, Joy 2003, section 3.2), and do not clamp the others to their cells")
       ->excludes(mesh);
   command
-      ->add_option("--shading", call->shading,
-                   "smooth: normals are continuous, from the cells around each point;\n"
-                   "exact: the gradient of each cell, which jumps from cell to cell")
+      ->add_option(
+          "--shading", call->shading,
+          "smooth: normals are continuous, computed from the cells around each point;\n"
+          "exact: normals are the gradients of the cells, which differ between adjacent cells")
       ->check(CLI::IsMember({"smooth", "exact"}))
       ->excludes(mesh)
       ->capture_default_str();
   command->add_flag("--force", call->force, "Replace any file of this name");
-  command->add_option("--threads", call->threads, "Threads (0: one per core)")
+  command->add_option("--threads", call->threads, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command->footer(
@@ -188,17 +192,21 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "With --mesh, triangles are counter-clockwise seen from the side of smaller values. In PLY,\n"
       "OBJ and GLB files they share vertices, which have smooth normals; STL has a normal for "
       "each\n"
-      "triangle, and 3MF has none. Positions are in world space; GLB and 3MF assume millimetres,\n"
-      "and GLB converts to metres with y up. In PLY files they are double precision if single\n"
-      "precision would be wrong by more than 1/2000 of a voxel.\n"
+      "triangle, and 3MF has none. Positions are in world space. For GLB and 3MF the unit is "
+      "assumed\n"
+      "to be the millimetre, and GLB positions are converted to metres, with y up. PLY files "
+      "store\n"
+      "positions in double precision if single precision would be wrong by more than 1/2000 of a "
+      "voxel.\n"
       "NumPy loads .npy and .npz: an .npy file has one array of points with the fields position,\n"
-      "normal and value; an .npz file has the arrays positions, normals, isovalue, and with "
-      "--mesh\n"
+      "normal and value. An .npz file has the arrays positions, normals and isovalue; with --mesh, "
+      "also\n"
       "triangles.\n"
-      "With --box, the surface ends at faces of cells, and is open there, as it is at the "
-      "volume's\n"
-      "border; normals there are those of the cells inside. Boxes side by side share no cell:\n"
-      "together their parts are the whole surface.\n\n" +
+      "With --box, the surface ends at faces of cells. It is open there, as it is at the volume's\n"
+      "border, and its normals there come from the cells inside the box. Adjacent boxes share no "
+      "cell,\n"
+      "so their parts together make the whole surface.\n"
+      "\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
                "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.npz\n"

@@ -28,24 +28,25 @@ int run(const HealthCall& call) {
   }
   if (!answer) return report(answer.error());
   if (answer->status == 200) return kSuccess;
-  return report({Status::io_error, fmt::format("port {}: expected status 200 of /readyz, found {}: "
-                                               "{}",
-                                               call.port, answer->status, answer->body)});
+  return report(
+      {Status::io_error, fmt::format("port {}: expected status 200 from /readyz, found {}: {}",
+                                     call.port, answer->status, answer->body)});
 }
 
 }  // namespace
 
 void add_health_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand(
-      "health", "Ask a server on this machine whether it is ready, with or without TLS");
+      "health", "Check whether a server on this machine is ready, with or without TLS");
   auto call = std::make_shared<HealthCall>();
-  command->add_option("--port", call->port, "Its port")
+  command->add_option("--port", call->port, "Port of the server")
       ->check(is_whole_number(1, 65535))
       ->capture_default_str();
   command->footer(
       examples("  isosplat health --port 8443\n"
-               "Its exit code is 0 if /readyz is 200, else 1: for the health check of a "
-               "container."));
+               "The exit code is 0 if /readyz responds with status 200, otherwise 1. Containers "
+               "can use this\n"
+               "command as their health check."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -3,23 +3,25 @@
 namespace isosplat::cli {
 
 void IdentityFlags::add_to(CLI::App& command) {
-  CLI::Option* keys =
+  CLI::Option* keys = command
+                          .add_option("--jwt-keys", jwt_keys_,
+                                      "Keys of an identity provider, whose tokens (JWT) grant "
+                                      "access: a JSON Web Key Set in a file or at https://…")
+                          ->type_name("FILE|URL");
+  CLI::Option* audience =
       command
-          .add_option("--jwt-keys", jwt_keys_,
-                      "Keys of an identity provider whose tokens (JWT) admit: a JSON Web Key Set, "
-                      "in a file or at https://…")
-          ->type_name("FILE|URL");
-  CLI::Option* audience = command
-                              .add_option("--jwt-audience", jwt_.audience,
-                                          "The audience (aud) that these tokens must have")
-                              ->needs(keys);
+          .add_option("--jwt-audience", jwt_.audience, "Audience (aud) that the tokens must have")
+          ->needs(keys);
   keys->needs(audience);
-  command.add_option("--jwt-issuer", jwt_.issuer, "Their issuer (iss; default: any)")->needs(keys);
-  command.add_option("--jwt-user", jwt_.user_claim, "The claim with the user's name")
+  command
+      .add_option("--jwt-issuer", jwt_.issuer,
+                  "Issuer (iss) that the tokens must have (default: any)")
+      ->needs(keys);
+  command.add_option("--jwt-user", jwt_.user_claim, "Claim that holds the user's name")
       ->needs(keys)
       ->type_name("CLAIM")
       ->capture_default_str();
-  command.add_option("--jwt-groups", jwt_.groups_claim, "The claim with the user's groups")
+  command.add_option("--jwt-groups", jwt_.groups_claim, "Claim that holds the user's groups")
       ->needs(keys)
       ->type_name("CLAIM")
       ->capture_default_str();

@@ -161,9 +161,9 @@ int run_volume(const InfoCall& call) {
   print_line("non-finite", with_commas(survey->missing) + " voxels");
   print_levels(grid);
   const uint64_t resident = opened->source->resident_bytes();
-  print_line("memory", resident == 0
-                           ? "read slice by slice"
-                           : format_bytes(resident) + ": this format is read into memory at once");
+  print_line("memory", resident == 0 ? "read slice by slice"
+                                     : format_bytes(resident) +
+                                           ": this format is read into memory as a whole");
   print_notes(opened->notes);
   print_suggested(suggested);
   print_histogram(histogram.low, histogram.high,
@@ -343,11 +343,14 @@ int run(const InfoCall& call) {
 void add_info_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("info", "Describe a store, a scene or a volume");
   auto call = std::make_shared<InfoCall>();
-  command->add_option("path", call->path, "A store, a scene, a bundle, or a volume as for build")
+  command
+      ->add_option("path", call->path,
+                   "A store, a scene, a bundle, or a volume in a format that isosplat build reads")
       ->required();
   command->add_flag("--json", call->json, "Print JSON");
-  command->add_flag("--chunks", call->chunks,
-                    "Stores: chunk sizes, bands per block, and chunks needed for isovalues");
+  command->add_flag(
+      "--chunks", call->chunks,
+      "Stores: print sizes of chunks, bands per block, and the chunks that isovalues need");
   call->volume_flags.add_to(*command);
   command->footer(
       examples("  isosplat info engine.isosplat\n"

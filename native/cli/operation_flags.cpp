@@ -27,50 +27,52 @@ Result<uint64_t> parse_size(const char* option, const std::string& text) {
 }  // namespace
 
 void OperationFlags::add_to(CLI::App& command) {
-  command.add_option("--threads", threads_, "Threads (0: one per core)")
+  command.add_option("--threads", threads_, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, server::kMaxServerThreads))
       ->capture_default_str();
   command
       .add_option("--disk-threads", disk_threads_,
-                  "Threads that wait for disks: how many slow reads run at once")
+                  "Limit of slow disk reads at the same time, each on a thread of its own")
       ->check(is_whole_number(1, server::kMaxServerThreads))
       ->capture_default_str();
-  command.add_option("--connections", connections_, "Open connections")
+  command.add_option("--connections", connections_, "Limit of open connections")
       ->check(is_whole_number(1, 1'000'000))
       ->capture_default_str();
   command
       .add_option("--connections-per-address", connections_per_address_,
-                  "Open connections from one address (0: no limit)")
+                  "Limit of open connections from one address (0: no limit)")
       ->check(is_whole_number(0, 1'000'000))
       ->capture_default_str();
   command
       .add_option("--rate-requests", rate_requests_,
-                  "Requests per second of one token or address (0: no limit)")
+                  "Limit of requests per second for each token or address (0: no limit)")
       ->check(is_number(0, 1e9))
       ->capture_default_str();
   command
       .add_option("--rate-bytes", rate_bytes_,
-                  "Bytes per second to one token or address (0: no limit)")
+                  "Limit of bytes sent per second for each token or address (0: no limit)")
       ->type_name("SIZE")
       ->capture_default_str();
   command
-      .add_option("--bytes-in-flight", bytes_in_flight_, "Memory for bodies that are being sent")
+      .add_option("--bytes-in-flight", bytes_in_flight_,
+                  "Limit of memory for response bodies that are being sent")
       ->type_name("SIZE")
       ->capture_default_str();
   command
       .add_option("--open-stores", open_stores_,
-                  "Stores that stay open (the least recently used ones are closed)")
+                  "Limit of open stores (the least recently used one is closed first)")
       ->check(is_whole_number(1, 1'000'000))
       ->capture_default_str();
   command
       .add_option("--access-log", access_log_,
-                  "Append a line per response to this file ('-': standard output)")
+                  "Append a line for each response to this file ('-': standard output)")
       ->type_name("FILE");
-  command.add_option("--log-format", log_format_, "Of the access log: plain, common or json")
+  command
+      .add_option("--log-format", log_format_, "Format of the access log: plain, common or json")
       ->check(CLI::IsMember(log_formats()))
       ->capture_default_str();
   command.add_flag("--no-outside-links", no_outside_links_,
-                   "Do not serve links to stores outside of the folders that are served");
+                   "Do not follow links in the served folders to stores outside of these folders");
   command.add_flag("-v,--verbose", verbose_, "Print each request");
 }
 

@@ -34,17 +34,20 @@ uint64_t machine_memory() {
 }  // namespace
 
 void VolumeFlags::add_to(CLI::App& command) {
-  command.add_option("--spacing", spacing_, "Distance between voxels, instead of the file's")
+  command
+      .add_option("--spacing", spacing_,
+                  "Distance between voxels along each axis (default: as in the file)")
       ->type_name("X,Y,Z");
-  command.add_option("--time-step", time_step_, "Number of the volume in a 4D file, from 0")
+  command.add_option("--time-step", time_step_, "Index of the volume in a 4D file, from 0")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--series", series_,
-                  "DICOM: number of the series, as isosplat lists them, or its UID (default: the "
-                  "series with the most voxels); TIFF: number or name of one of several images")
+                  "DICOM: number of the series in the list that isosplat prints, or its UID "
+                  "(default: the series with the most voxels); TIFF: number or name of the image, "
+                  "if the file has several")
       ->type_name("NUMBER|UID|NAME");
   command
-      .add_option("--channel", channel_, "Number of the channel, from 0, if the file has several")
+      .add_option("--channel", channel_, "Index of the channel, from 0, if the file has several")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--segment", segment_,
@@ -52,18 +55,19 @@ void VolumeFlags::add_to(CLI::App& command) {
       ->type_name("NUMBER|LABEL");
   command.add_option("--dataset", dataset_, "HDF5: path of the dataset, if the file has several")
       ->type_name("PATH");
-  command.add_option("--dims", dims_, "Raw files: voxels along each axis")->type_name("XxYxZ");
-  command.add_option("--type", type_,
-                     "Raw files: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64");
+  command.add_option("--dims", dims_, "Raw files: number of voxels along each axis")
+      ->type_name("XxYxZ");
+  command.add_option(
+      "--type", type_,
+      "Raw files: type of the voxels: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64");
   command.add_option("--endian", endian_, "Raw files: byte order")
       ->check(CLI::IsMember({"little", "big"}));
   command.add_option("--skip-bytes", skip_bytes_, "Raw files: bytes before the first voxel")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
       .add_option("--missing-value", missing_value_,
-                  "Voxels with this value count as missing; 'none': no voxel is missing (default: "
-                  "the value that the file declares, or a single value far outside the range of "
-                  "all others)")
+                  "Value of missing voxels, or none if no voxel is missing (default: the value "
+                  "that the file declares, or a single value far outside the range of all others)")
       ->type_name("VALUE");
   for (const import::AllowanceFlag& allowance : import::kAllowances) {
     command.add_flag_callback(
@@ -112,8 +116,8 @@ Result<import::ImportOptions> VolumeFlags::options() const {
   } else if (!missing_value_.empty()) {
     options.missing_value = parse_number(missing_value_);
     if (!options.missing_value) {
-      return usage(fmt::format("--missing-value {}: expected a number such as -9999, or none",
-                               missing_value_));
+      return usage(fmt::format(
+          "--missing-value: expected a number such as -9999, or none, found '{}'", missing_value_));
     }
   }
   return options;
@@ -130,21 +134,24 @@ std::string VolumeFlags::key() const {
 }
 
 void BuildFlags::add_to(CLI::App& command) {
-  command.add_option("--memory", memory_, "Memory limit")->type_name("SIZE")->capture_default_str();
-  command.add_option("--threads", threads_, "Threads (0: one per core)")
+  command.add_option("--memory", memory_, "Limit of the memory that the build uses")
+      ->type_name("SIZE")
+      ->capture_default_str();
+  command.add_option("--threads", threads_, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command
       .add_option("--fetch-weight", fetch_weight_,
-                  "Weight of a byte fetched for an isovalue against a byte stored: a larger weight "
-                  "makes larger stores and smaller fetches (table: isosplat build --help)")
+                  "Weight of the bytes that an isovalue fetches, relative to the bytes of the "
+                  "store. A larger weight makes the store larger and each fetch smaller (isosplat "
+                  "build --help has a table)")
       ->check(is_number(0.01, 100))
       ->capture_default_str();
   command
       .add_option("--max-error", max_error_,
-                  "Largest difference between stored values and voxels, in the volume's units: a "
-                  "larger one makes smaller stores (default: lossless for integers and evenly "
-                  "spaced numbers, as exact as 16 bits allow for others)")
+                  "Largest difference between a voxel and its stored value, in the volume's units. "
+                  "A larger one makes the store smaller (default: 0 for integers and evenly spaced "
+                  "numbers, otherwise as small as 16 bits allow)")
       ->check(is_above_zero());
   command.add_option("--name", title_, "Title of the volume (default: the file's name)");
   command.add_option("--units", units_, "Unit of the values, such as HU");
@@ -160,7 +167,7 @@ Result<BuildOptions> BuildFlags::options() const {
   }
   options.memory_bytes = std::min(*memory, machine_memory());
   if (options.memory_bytes < *memory) {
-    note(fmt::format("--memory {} is more than this machine has: the limit is {}", memory_,
+    note(fmt::format("--memory {} exceeds the memory of this machine: the limit is {}", memory_,
                      format_bytes(options.memory_bytes)));
   }
   options.threads = threads_;

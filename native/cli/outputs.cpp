@@ -84,11 +84,12 @@ Result<void> check_replaceable_store(const std::filesystem::path& store,
   }
   const StoredSource source = source_of(store);
   if (source.path_hash == source_path_hash) return {};
-  return fail(Status::invalid_argument,
-              fmt::format("{}: expected no file, or a store of the same volume, found a store of "
-                          "{}: give another name with -o, or replace it with --force",
-                          store.string(),
-                          source.file.empty() ? "an unknown volume" : "another, " + source.file));
+  return fail(
+      Status::invalid_argument,
+      fmt::format("{}: expected no file, or a store of the same volume, found a store of "
+                  "{}: give another name with -o, or replace it with --force",
+                  store.string(),
+                  source.file.empty() ? "an unknown volume" : "another volume, " + source.file));
 }
 
 }  // namespace isosplat::cli

@@ -21,24 +21,27 @@ const std::map<std::string, server::ClientField>& client_fields() {
 void ProxyFlags::add_to(CLI::App& command) {
   command
       .add_option("--trusted-proxy", trusted_proxies_,
-                  "Address of a proxy in front (10.0.0.0/8, 127.0.0.1): limits, rates and logs "
-                  "use the client's address that it states")
+                  "Address of a proxy in front of the server, such as 10.0.0.0/8 or 127.0.0.1. "
+                  "Limits, rates and logs use the client address that this proxy reports")
       ->type_name("CIDR");
   command
-      .add_option("--proxy-header", proxy_header_,
-                  "Where it states it: x-forwarded-for, forwarded or proxy-protocol")
+      .add_option(
+          "--proxy-header", proxy_header_,
+          "How the proxy reports the client address: x-forwarded-for, forwarded or proxy-protocol")
       ->check(CLI::IsMember(client_fields()))
       ->capture_default_str();
   command
       .add_option("--user-header", user_header_,
-                  "Field in which the trusted proxy states the name of the user that it knows")
+                  "Header field in which the proxy reports the user's name")
       ->type_name("NAME");
-  command.add_option("--groups-header", groups_header_, "The same for the user's groups")
+  command
+      .add_option("--groups-header", groups_header_,
+                  "Header field in which the proxy reports the user's groups")
       ->type_name("NAME");
   command
       .add_option("--cookie-name", cookie_name_,
-                  "Name of the cookies (default: isosplat-PORT); servers behind one balancer share "
-                  "it")
+                  "Name of the cookies (default: isosplat-PORT). Give all servers behind a load "
+                  "balancer the same name")
       ->type_name("NAME");
 }
 

@@ -26,8 +26,8 @@ int run(const PublishCall& call) {
   options.prune = call.prune;
   if (options.page.empty()) {
     return report({Status::io_error,
-                   "expected the built page beside the program, found none: npm run build builds "
-                   "it; or give its folder with --web-root"});
+                   "expected the built page beside the program, found none: build it with npm run "
+                   "build, or give its folder with --web-root"});
   }
   for (const std::filesystem::path& store : options.stores) {
     std::error_code error;
@@ -48,12 +48,12 @@ int run(const PublishCall& call) {
   line.clear();
   if (!site) return report(site.error());
   for (const SiteVolume& volume : site->volumes) {
-    fmt::print("{}: {}{}\n", volume.name, volume.file, volume.is_new ? "" : " (was there)");
+    fmt::print("{}: {}{}\n", volume.name, volume.file, volume.is_new ? "" : " (unchanged)");
   }
   for (const std::filesystem::path& path : site->pruned) {
     fmt::print("removed {}\n", path.string());
   }
-  fmt::print("{}: a site of {} volume{}: copy it to any web host that serves parts of files\n",
+  fmt::print("{}: a site of {} volume{}: copy it to any web host that supports range requests\n",
              call.to, site->volumes.size(), site->volumes.size() == 1 ? "" : "s");
   return kSuccess;
 }
@@ -66,18 +66,22 @@ void add_publish_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<PublishCall>();
   command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
       ->required();
-  command->add_option("--to", call->to, "Folder of the site")->required();
+  command->add_option("--to", call->to, "Folder of the site, which is created if it does not exist")
+      ->required();
   command->add_option("--web-root", call->web_root,
                       "Folder with the page (default: the page built with this program)");
   command->add_flag("--prune", call->prune, "Remove stores and assets that the site does not use");
-  command->add_flag("--force", call->force, "Write into a folder that has other files");
-  command->footer(
-      examples("  isosplat publish engine.isosplat head.isosplat --to site\n"
-               "  isosplat publish stores/ --to site --prune\n"
-               "Any web host that answers Range requests serves the site, without a program of\n"
-               "Isosplat: nginx, Caddy, or a bucket. Everyone who reaches the host can read it.\n"
-               "Published again, the site gets the new and changed stores. The name of a store's\n"
-               "file has its content id: caches may keep it for ever."));
+  command->add_flag("--force", call->force,
+                    "Write into the folder even if it contains files that are not of a site");
+  command->footer(examples(
+      "  isosplat publish engine.isosplat head.isosplat --to site\n"
+      "  isosplat publish stores/ --to site --prune\n"
+      "Any web host that supports range requests can serve the site: nginx, Caddy, or a bucket.\n"
+      "The host needs no program of Isosplat. Everyone who can reach the host can read all "
+      "volumes.\n"
+      "To update a site, publish it again: only new and changed stores are copied. The file name "
+      "of\n"
+      "a store contains its content id, so caches may keep the file for ever."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

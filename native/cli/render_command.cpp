@@ -71,7 +71,7 @@ void explain_empty_pictures(const StoreInfo& info, std::span<const double> isova
   if (is_empty && without_surface < isovalues.size()) {
     note(
         "the picture is empty: the isosurface is clipped, transparent, outside of the image, or "
-        "of the background's colour");
+        "has the colour of the background");
   }
 }
 
@@ -175,8 +175,8 @@ int run(const RenderCall& call) {
     if (!written) return report(written.error());
     if (store && is_refused_thumbnail(picture, *store)) {
       note(
-          fmt::format("{} is too large to be the store's picture in lists: expected at most {} × "
-                      "{} pixels and 1 MiB (see --size)",
+          fmt::format("{} is too large for a thumbnail of the store: expected at most {} × {} "
+                      "pixels and 1 MiB (see --size)",
                       picture.string(), server::kMaxThumbnailSize, server::kMaxThumbnailSize));
     }
     is_empty = is_empty && is_only_background(*image, settings->background);
@@ -205,8 +205,9 @@ void add_render_command(CLI::App& program, int& exit_code) {
       "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent\n"
       "  isosplat render scene.json -o scene.png\n"
       "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.png\n"
-      "The last one is the store's picture in the page's list of volumes, in place of that of\n"
-      "isosplat build: STORE.png beside the store, of at most 1 MiB."));
+      "The last command draws a thumbnail of the store for the page's list of volumes: STORE.png\n"
+      "beside the store, of at most 1 MiB. It replaces the thumbnail that isosplat build has "
+      "drawn."));
   command->callback([call, &exit_code] {
     check_arguments(*call);
     exit_code = run(*call);

@@ -62,7 +62,8 @@ Result<std::vector<render::Isosurface>> isosurfaces_of(const RenderCall& call) {
       const auto colour = parse_colour(call.colours[i]);
       if (!colour) {
         return fail(Status::invalid_argument,
-                    fmt::format("--colour {}: expected rrggbb, such as d6a08c", call.colours[i]));
+                    fmt::format("--colour: expected rrggbb or rrggbbaa, such as d6a08c, found '{}'",
+                                call.colours[i]));
       }
       surface.colour = {(*colour)[0], (*colour)[1], (*colour)[2]};
       surface.opacity = (*colour)[3];
@@ -87,7 +88,8 @@ Result<render::RenderSettings> render_settings(const RenderCall& call) {
   const auto background = parse_colour(call.background);
   if (!background) {
     return fail(Status::invalid_argument,
-                fmt::format("--background {}: expected rrggbb or transparent", call.background));
+                fmt::format("--background: expected rrggbb, rrggbbaa or transparent, found '{}'",
+                            call.background));
   }
   settings.background = *background;
   constexpr std::array kColourBy = {"isosurface", "isovalue", "gradient",
@@ -110,7 +112,8 @@ Result<render::RenderSettings> render_settings(const RenderCall& call) {
   for (const auto& [x, y, z, offset] : call.clip_planes) {
     if (x == 0 && y == 0 && z == 0) {
       return fail(Status::invalid_argument,
-                  "--clip-plane: expected a normal X,Y,Z that is not 0,0,0, then the offset");
+                  "--clip-plane: expected X,Y,Z,OFFSET with a normal X,Y,Z other than 0,0,0, found "
+                  "the normal 0,0,0");
     }
     settings.clip_planes.push_back({{x, y, z}, offset});
   }

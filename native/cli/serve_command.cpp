@@ -73,7 +73,7 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   call->identity_flags.add_to(*command);
   command
       ->add_flag("--check", call->is_check,
-                 "Check options, tokens, keys and certificates, and serve nothing")
+                 "Only check options, tokens, keys and certificates, without serving")
       ->configurable(false);
   command->footer(examples(
       "  isosplat serve engine.isosplat head.isosplat\n"
@@ -84,18 +84,21 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "  isosplat serve --config server.toml\n"
       "  isosplat serve stores/ --host 0.0.0.0 --cors none --token-file tokens.txt\n"
       "    --tls-cert a.example.pem --tls-key a.example.key\n"
-      "Without --host, only this machine reaches the server, and only its own page reads\n"
-      "the volumes.\n"
-      "A line of the token file is TOKEN [name=NAME] PATTERN…: NAME is for the access log; a\n"
+      "Without --host, only programs on this machine can reach the server, and only the server's\n"
+      "own page can read the volumes.\n"
+      "Each line of the token file is TOKEN [name=NAME] PATTERN…. The access log shows NAME. A\n"
       "pattern is the name of a volume, in which * stands for any characters, or the path of a\n"
-      "folder or store with a slash (stores/ct/); the word anyone in place of a token admits\n"
-      "everyone, user:NAME and group:NAME whom an identity provider or a proxy names.\n"
-      "ISOSPLAT_TOKEN admits to all volumes, ISOSPLAT_LINK_KEY is the key of links.\n"
-      "SIGHUP reads tokens, keys and certificates again, and opens the access log anew.\n"
+      "folder or store with a slash (stores/ct/). In place of a token, the word anyone stands for\n"
+      "all visitors, and user:NAME or group:NAME for the users that an identity provider or a\n"
+      "proxy reports.\n"
+      "The token in the environment variable ISOSPLAT_TOKEN grants access to all volumes.\n"
+      "ISOSPLAT_LINK_KEY is the key that verifies links.\n"
+      "On SIGHUP, the server reads tokens, keys and certificates again, and reopens the access "
+      "log.\n"
       "A file for --config has lines such as: stores = [\"/srv/ct\", \"/srv/mr\"]\n"
       "A folder is served with its subfolders: ct/head.isosplat is the volume ct~head. If several\n"
-      "folders are served, their names are in front: stores~ct~head. New, replaced and removed\n"
-      "stores are noticed at once."));
+      "folders are served, each name begins with that of its folder: stores~ct~head. The server\n"
+      "notices new, replaced and removed stores at once."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

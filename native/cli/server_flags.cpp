@@ -15,21 +15,26 @@ void ServerFlags::add_to(CLI::App& command) {
   command.add_option("--port", port_, "Port (0: any free port)")
       ->check(is_whole_number(0, 65535))
       ->capture_default_str();
-  command.add_option("--host", host_, "Address (0.0.0.0: every network; needs --cors or --public)")
+  command
+      .add_option("--host", host_,
+                  "Address to listen on (0.0.0.0: all networks; needs --cors or --public)")
       ->capture_default_str();
   CLI::Option* cors =
       command.add_option("--cors", cross_origin_,
-                         "Web pages of other sites that may read the volumes: none, '*', or "
-                         "origins such as https://a.example,https://b.example");
+                         "Other web sites whose pages may read the volumes: none, '*', or origins "
+                         "such as https://a.example,https://b.example");
   command.add_option("--allow-host", allowed_hosts_,
-                     "A name of this server in addresses, behind a proxy for example; '*': any");
+                     "Host name under which clients may address this server, for example behind a "
+                     "proxy ('*': any)");
   command
       .add_flag("--public", is_public_,
-                "Any web page may read the volumes, by any name of this server")
+                "Let any web page read the volumes, under any host name of this server")
       ->excludes(cors);
-  CLI::Option* certificate = command.add_option("--tls-cert", tls_certificate_,
-                                                "Certificate with its chain (PEM), for https://");
-  CLI::Option* key = command.add_option("--tls-key", tls_key_, "Its private key (PEM)");
+  CLI::Option* certificate =
+      command.add_option("--tls-cert", tls_certificate_,
+                         "File with the certificate and its chain (PEM), for https://");
+  CLI::Option* key = command.add_option("--tls-key", tls_key_,
+                                        "File with the private key of the certificate (PEM)");
   certificate->needs(key);
   key->needs(certificate);
   command
@@ -39,18 +44,20 @@ void ServerFlags::add_to(CLI::App& command) {
       ->check(is_whole_number(0, 65535));
   command
       .add_option("--https-port", https_port_,
-                  "The port in these redirections (default: that of --port)")
+                  "Port to which these requests are redirected (default: that of --port)")
       ->check(is_whole_number(1, 65535));
   command
-      .add_option("--hsts", hsts_,
-                  "Tell browsers to use only https for this host, for so long: 1h, 365d")
+      .add_option(
+          "--hsts", hsts_,
+          "Tell browsers to use only https for this host during this time, such as 1h or 365d")
       ->type_name("TIME");
   command.add_option("--token-file", token_file_,
-                     "Who may read: lines of a token (or anyone) and names or paths of volumes");
+                     "File that states who may read which volumes: each line has a token (or "
+                     "anyone), then names or paths of volumes");
   command.add_option("--link-key-file", link_key_file_,
-                     "Key of the links that sign-link makes (at least 32 bytes)");
+                     "File with the key that verifies the links of sign-link (at least 32 bytes)");
   command.add_option("--revoked-links", revoked_links_,
-                     "Links that are no longer valid: lines with the first 16 digits of their sig");
+                     "File that revokes links: each line has the first 16 digits of a link's sig");
   command.add_option("--web-root", web_root_,
                      "Folder with the page (default: the page built with this program)");
 }
@@ -89,8 +96,10 @@ Result<server::ServerOptions> ServerFlags::options() const {
   }
   for (const std::string& name : allowed_hosts_) {
     if (name != "*" && server::host_of(name).empty()) {
-      return fail(Status::invalid_argument,
-                  fmt::format("--allow-host: expected a host name, found '{}'", name));
+      return fail(
+          Status::invalid_argument,
+          fmt::format("--allow-host: expected a host name such as volumes.example, found '{}'",
+                      name));
     }
     options.allowed_hosts.push_back(name);
   }

@@ -42,8 +42,8 @@ int serve_until_stopped(server::ServerOptions options, const std::string& query)
   if (!server) return report(server.error());
   if (!(*server)->has_stores()) {
     log->add(
-        "note: there is no store yet: a store that isosplat build writes there is served within a "
-        "second");
+        "note: there is no store yet. The server notices a store within a second after isosplat "
+        "build has written it");
   }
   std::string url = (*server)->url();
   if (!query.empty()) url += "?" + query;

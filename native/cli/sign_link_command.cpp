@@ -31,13 +31,15 @@ Result<std::string> read_key(const std::string& file) {
     std::ifstream stream(file, std::ios::binary);
     key.assign(std::istreambuf_iterator<char>(stream), {});
     if (!stream) {
-      return fail(Status::io_error, fmt::format("{}: the key cannot be read", file));
+      return fail(Status::io_error, fmt::format("{}: expected a file with the key, cannot read it: "
+                                                "check the path and its permissions",
+                                                file));
     }
   } else if (const char* given = std::getenv("ISOSPLAT_LINK_KEY"); given && *given) {
     key = given;
   } else {
     return fail(Status::invalid_argument,
-                "expected --link-key-file or ISOSPLAT_LINK_KEY, with the key of the server");
+                "expected the server's key in --link-key-file or ISOSPLAT_LINK_KEY, found neither");
   }
   while (key.ends_with('\n') || key.ends_with('\r')) key.pop_back();
   // The server has the same limits.
@@ -61,9 +63,9 @@ Result<std::string> name_in_folders(const SignCall& call) {
     if (fs::path(entry->folder) / entry->file == store) return name;
   }
   return fail(Status::invalid_argument,
-              fmt::format("{}: expected a store that is served from {}, which --folder names: a "
-                          "file *{} in it or below it",
-                          call.volume, fmt::join(call.folders, " and "), server::kStoreExtension));
+              fmt::format("{}: expected a store (*{}) in {} or a subfolder, found none: check the "
+                          "path and --folder",
+                          call.volume, server::kStoreExtension, fmt::join(call.folders, " or ")));
 }
 
 /// The name on the server of the volume, which was given by its name or its store.
@@ -73,11 +75,10 @@ Result<std::string> name_of(const SignCall& call) {
       call.volume.find('/') != std::string::npos || call.volume.ends_with(server::kStoreExtension);
   if (!is_store && server::is_volume_name(call.volume)) return call.volume;
   // Another store may have the name that this store would have without the other one.
-  return fail(
-      Status::invalid_argument,
-      fmt::format("{}: expected the name of a volume as the server lists it, or a store and "
-                  "--folder with each folder or store that is served",
-                  call.volume));
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected the name of a volume as the server lists it. For the path "
+                          "of a store, give each folder or store that is served with --folder",
+                          call.volume));
 }
 
 int run(const SignCall& call) {
@@ -106,20 +107,21 @@ int run(const SignCall& call) {
 }  // namespace
 
 void add_sign_link_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("sign-link", "Print a link that admits to one volume for some time");
+  CLI::App* command = program.add_subcommand(
+      "sign-link", "Print a link that grants access to one volume for a limited time");
   auto call = std::make_shared<SignCall>();
   command->add_option("volume", call->volume, "The volume's name on the server, or its store")
       ->required();
   command
       ->add_option("--folder", call->folders,
-                   "What is served, as serve was given it, if the volume is given by its store; "
-                   "may be repeated")
+                   "Folder or store that the server was started with. Needed if the volume is "
+                   "given by its store; may be repeated")
       ->check(CLI::ExistingPath)
       ->allow_extra_args(false);
   command->add_option("--link-key-file", call->key_file,
-                      "The key of the server (default: ISOSPLAT_LINK_KEY)");
-  command->add_option("--expires", call->expires, "How long it admits: 30m, 12h, 7d")
+                      "File with the server's key (default: the key in ISOSPLAT_LINK_KEY)");
+  command
+      ->add_option("--expires", call->expires, "How long the link is valid, such as 30m, 12h or 7d")
       ->capture_default_str();
   command->add_option("--url", call->url, "Address of the server's page")->capture_default_str();
   command->footer(examples(
@@ -127,10 +129,12 @@ void add_sign_link_command(CLI::App& program, int& exit_code) {
       "  isosplat sign-link head --link-key-file key.txt --url https://a.example/\n"
       "  isosplat sign-link ct~head --link-key-file key.txt\n"
       "  isosplat sign-link stores/ct/head.isosplat --folder stores --link-key-file key.txt\n"
-      "openssl rand -hex 32 > key.txt makes a key; isosplat serve --link-key-file key.txt "
-      "takes it.\nWhoever has the link may read the volume until then. A line with the first 16 "
-      "digits of\nits sig, in the file that serve has as --revoked-links, ends one link; another "
-      "key ends all."));
+      "openssl rand -hex 32 > key.txt makes a key for isosplat serve --link-key-file key.txt.\n"
+      "Whoever has the link can read the volume until the link expires. To revoke a link, write "
+      "the\n"
+      "first 16 digits of its sig on a line of the server's file --revoked-links. A new key "
+      "revokes\n"
+      "all links."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

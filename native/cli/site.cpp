@@ -47,8 +47,9 @@ Result<std::vector<PageFile>> page_files(const fs::path& page) {
     files.push_back({entry->path(), entry->path().lexically_relative(page)});
   }
   if (error) {
-    return fail(Status::io_error, fmt::format("{}: expected the folder of the page: {}",
-                                              page.string(), error.message()));
+    return fail(Status::io_error,
+                fmt::format("{}: expected the folder of the page, cannot read it: {}",
+                            page.string(), error.message()));
   }
   const auto index = std::ranges::find(files, fs::path(kIndexFile), &PageFile::relative);
   if (index == files.end()) {
@@ -63,7 +64,8 @@ Result<std::vector<PageFile>> page_files(const fs::path& page) {
 Result<std::string> read_text(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream) return fail(Status::io_error, path.string() + ": cannot be read");
+  if (!stream)
+    return fail(Status::io_error, path.string() + ": cannot read the file: check its permissions");
   return text;
 }
 

@@ -75,7 +75,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       "verify", "Check all checksums and chunks of stores, scenes and bundles");
   auto call = std::make_shared<VerifyCall>();
   command->add_option("stores", call->stores, "Stores, scenes or bundles")->required();
-  command->add_option("--threads", call->threads, "Threads (0: one per core)")
+  command->add_option("--threads", call->threads, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
   command->footer(

@@ -141,19 +141,22 @@ void add_view_command(CLI::App& program, int& exit_code) {
   CLI::App* command =
       program.add_subcommand("view", "Show a volume: build its store if needed, and serve it");
   auto call = std::make_shared<ViewCall>();
-  command->add_option("volume", call->volume, "A volume as for build, or a store")->required();
+  command
+      ->add_option("volume", call->volume,
+                   "A store, or a volume in a format that isosplat build reads")
+      ->required();
   call->server_flags.add_to(*command);
-  command->add_flag("--rebuild", call->rebuild, "Build the store even if it exists");
+  command->add_flag("--rebuild", call->rebuild, "Build the store again even if it exists");
   call->build_flags.add_to(*command);
   call->volume_flags.add_to(*command);
-  command->footer(
-      examples("  isosplat view head.nii.gz\n"
-               "  isosplat view scans/ct --port 0\n"
-               "  isosplat view engine.isosplat\n"
-               "The printed address has a token; without it, nothing of the volume can be read. "
-               "ISOSPLAT_TOKEN\nsets it.\n"
-               "Stores are kept in $XDG_CACHE_HOME/isosplat (default: ~/.cache/isosplat). A store "
-               "is\nbuilt again when the volume has changed."));
+  command->footer(examples(
+      "  isosplat view head.nii.gz\n"
+      "  isosplat view scans/ct --port 0\n"
+      "  isosplat view engine.isosplat\n"
+      "The printed address contains a token, without which nobody can read the volume.\n"
+      "ISOSPLAT_TOKEN sets the token.\n"
+      "Stores are kept in $XDG_CACHE_HOME/isosplat (default: ~/.cache/isosplat). A store is\n"
+      "built again when the volume has changed."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -38,7 +38,7 @@ Result<DemoVolume> make_demo(std::string_view name, unsigned threads) {
                       {1, 1, 1},
                       recipe.make(recipe.size, threads)};
   }
-  return fail(Status::not_found, fmt::format("expected a demo volume out of {}, found '{}'",
+  return fail(Status::not_found, fmt::format("expected one of the demo volumes {}, found '{}'",
                                              fmt::join(kNames, ", "), name));
 }
 

@@ -85,9 +85,9 @@ Result<const MeshFormat*> mesh_format(const std::filesystem::path& path, Surface
     remedy += is_points ? ", or write triangles with --mesh" : ", or write points without --mesh";
   }
   return fail(Status::invalid_argument,
-              fmt::format("{}: expected the extension of a file of {} ({}), found \"{}\": {}",
-                          path.string(), is_points ? "points" : "triangles",
-                          mesh_extensions(content), path.extension().string(), remedy));
+              fmt::format("{}: expected an extension for {} ({}), found \"{}\": {}", path.string(),
+                          is_points ? "points" : "triangles", mesh_extensions(content),
+                          path.extension().string(), remedy));
 }
 
 }  // namespace isosplat

@@ -72,8 +72,8 @@ Result<void> ThreeMfFile::append(const MeshPart& part) {
   triangle_count_ += part.triangles.size();
   if (vertex_count_ > kMost || triangle_count_ > kMost) {
     return fail(Status::invalid_argument,
-                "expected at most 2^31 vertices and triangles, which 3MF files can hold, found "
-                "more: choose .ply, a coarser --level or --simplify");
+                "expected at most 2^31 vertices and triangles, the limit of 3MF files, found more: "
+                "write a .ply file, or use a coarser --level or --simplify");
   }
   std::string text;
   for (const Vec3d& at : part.vertices.positions) {

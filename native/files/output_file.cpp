@@ -126,8 +126,8 @@ Result<OutputFile> OutputFile::create(const std::filesystem::path& target) {
   const auto end = end_of_links(target);
   if (!end || (exists && !std::filesystem::equivalent(*end, target, ignored))) {
     return fail(Status::io_error,
-                fmt::format("{}: expected the name of a file, found a link without target: remove "
-                            "it, or give another name",
+                fmt::format("{}: expected the name of a file, found a link whose target does not "
+                            "exist: remove it, or give another name",
                             target.string()));
   }
   if (exists && ::access(end->c_str(), W_OK) != 0)

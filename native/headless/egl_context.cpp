@@ -84,7 +84,8 @@ Result<std::unique_ptr<EglContext>> EglContext::create() {
   if (!eglMakeCurrent(*display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
     eglDestroyContext(*display, context);
     eglTerminate(*display);
-    return fail(Status::gl_error, "EGL cannot use a context without a surface");
+    return fail(Status::gl_error,
+                "EGL cannot use a context without a surface: install a newer Mesa or GPU driver");
   }
   return std::unique_ptr<EglContext>(new EglContext(*display, context));
 }

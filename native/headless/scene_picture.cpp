@@ -53,8 +53,10 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
   const Scene& scene = file.scene();
   const size_t steps = scene.time ? scene.time->values.size() : 1;
   if (step >= steps) {
-    return fail(Status::not_found,
-                fmt::format("expected a step from 0 to {}, found {}", steps - 1, step));
+    return fail(
+        Status::not_found,
+        fmt::format("expected a time step from 0 to {}, found {}: choose another step with --step",
+                    steps - 1, step));
   }
   ScenePicture picture;
   WorldBox box;
@@ -82,8 +84,9 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
       if (const auto isovalue = suggested_isovalue(store.info())) {
         surfaces.emplace_back().isovalue = *isovalue;
       } else {
-        picture.notes.push_back(name_of(scene, i) +
-                                " has no surfaces, and its store suggests none: state an isovalue");
+        picture.notes.push_back(
+            name_of(scene, i) +
+            " has no surfaces, and its store suggests no isovalue: add a surface to the layer");
       }
     }
     std::vector<double> isovalues;
@@ -105,7 +108,8 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     box.add(*place.grid);
   }
   if (picture.layers == 0) {
-    return fail(Status::not_found, "expected a layer that is visible, found none");
+    return fail(Status::not_found,
+                "expected a visible layer, found none: set visible to true for at least one layer");
   }
   picture.extent = box.grid();
   return picture;

@@ -36,8 +36,9 @@ Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store
                               uint64_t sample_budget, uint32_t finest, const VolumePlace& placed) {
   const StoreInfo& info = store.info();
   if (level && *level >= info.levels) {
-    return fail(Status::not_found, fmt::format("{}: expected a level from 0 to {}, found {}",
-                                               store.path().string(), info.levels - 1, *level));
+    return fail(Status::not_found,
+                fmt::format("{}: expected a level from 0 to {}, found {}: choose another level",
+                            store.path().string(), info.levels - 1, *level));
   }
   StoreScene scene;
   scene.level = level.value_or(std::min(finest, info.levels - 1));

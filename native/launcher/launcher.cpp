@@ -18,7 +18,8 @@ int main(int, char** argv) {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) {
-    std::fprintf(stderr, "isosplat: /proc/self/exe: %s: mount /proc\n", error.message().c_str());
+    std::fprintf(stderr, "isosplat: cannot read /proc/self/exe (%s): mount /proc\n",
+                 error.message().c_str());
     return 1;
   }
   const auto programs = self.parent_path().parent_path() / ISOSPLAT_LIBEXEC;

@@ -1,5 +1,5 @@
-# Completion of isosplat for bash. Subcommands, options and their values come from --help, so they
-# are those of the installed program.
+# Completion of isosplat for bash. It reads subcommands, options and their values from --help, so it
+# fits the installed version of the program.
 _isosplat() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command='' help i
   COMPREPLY=()
@@ -14,7 +14,7 @@ _isosplat() {
     mapfile -t COMPREPLY < <(compgen -W "$(sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z-]*\) .*/\1/p' \
       <<<"$help")" -- "$word")
   else
-    # "  --kind TEXT:{quad,ellipse,exact} …": the values that an option accepts.
+    # Finds the values that an option accepts: "  --kind TEXT:{quad,ellipse,exact} …".
     if [[ $before == -* ]]; then
       mapfile -t COMPREPLY < <(compgen -W "$(sed -nE "s/^ +([^ ]*,)?${before}(,[^ ]*)? [A-Z]+:\{([^}]*)\}.*/\3/p" \
         <<<"$help" | tr , ' ')" -- "$word")

@@ -1,6 +1,6 @@
 #compdef isosplat
-# Completion of isosplat for zsh. Subcommands, options and their values come from --help, so they are
-# those of the installed program.
+# Completion of isosplat for zsh. It reads subcommands, options and their values from --help, so it
+# fits the installed version of the program.
 local command before help
 local -a names
 command=${${words[2,CURRENT-1]:#-*}[1]}
@@ -13,7 +13,7 @@ elif [[ -z $command ]]; then
   names=(${(f)"$(sed -n '/^[Ss]ubcommands:/,/^[^ ]/s/^  \([a-z-]*\) .*/\1/p' <<<$help)"})
   compadd -- $names
 else
-  # "  --kind TEXT:{quad,ellipse,exact} …": the values that an option accepts.
+  # Finds the values that an option accepts: "  --kind TEXT:{quad,ellipse,exact} …".
   if [[ $before == -* ]]; then
     names=(${(s:,:)"$(sed -nE "s/^ +([^ ]*,)?${before}(,[^ ]*)? [A-Z]+:\{([^}]*)\}.*/\3/p" <<<$help)"})
   fi

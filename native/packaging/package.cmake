@@ -1,5 +1,5 @@
-# The program, the page and their documents as `cmake --install BUILD --component program` and CPack
-# install them; `npm run release` makes the packages.
+# Installs the program, the page and their documents, for `cmake --install BUILD --component program`
+# and for CPack. `npm run release` makes the packages.
 #
 #   bin/isosplat                    chooses one of the programs
 #   libexec/isosplat/ARCH/isosplat  the program for each instruction set that was built
@@ -37,10 +37,11 @@ install(FILES native/packaging/isosplat.zsh RENAME _isosplat
         DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 install(FILES native/packaging/copyright
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library)
-# Debian wants it; `cmake --install` of the library works without the target `documents`.
+# Debian requires these files. They are optional, so that `cmake --install` of the library works without
+# the target `documents`.
 install(FILES ${documents}/changelog.gz ${documents}/CHANGELOG.md.gz
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libisosplat-dev COMPONENT library OPTIONAL)
-# Nothing enables the unit: that is the administrator's decision.
+# The package does not enable the units. The administrator decides that.
 install(FILES native/packaging/isosplat.service native/packaging/isosplat.socket
         DESTINATION lib/systemd/system COMPONENT program)
 install(FILES native/packaging/nginx.conf native/packaging/nginx-cluster.conf native/packaging/Caddyfile native/packaging/Containerfile
@@ -50,7 +51,7 @@ install(FILES native/packaging/nginx.conf native/packaging/nginx-cluster.conf na
 set(CPACK_GENERATOR DEB TGZ)
 set(CPACK_PACKAGE_NAME isosplat)
 set(CPACK_PACKAGE_VERSION ${ISOSPLAT_VERSION})
-# Debian sorts a version with a suffix after ~ before the version without it.
+# Debian sorts 1.0.0~rc before 1.0.0.
 string(REPLACE - ~ CPACK_DEBIAN_PACKAGE_VERSION ${ISOSPLAT_VERSION})
 set(CPACK_PACKAGE_VENDOR Isosplat)
 # .ci/make-packages sets the maintainer.
@@ -78,8 +79,8 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "isosurfaces of large volumes, as splats in a browser
 The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, HDF5,
-TIFF, VTK, raw) into stores from which any isosurface can be read at once,
-serves them over HTTP, and draws them. The page shows them in a browser.")
+TIFF, VTK, raw) into stores, from which it reads any isosurface without
+further processing. It serves stores over HTTP, and draws pictures of them. The page shows them in a browser.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libisosplat-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 # The public headers include tl/expected.hpp.

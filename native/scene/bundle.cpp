@@ -40,8 +40,8 @@ Result<uint64_t> write_bundle(const SceneFile& scene, const fs::path& output) {
   for (const std::string& path : store_paths(scene.scene())) {
     if (!is_path_below(path) || path == kSceneName) {
       return fail(Status::malformed_header,
-                  fmt::format("store {}: a bundle holds stores below the folder of its scene: copy "
-                              "the store there, and name it by its relative path",
+                  fmt::format("store {}: expected a store in the folder of the scene or below: "
+                              "copy the store there, and name it by its relative path",
                               path));
     }
     auto bytes = scene.store_bytes(path);
@@ -94,7 +94,8 @@ Result<size_t> unbundle(const SceneFile& bundle, const fs::path& folder, bool fo
     std::error_code ignored;
     if (!force && fs::exists(fs::symlink_status(folder / name, ignored))) {
       return fail(Status::invalid_argument,
-                  fmt::format("{} exists: choose another folder, or replace it with --force",
+                  fmt::format("{}: expected no file, found one: choose another folder with -o, or "
+                              "replace the file with --force",
                               (folder / name).string()));
     }
   }
@@ -103,8 +104,8 @@ Result<size_t> unbundle(const SceneFile& bundle, const fs::path& folder, bool fo
     fs::create_directories((folder / name).parent_path(), failed);
     if (failed) {
       return fail(Status::io_error,
-                  fmt::format("{}: cannot be created: {}", (folder / name).parent_path().string(),
-                              failed.message()));
+                  fmt::format("{}: cannot create the folder: {}",
+                              (folder / name).parent_path().string(), failed.message()));
     }
   }
   for (const BundleStore& store : bundle.bundle().stores) {

@@ -53,18 +53,20 @@ Result<SceneFile> SceneFile::open(const fs::path& path) {
     const auto header_bytes = bundle_header_bytes(std::span(prefix).first(*got));
     if (!header_bytes) return at_path(path, header_bytes.error());
     if (*header_bytes > bytes) {
-      return at_path(path,
-                     {Status::truncated, "bundle: the file ends in its header: copy it again"});
+      return at_path(
+          path,
+          {Status::truncated,
+           "bundle: expected the whole header, found the end of the file: copy the file again"});
     }
     const auto header = read_text(*result.file_, *header_bytes);
     if (!header) return tl::unexpected(header.error());
     auto parsed = parse_bundle_header(std::as_bytes(std::span(*header)));
     if (!parsed) return at_path(path, parsed.error());
     if (parsed->file_bytes != bytes) {
-      return at_path(path,
-                     {parsed->file_bytes > bytes ? Status::truncated : Status::malformed_header,
-                      fmt::format("bundle: expected {} bytes, found {}: copy it again",
-                                  parsed->file_bytes, bytes)});
+      return at_path(
+          path, {parsed->file_bytes > bytes ? Status::truncated : Status::malformed_header,
+                 fmt::format("bundle: expected a file of {} bytes, found {}: copy the file again",
+                             parsed->file_bytes, bytes)});
     }
     result.text_ = parsed->scene;
     result.bundle_ = std::move(*parsed);
@@ -74,8 +76,10 @@ Result<SceneFile> SceneFile::open(const fs::path& path) {
   } else {
     if (bytes > kMaxSceneBytes) {
       return at_path(
-          path, {Status::malformed_header,
-                 fmt::format("scene: expected at most {} bytes, found {}", kMaxSceneBytes, bytes)});
+          path,
+          {Status::malformed_header,
+           fmt::format("scene: expected at most {} bytes, found {}: divide it into several scenes",
+                       kMaxSceneBytes, bytes)});
     }
     auto text = read_text(*result.file_, bytes);
     if (!text) return tl::unexpected(text.error());
@@ -88,8 +92,8 @@ Result<SceneFile> SceneFile::open(const fs::path& path) {
   for (const std::string& store : store_paths(result.scene_)) {
     if (!result.in_bundle_.contains(store)) {
       return at_path(path, {Status::malformed_header,
-                            fmt::format("bundle: its scene names the store {}, which is not in it: "
-                                        "make it again",
+                            fmt::format("bundle: expected the store {}, which its scene names, "
+                                        "found none: make the bundle again",
                                         store)});
     }
   }
@@ -100,7 +104,9 @@ Result<FileParts> SceneFile::store_bytes(const std::string& path) const {
   if (bundle_) {
     const auto found = in_bundle_.find(path);
     if (found == in_bundle_.end()) {
-      return fail(Status::not_found, fmt::format("{}: no store {}", path_.string(), path));
+      return fail(
+          Status::not_found,
+          fmt::format("{}: expected the store {} in the bundle, found none", path_.string(), path));
     }
     std::vector<FileParts::Part> parts;
     for (const BundlePiece& piece : bundle_->stores[found->second].pieces()) {
@@ -109,11 +115,10 @@ Result<FileParts> SceneFile::store_bytes(const std::string& path) const {
     return FileParts(file_, std::move(parts));
   }
   if (is_address(path)) {
-    return fail(
-        Status::malformed_header,
-        fmt::format("{}: expected stores in files, found the address {}: download it first, "
-                    "or open the scene in the page",
-                    path_.string(), path));
+    return fail(Status::malformed_header,
+                fmt::format("{}: expected stores in files, found a store at the address {}: "
+                            "download the store first, or open the scene in the page",
+                            path_.string(), path));
   }
   auto file = PosixFile::open(path_.parent_path() / path);
   if (!file) return tl::unexpected(file.error());

@@ -118,7 +118,7 @@ TEST(CliFiles, AStoreOfAnotherVolumeIsReplacedByForceOnly) {
              "ObjectType = Image\nNDims = 3\nDimSize = 20 20 20\nElementType = MET_UCHAR\n"
              "ElementDataFile = LOCAL\n" +
                  ball(20));
-  expect_refused({"build", second}, "found a store of another, head.nrrd");
+  expect_refused({"build", second}, "found a store of another volume, head.nrrd");
   EXPECT_EQ(read_file(store), whole);
   EXPECT_EQ(run({"build", first, "-q"}).exit_code, 0) << "of the same volume";
   EXPECT_EQ(read_file(store), whole);

@@ -102,7 +102,8 @@ TEST(CliNumbers, AMemoryLimitAboveTheMachinesMemoryIsNoted) {
   const TempFolder folder;
   const Ended ended = run({"build", write_ball(folder, 12), "--memory", "8T"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_NE(ended.err.find("note: --memory 8T is more than this machine has"), std::string::npos)
+  EXPECT_NE(ended.err.find("note: --memory 8T exceeds the memory of this machine"),
+            std::string::npos)
       << ended.err;
 }
 

@@ -147,7 +147,7 @@ TEST_F(CliScene, WhatASceneStatesIsNotAnOption) {
   EXPECT_EQ(run({"render", folder / "stores/one.isosplat", "-o", folder / "x.png"}).exit_code, 2);
   const Ended step = run({"render", scene, "--step", "1", "-o", folder / "x.png"});
   EXPECT_EQ(step.exit_code, 1);
-  EXPECT_TRUE(step.err.find("expected a step from 0 to 0") != std::string::npos) << step.err;
+  EXPECT_TRUE(step.err.find("expected a time step from 0 to 0") != std::string::npos) << step.err;
 }
 
 /// Names come from strangers: they must not write to the terminal what they like.
@@ -175,9 +175,9 @@ TEST_F(CliScene, FaultsAreNamed) {
   expect_error({"render", scene, "-o", picture}, "layer 0 (one)");
   expect_error({"verify", scene}, "stores/none.isosplat");
   write_file(scene, document("../elsewhere.isosplat"));
-  expect_error({"bundle", scene, "-o", out}, "below the folder of its scene");
+  expect_error({"bundle", scene, "-o", out}, "in the folder of the scene or below");
   write_file(scene, document("https://example.org/a.isosplat"));
-  expect_error({"render", scene, "-o", picture}, "found the address");
+  expect_error({"render", scene, "-o", picture}, "found a store at the address");
   write_file(scene, R"({"format":"isosplat-scene","version":1,"layers":[]})");
   expect_error({"info", scene}, "layers: expected a list of 1 to 4096");
   expect_error({"unbundle", scene, "-o", folder / "y"}, "layers: expected");

@@ -223,16 +223,16 @@ TEST_F(MeshFiles, AreChosenByTheirExtension) {
     return refused ? "accepted" : refused.error().message;
   };
   EXPECT_EQ(message("a.vtk", kTriangles),
-            "a.vtk: expected the extension of a file of triangles (.ply, .stl, .obj, .glb, .3mf, "
+            "a.vtk: expected an extension for triangles (.ply, .stl, .obj, .glb, .3mf, "
             ".npz), found \".vtk\": choose one of them");
   EXPECT_EQ(message("a.npy", kTriangles),
-            "a.npy: expected the extension of a file of triangles (.ply, .stl, .obj, .glb, .3mf, "
+            "a.npy: expected an extension for triangles (.ply, .stl, .obj, .glb, .3mf, "
             ".npz), found \".npy\": choose one of them, or write points without --mesh");
   EXPECT_EQ(message("a.stl", SurfaceContent::points),
-            "a.stl: expected the extension of a file of points (.ply, .npy, .npz), found "
+            "a.stl: expected an extension for points (.ply, .npy, .npz), found "
             "\".stl\": choose one of them, or write triangles with --mesh");
   EXPECT_EQ(message("a", SurfaceContent::points),
-            "a: expected the extension of a file of points (.ply, .npy, .npz), found \"\": choose "
+            "a: expected an extension for points (.ply, .npy, .npz), found \"\": choose "
             "one of them");
 }
 
