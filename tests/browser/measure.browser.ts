@@ -289,7 +289,9 @@ test("sessions have space for more measurements than addresses", { tag: "@slow" 
   await complete(page);
   const marks = page.locator(".measure-marks text");
   await expect(marks).toHaveCount(500);
-  await expect(page.getByText("The measurements do not fit into the address")).toBeVisible();
+  await expect(
+    page.getByText("The measurements and layers do not fit into the address"),
+  ).toBeVisible();
   await settled(page);
   expect(page.url().length).toBeLessThan(7200);
   await page.reload();

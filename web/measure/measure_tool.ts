@@ -21,6 +21,7 @@ const mostDrift = 5;
 export class MeasureTool {
   readonly #viewer: Viewer;
   readonly #changed: () => void;
+  readonly #titleOf: (layer: number) => string | undefined;
   readonly #listeners = new AbortController();
   #measurements: readonly Measurement[] = [];
   #kind: MeasurementKind | null = null;
@@ -29,8 +30,14 @@ export class MeasureTool {
   /** Why the last click found no point; null if it found one. */
   #miss: string | null = null;
 
-  constructor(viewer: Viewer, changed: () => void) {
+  /** `titleOf`: the title of a layer by its id; undefined if there is only one. */
+  constructor(
+    viewer: Viewer,
+    changed: () => void,
+    titleOf: (layer: number) => string | undefined = () => undefined,
+  ) {
     this.#viewer = viewer;
+    this.#titleOf = titleOf;
     this.#changed = changed;
     const { signal } = this.#listeners;
     const { canvas } = viewer;
@@ -122,8 +129,10 @@ export class MeasureTool {
       this.#changed();
       return;
     }
-    const { position, isovalue: value, normal, level } = found;
-    const draft = [...this.#draft, { position, value, normal, level }];
+    const { position, isovalue: value, normal, level, voxel } = found;
+    const layer = this.#titleOf(found.layer);
+    const point = { position, value, normal, level, ...(layer !== undefined && { layer, voxel }) };
+    const draft = [...this.#draft, point];
     this.#draft = draft;
     if (draft.length < pointCounts[kind][1]) {
       this.#changed();

@@ -15,6 +15,9 @@ export interface MeasuredPoint {
   normal?: Triple;
   /** Level of the picked cell: at 0 the point is exact. */
   level?: number;
+  /** The title of the layer that was hit, if there were several, and the voxel of its volume. */
+  layer?: string;
+  voxel?: Triple;
 }
 
 export interface Measurement {

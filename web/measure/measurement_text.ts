@@ -57,13 +57,14 @@ export interface MeasurementRow extends Measurement {
   voxels: readonly Triple[];
 }
 
-/** One line for each point. Lengths are in world units: millimetres. */
+/** One line for each point; with a column `layer` if there were several. Lengths are in world units: millimetres. */
 export function toCsv(rows: readonly MeasurementRow[]): string {
+  const hasLayers = rows.some(({ points }) => points.some(({ layer }) => layer !== undefined));
   const head =
     "number,kind,text,point,x_mm,y_mm,z_mm,voxel_x,voxel_y,voxel_z,value," +
-    "normal_x,normal_y,normal_z,level,length_mm,angle_degrees";
+    `normal_x,normal_y,normal_z,level,length_mm,angle_degrees${hasLayers ? ",layer" : ""}`;
   const lines = rows.flatMap(({ kind, text = "", points, voxels, ...results }, i) =>
-    points.map(({ position, value, normal, level }, j) =>
+    points.map(({ position, value, normal, level, layer = "" }, j) =>
       [
         i + 1,
         kind,
@@ -76,6 +77,7 @@ export function toCsv(rows: readonly MeasurementRow[]): string {
         level ?? "",
         j === 0 ? (results.length_mm ?? "") : "",
         j === 0 ? (results.angle_degrees ?? "") : "",
+        ...(hasLayers ? [cell(layer)] : []),
       ].join(","),
     ),
   );

@@ -24,9 +24,12 @@ export interface Session {
 
 export const sessionFormat = "isosplat-session";
 const version = 1;
+/** Of the title of a layer. */
+const longestLayer = 1024;
 /** A larger file is refused before it is read. */
 export const largestSession = 5_000_000;
-const longestView = 20_000;
+/** A thousand layers take about 100 letters each. */
+const longestView = 1_000_000;
 
 /** The file is not a session: expected, found, remedy. */
 export class SessionError extends Error {
@@ -121,11 +124,14 @@ function pointOf(value: unknown, number: number): MeasuredPoint {
     throw new SessionError(sessionTexts.noPosition(number));
   }
   const normal = tripleOf(record.normal);
-  const { value: found, level } = record;
+  const { value: found, level, layer } = record;
+  const voxel = tripleOf(record.voxel);
   return {
     position,
     ...(typeof found === "number" && Number.isFinite(found) && { value: found }),
     ...(normal && { normal }),
+    ...(typeof layer === "string" && layer.length <= longestLayer && { layer }),
+    ...(voxel && { voxel }),
     ...(typeof level === "number" && Number.isInteger(level) && level >= 0 && { level }),
   };
 }

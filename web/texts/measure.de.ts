@@ -33,6 +33,7 @@ export const measure: typeof English = {
   voxel: (voxel) => `Voxel ${voxel}`,
   value: (value) => `Wert ${value}`,
   normal: (normal) => `Normale ${normal}`,
+  onLayers: (layers) => `auf ${layers}`,
   ofLevel: (level) => `aus Zellen der Stufe ${level}: Gehen Sie näher heran, um genau zu messen`,
   remove: "Entfernen",
   removeNamed: (name) => `${name} entfernen`,
@@ -61,5 +62,5 @@ export const measure: typeof English = {
   otherVersion:
     "Die Messungen gehören zu einer anderen Fassung dieses Volumens: Seine Flächen können woanders liegen.",
   notInAddress:
-    "Die Messungen passen nicht in die Adresse: Links haben nur die Ansicht. Speichern Sie eine Sitzung, um sie weiterzugeben.",
+    "Die Messungen und Ebenen passen nicht in die Adresse: Links haben weniger. Speichern Sie eine Sitzung, um sie weiterzugeben.",
 };

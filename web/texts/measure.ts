@@ -28,6 +28,7 @@ export const measureTexts = part("measure", {
   voxel: (voxel: string) => `voxel ${voxel}`,
   value: (value: string) => `value ${value}`,
   normal: (normal: string) => `normal ${normal}`,
+  onLayers: (layers: string) => `on ${layers}`,
   ofLevel: (level: number) => `from cells of level ${level}: come closer to measure exactly`,
   remove: "Remove",
   removeNamed: (name: string) => `Remove ${name}`,
@@ -54,5 +55,5 @@ export const measureTexts = part("measure", {
   otherVersion:
     "The measurements are of another version of this volume: its surfaces may lie elsewhere.",
   notInAddress:
-    "The measurements do not fit into the address: links have the view only. Save a session to share them.",
+    "The measurements and layers do not fit into the address: links have less. Save a session to share them.",
 });

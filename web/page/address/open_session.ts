@@ -20,6 +20,11 @@ export async function openSession(file: File): Promise<void> {
     throw new SessionError(sessionTexts.noVolume(file.name));
   }
   let query = writeUrl(state);
+  if (query.length > longestQuery) {
+    // The page takes the layers from the kept session.
+    const { layers: _layers, layerOrder: _order, ...picture } = state;
+    query = writeUrl(picture);
+  }
   if (!keepSession(new URL(query, location.href).search, session)) {
     query = writeUrl({ ...state, measures: session.measurements.map(writeMeasurement) });
   }

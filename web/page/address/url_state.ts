@@ -225,6 +225,19 @@ export function readUrl(search: string): UrlState {
   return state;
 }
 
+/** The layers of the session that is kept for the page whose address has this query. */
+export function keptLayers(search: string): Pick<UrlState, "layers" | "layerOrder"> {
+  try {
+    const text = sessionStorage.getItem(keptSessionKey) ?? "";
+    const end = text.indexOf("\n");
+    if (text.slice(0, end) !== search) return {};
+    const { view } = JSON.parse(text.slice(end + 1)) as { view?: unknown };
+    return typeof view === "string" ? readUrl(view) : {};
+  } catch {
+    return {}; // nothing was kept
+  }
+}
+
 function ignored(name: string, text: string, expected: string): string {
   const shown = text.length > 40 ? `${text.slice(0, 40)}…` : text;
   return pageTexts.ignored(`${name}=${shown}`, expected);

@@ -17,7 +17,14 @@ import { forgetSession, keepSession, keptSession } from "../address/open_session
 import { measureBar } from "./measure_bar.ts";
 import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
 
+/** What is measured: a layer, or the viewer for its first one. */
+export type MeasuredLayer = Pick<Viewer, "surfaces" | "bytesOf" | "storeAccess" | "info">;
+
 export interface MeasureHost {
+  /** The layer whose surfaces are measured. */
+  chosen(): MeasuredLayer;
+  /** The title of a layer by its id; undefined if there is only one. */
+  titleOfHit(layer: number): string | undefined;
   /** Measurements or the tool have changed. */
   changed(): void;
   /** Lays the page out after a change that does not affect the address. */
@@ -56,11 +63,15 @@ export class Measure {
   constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[], search: string) {
     this.#viewer = viewer;
     this.#host = host;
-    this.tool = new MeasureTool(viewer, () => {
-      this.#layer.request();
-      if (this.tool.measurements.length === 0) this.#measured = this.#shown;
-      host.changed();
-    });
+    this.tool = new MeasureTool(
+      viewer,
+      () => {
+        this.#layer.request();
+        if (this.tool.measurements.length === 0) this.#measured = this.#shown;
+        host.changed();
+      },
+      host.titleOfHit,
+    );
     this.#layer = new MeasureLayer(viewer, this.tool, resultOf, () =>
       measureBar(this.tool, viewer.canvas),
     );
@@ -136,12 +147,13 @@ export class Measure {
    * rest.
    */
   #bytesToMeasure(): number | undefined {
-    const isovalues = this.#viewer.surfaces.map(({ isovalue }) => isovalue);
-    const key = isovalues.join();
+    const layer = this.#host.chosen();
+    const isovalues = layer.surfaces.map(({ isovalue }) => isovalue);
+    const key = [layer.info?.contentId, ...isovalues].join();
     if (this.#bytes?.key === key) return this.#bytes.bytes;
     if (this.#viewer.isBusy) return undefined;
     let bytes = 0;
-    for (const isovalue of isovalues) bytes += this.#viewer.bytesOf(isovalue) ?? Number.NaN;
+    for (const isovalue of isovalues) bytes += layer.bytesOf(isovalue) ?? Number.NaN;
     if (Number.isNaN(bytes)) return undefined;
     this.#bytes = { key, bytes };
     return bytes;
@@ -160,7 +172,8 @@ export class Measure {
     this.#measuring = measuring;
     this.#extents = [];
     try {
-      for (const { isovalue } of this.#viewer.surfaces) await this.#extentOf(isovalue, measuring);
+      const layer = this.#host.chosen();
+      for (const { isovalue } of layer.surfaces) await this.#extentOf(layer, isovalue, measuring);
     } catch (error) {
       if (measuring.signal.aborted) this.#extents = this.#extents.filter(({ extent }) => extent);
       else {
@@ -175,7 +188,11 @@ export class Measure {
     }
   }
 
-  async #extentOf(isovalue: number, { signal }: AbortController): Promise<void> {
+  async #extentOf(
+    layer: MeasuredLayer,
+    isovalue: number,
+    { signal }: AbortController,
+  ): Promise<void> {
     const before = this.#extents;
     let shownAt = 0;
     const show = (state: Omit<ExtentState, "isovalue">): void => {
@@ -185,7 +202,7 @@ export class Measure {
     };
     show({ share: 0 });
     const { SurfaceReader, surfaceExtent } = await import("../../mesh/index.ts");
-    const access = this.#viewer.storeAccess;
+    const access = layer.storeAccess;
     if (!access) return;
     const extent = await surfaceExtent(new SurfaceReader(access), isovalue, {
       signal,
@@ -235,7 +252,7 @@ function rowOf(measurement: Measurement, info: StoreInfo | null): MeasurementRow
   const angle = kind === "angle" ? angleOf(points) : undefined;
   return {
     ...measurement,
-    voxels: info ? points.map(({ position }) => voxelOf(info, position)) : [],
+    voxels: info ? points.map(({ position, voxel }) => voxel ?? voxelOf(info, position)) : [],
     ...((kind === "distance" || kind === "path") && { length_mm: lengthOf(points) }),
     ...(angle !== undefined && { angle_degrees: angle }),
   };

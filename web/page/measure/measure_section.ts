@@ -57,13 +57,22 @@ export function resultOf({ kind, points, text }: Measurement): string {
 function facts({ kind, points }: Measurement, info: StoreInfo): string {
   if (kind !== "point" && kind !== "note") {
     const isCoarse = points.some(({ level }) => level !== undefined && level > 0);
-    return isCoarse ? measureTexts.coarse : "";
+    const layers = [...new Set(points.flatMap(({ layer }) => layer ?? []))];
+    return [
+      layers.length > 0 ? measureTexts.onLayers(layers.join(", ")) : "",
+      isCoarse ? measureTexts.coarse : "",
+    ]
+      .filter((text) => text !== "")
+      .join(" · ");
   }
   const [point] = points;
   if (!point) return "";
-  const voxel = listed(voxelOf(info, point.position).map((n) => localized(n.toFixed(2))));
-  const units = info.metadata.units;
+  const ofVoxel = point.voxel ?? voxelOf(info, point.position);
+  const voxel = listed(ofVoxel.map((n) => localized(n.toFixed(2))));
+  // The units are those of the page's volume.
+  const units = point.layer === undefined ? info.metadata.units : undefined;
   return [
+    point.layer === undefined ? "" : measureTexts.onLayers(point.layer),
     kind === "note" ? measureTexts.at(listed(point.position.map(formatValue))) : "",
     measureTexts.voxel(voxel),
     point.value === undefined

@@ -2,7 +2,7 @@ import { pageTexts } from "../../texts/page.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { LayerPlace, LayersView } from "../address/layer_address.ts";
-import type { UrlState } from "../address/url_state.ts";
+import { keptLayers, type UrlState } from "../address/url_state.ts";
 import type { LayersList } from "../layers/layers_list.ts";
 import type { PageLayersHost } from "../layers/page_layers.ts";
 
@@ -13,17 +13,20 @@ import type { PageLayersHost } from "../layers/page_layers.ts";
 export class LayersPart {
   readonly #viewer: Viewer;
   readonly #url: UrlState;
+  readonly #search: string;
   readonly #host: PageLayersHost;
   #list: LayersList | null = null;
   #wasOfSeveral = false;
+  #isAddressRead = false;
   #loading: Promise<LayersList | null> | null = null;
 
   /** Adds volumes in files of this device to the picture; null until the code for them has loaded. */
   takeFiles: ((files: readonly File[]) => void) | null = null;
 
-  constructor(host: Omit<PageLayersHost, "takeFiles">, url: UrlState) {
+  constructor(host: Omit<PageLayersHost, "takeFiles">, url: UrlState, search: string) {
     this.#viewer = host.viewer;
     this.#url = url;
+    this.#search = search;
     this.#host = { ...host, takeFiles: () => this.takeFiles };
     // A scene has several.
     host.viewer.on("layeradd", () => {
@@ -87,10 +90,11 @@ export class LayersPart {
   /** The volume of the page is open. The first time, the layers of the address follow. */
   async opened(): Promise<void> {
     this.#list?.layers.reopened();
-    const { layers, layerOrder } = this.#url;
+    if (this.#isAddressRead) return;
+    this.#isAddressRead = true;
+    const isInAddress = this.#url.layers ?? this.#url.layerOrder;
+    const { layers, layerOrder } = isInAddress ? this.#url : keptLayers(this.#search);
     if (!layers && !layerOrder) return;
-    delete this.#url.layers;
-    delete this.#url.layerOrder;
     const list = await this.load();
     if (list) await list.openAddress(layers ?? [], layerOrder);
   }

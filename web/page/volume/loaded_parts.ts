@@ -124,6 +124,12 @@ export class LoadedParts {
     return this.#loadingMeasure;
   }
 
+  /** The address was written. If it lacks measurements or layers, the session is kept in this tab. */
+  rested(isWhole: boolean): void {
+    if (this.#measure || isWhole) this.#measure?.rested(isWhole);
+    else void this.loadMeasure().then(() => this.#measure?.rested(false));
+  }
+
   /** Begins or ends measuring distances. */
   async beginMeasuring(): Promise<void> {
     await this.loadMeasure();

@@ -56,11 +56,14 @@ export class VolumePage {
       note: (text) => this.#toast.note(text),
     },
     this.#url,
+    this.#search,
   );
   readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.layers, this.#toast, () =>
     this.#title(),
   );
   readonly #parts = new LoadedParts(this.#viewer, this.#url, this.#search, {
+    chosen: () => this.layers.chosen ?? this.#viewer,
+    titleOfHit: (layer) => this.layers.titleOfHit(layer),
     lookAlong: (view) => this.#camera.lookAlong(view),
     changeClip: (clip) => this.#settings.actions.changeClip(() => clip),
     changed: () => this.#changed(),
@@ -78,9 +81,9 @@ export class VolumePage {
   readonly #address = new AddressBar(
     () => this.#addressState(),
     () => this.#showBusy(),
-    (settings, view, hasMeasures) => {
+    (settings, view, isWhole) => {
       this.#history.rested(settings, view);
-      this.#parts.measure?.rested(hasMeasures);
+      this.#parts.rested(isWhole);
       this.#layout.request();
     },
   );
