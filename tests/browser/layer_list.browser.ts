@@ -1,4 +1,5 @@
 // The page's list of layers: several volumes in one picture, in list, link and undo.
+import { readFileSync } from "node:fs";
 import { expect, type Locator, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
@@ -180,6 +181,28 @@ test("all, none, solo and groups show and hide", async ({ page }) => {
   await expect(names(page)).toHaveCount(4);
 });
 
+test("measurements say which layer they hit; an unknown place is noted", async ({ page }) => {
+  await open(page, `volume=bucky&isovalue=100&${look}&layer=volume:mandelbulb;name:Bulb`);
+  await expect(page.locator(".layers-note")).toHaveText(
+    /^bucky, Bulb: their files do not say where they lie\./,
+  );
+  await page.getByRole("button", { name: "Show bucky" }).click();
+  await names(page).nth(1).click();
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Point", exact: true }).click();
+  await page.keyboard.press("v"); // all of it is in the picture
+  await settled(page);
+  await page.keyboard.press("Enter");
+  await expect(page.locator(".measurement-facts").first()).toContainText("on Bulb · voxel");
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: "CSV" }).click(),
+  ]);
+  const [head, line] = readFileSync(await download.path(), "utf8").split("\r\n");
+  expect(head).toMatch(/,angle_degrees,layer$/);
+  expect(line).toMatch(/,Bulb$/);
+});
+
 test("a layer that cannot be opened is named, and the others stay", async ({ page }) => {
   await page.goto(
     `${server.url}?${two}&layer=volume:no_such_volume;name:Lost&layer=index:7;visible:off&layer=nonsense`,
@@ -187,6 +210,62 @@ test("a layer that cannot be opened is named, and the others stay", async ({ pag
   await expect(page.locator(".toast")).toContainText("Lost could not be opened");
   await complete(page);
   await expect(names(page)).toHaveText(["bucky", "Waves"]);
+});
+
+test("a thousand layers of a session: few rows in the document, search, and nothing fetched", async ({
+  page,
+}) => {
+  const layers = Array.from({ length: 1000 }, (_, i) => {
+    const group = i >= 500 ? `;group:Organs ${Math.floor(i / 100)}` : "";
+    return `&layer=volume:mandelbulb;name:Label ${i + 1}${group};visible:off`;
+  });
+  const session = {
+    format: "isosplat-session",
+    version: 1,
+    view: `?volume=bucky&isovalue=100&${look}${layers.join("")}`,
+    measurements: [],
+  };
+  const urls: string[] = [];
+  page.on("request", (request) => urls.push(request.url()));
+  await page.goto(server.url);
+  await page.getByLabel("choose files").setInputFiles({
+    name: "session.isosplat.json",
+    mimeType: "application/json",
+    buffer: Buffer.from(JSON.stringify(session)),
+  });
+  await expect(page).toHaveURL(/volume=bucky/);
+  await complete(page);
+  const rows = page.locator(".layer-row");
+  await expect(names(page).first()).toHaveText("bucky");
+  const elements = () => page.evaluate(() => document.querySelectorAll("*").length);
+  const drawn = async () => {
+    expect(await rows.count()).toBeLessThan(25);
+    expect(await page.locator(".layer-list *").count()).toBeLessThan(500);
+  };
+  await drawn();
+  const before = await elements();
+  await names(page).first().focus();
+  await page.keyboard.press("End");
+  await expect(names(page).last()).toHaveText("Label 1000");
+  await expect(names(page).last()).toBeFocused();
+  await drawn();
+  expect(Math.abs((await elements()) - before)).toBeLessThan(300);
+  // 1001 layers, and a row for each of the five groups.
+  await expect(rows.last()).toHaveAttribute("aria-setsize", "1006");
+  await expect(rows.last()).toHaveAttribute("aria-posinset", "1006");
+  await page.getByRole("searchbox", { name: "Search the layers" }).fill("label 1000");
+  await expect(names(page)).toHaveText(["Label 1000"]);
+  await page.getByRole("searchbox").fill("Organs 7");
+  await expect(names(page).first()).toHaveText("Label 701");
+  await drawn();
+  await settled(page);
+  expect(urls.filter((url) => url.includes("mandelbulb/"))).toEqual([]);
+  // The address has no room for them; this tab keeps them.
+  expect(await parameters(page)).toEqual([]);
+  await expect(page.locator(".toast")).toContainText("layers do not fit into the address");
+  await page.reload();
+  await complete(page);
+  await expect(rows.last()).toHaveAttribute("aria-setsize", "1006");
 });
 
 test("a link with layers in German", async ({ page }) => {

@@ -1,5 +1,6 @@
 /** The rows of the list of layers, and the layers in the address. */
 import { describe, expect, it } from "vitest";
+import type { StoreInfo } from "../../web/core/types.ts";
 import {
   type LayerState,
   layersAddress,
@@ -10,6 +11,7 @@ import {
   writeLayer,
 } from "../../web/page/address/layer_address.ts";
 import { readUrl, writeUrl } from "../../web/page/address/url_state.ts";
+import { frameNotes } from "../../web/page/layers/frames_of_reference.ts";
 import {
   dropOf,
   found,
@@ -99,6 +101,49 @@ describe("a layer that is dropped", () => {
     const collapsed = rowsOf(entriesOf("a gb gc d"), new Set(["g"])); // a [g] d
     expect(dropOf(collapsed, 3, 1)).toEqual({ group: "", before: 1 });
     expect(dropOf(collapsed, 0, 2)).toEqual({ group: "", before: 3 });
+  });
+});
+
+describe("frames of reference", () => {
+  const grid = (change: Partial<StoreInfo> = {}) =>
+    ({
+      voxels: [11, 11, 11],
+      spacing: [1, 1, 1],
+      origin: [0, 0, 0],
+      direction: [1, 0, 0, 0, 1, 0, 0, 0, 1],
+      ...change,
+    }) as StoreInfo;
+  const head = { title: "head", info: grid({ origin: [100, 0, -50] }) };
+  const notesOf = (...infos: StoreInfo[]) =>
+    frameNotes(
+      head,
+      infos.map((info, i) => ({ title: `layer ${i}`, info })),
+    );
+
+  it("are not mentioned if grids are the same, or overlap in the world", () => {
+    expect(notesOf()).toEqual([]);
+    expect(notesOf(head.info, grid({ origin: [108, 2, -52], voxels: [5, 5, 5] }))).toEqual([]);
+    // Turned by half a circle about z, it ends where the other one begins.
+    const turned = { direction: [-1, 0, 0, 0, -1, 0, 0, 0, 1], origin: [111, 9, -50] };
+    expect(notesOf(grid(turned as Partial<StoreInfo>))).toEqual([]);
+    const plain = { title: "plain", info: grid() };
+    expect(frameNotes(plain, [plain])).toEqual([]);
+  });
+
+  it("contradict each other if the volumes lie apart", () => {
+    expect(notesOf(grid({ origin: [-100, 0, -50] }))).toEqual([
+      expect.stringMatching(/^layer 0 lies apart from head: their frames of reference contradict/),
+    ]);
+  });
+
+  it("are unknown without a place", () => {
+    expect(notesOf(grid(), grid({ voxels: [2, 2, 2] }))).toEqual([
+      expect.stringMatching(/^layer 0, layer 1: their files do not say where they lie/),
+    ]);
+    const plain = { title: "plain", info: grid() };
+    expect(frameNotes(plain, [head])).toEqual([expect.stringMatching(/^plain: its file does not/)]);
+    const many = Array.from({ length: 9 }, () => grid());
+    expect(notesOf(...many)[0]).toMatch(/^layer 0, layer 1, layer 2 and 6 more: /);
   });
 });
 

@@ -12,6 +12,7 @@ import {
   coverage,
   identity,
   placed,
+  scaleOf,
   viewProjectionOf,
 } from "../../web/viewer/transform.ts";
 
@@ -205,6 +206,13 @@ describe("transforms", () => {
         (matrix[row + 2] ?? 0) * z +
         (matrix[row + 3] ?? 0),
     );
+
+  test("have a scale if they change all lengths by the same factor", () => {
+    expect(scaleOf(identity)).toBe(1);
+    expect(scaleOf([0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30, 0, 0, 0, 1])).toBe(2);
+    expect(scaleOf(transform)).toBeUndefined();
+    expect(scaleOf([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1])).toBeUndefined();
+  });
 
   test("without one, the grid stays the same", () => {
     expect(placed(info, identity)).toBe(info);

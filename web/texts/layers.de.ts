@@ -50,6 +50,17 @@ export const layers: typeof layersTexts = {
     `Dateien von diesem Gerät wurden gelesen; dieser Tab fragt darum nichts bei ${host} an: Laden Sie die Seite neu.`,
   notAStore:
     "Ihre Adresse ist die eines Volumens: Öffnen Sie es, damit eine Isosplat-Datei daraus wird.",
+  unplaced: (layers, count) =>
+    plural(count, {
+      one: `${layers}: Die Datei sagt nicht, wo das Volumen liegt. Sein erstes Voxel ist am Ursprung der Welt.`,
+      other: `${layers}: Die Dateien sagen nicht, wo die Volumen liegen. Ihre ersten Voxel sind am Ursprung der Welt.`,
+    }),
+  apart: (layers, first, count) =>
+    plural(count, {
+      one: `${layers} liegt abseits von ${first}: Ihre Bezugssysteme widersprechen sich, oder sie zeigen verschiedene Orte.`,
+      other: `${layers} liegen abseits von ${first}: Ihre Bezugssysteme widersprechen sich, oder sie zeigen verschiedene Orte.`,
+    }),
+  andMore: (layers, left) => `${layers} und ${left} weitere`,
   unknownLayers: (layers) =>
     layers === 1
       ? "1 Ebene der Adresse gibt es nicht."

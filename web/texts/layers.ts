@@ -50,6 +50,17 @@ export const layersTexts = part("layers", {
   cutOff: (host: string) =>
     `Files of this device were read, so this tab makes no requests to ${host}: load the page again.`,
   notAStore: "Its address is that of a volume: open it, and build a store of it.",
+  unplaced: (layers: string, count: number) =>
+    plural(count, {
+      one: `${layers}: its file does not say where it lies. It is shown with its first voxel at the origin of the world.`,
+      other: `${layers}: their files do not say where they lie. They are shown with their first voxels at the origin of the world.`,
+    }),
+  apart: (layers: string, first: string, count: number) =>
+    plural(count, {
+      one: `${layers} lies apart from ${first}: their frames of reference contradict each other, or they show different places.`,
+      other: `${layers} lie apart from ${first}: their frames of reference contradict each other, or they show different places.`,
+    }),
+  andMore: (layers: string, left: number) => `${layers} and ${left} more`,
   unknownLayers: (layers: number) =>
     layers === 1
       ? "1 layer of the address does not exist."

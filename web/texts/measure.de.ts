@@ -61,6 +61,7 @@ export const measure: typeof English = {
     `${count} von ${all} Messungen in der Adresse wurden nicht beachtet: Erwartet wird kind,x,y,z.`,
   otherVersion:
     "Die Messungen gehören zu einer anderen Fassung dieses Volumens: Seine Flächen können woanders liegen.",
+  isDistorted: "nicht gemessen: die Ebene ist gestreckt oder geschert",
   notInAddress:
     "Die Messungen und Ebenen passen nicht in die Adresse: Links haben weniger. Speichern Sie eine Sitzung, um sie weiterzugeben.",
 };

@@ -54,6 +54,7 @@ export const measureTexts = part("measure", {
     `${count} of ${all} measurements in the address were ignored: expected kind,x,y,z.`,
   otherVersion:
     "The measurements are of another version of this volume: its surfaces may lie elsewhere.",
+  isDistorted: "not measured: the layer is stretched or sheared",
   notInAddress:
     "The measurements and layers do not fit into the address: links have less. Save a session to share them.",
 });

@@ -55,6 +55,18 @@ export function isIdentity(transform: Transform): boolean {
   return identity.every((number, i) => transform[i] === number);
 }
 
+/** The factor by which the transform changes all lengths; undefined if it differs from direction to direction. */
+export function scaleOf(transform: Transform): number | undefined {
+  const [a, b, c] = [0, 1, 2].map((axis) => columnOf(transform, axis)) as [Triple, Triple, Triple];
+  const scale = Math.hypot(...a);
+  const off = [
+    Math.hypot(...b) - scale,
+    Math.hypot(...c) - scale,
+    ...[dot(a, b), dot(b, c), dot(c, a)].map((product) => product / scale),
+  ];
+  return off.every((each) => Math.abs(each) < 1e-6 * scale) ? scale : undefined;
+}
+
 /** A store whose grid lies where the transform puts it. Grids may be sheared, so it is another grid. */
 export function placed(info: StoreInfo, transform: Transform): StoreInfo {
   if (isIdentity(transform)) return info;

@@ -3,9 +3,12 @@ import { isForbiddenAddress } from "../../device/no_upload.ts";
 import { BlobSource } from "../../stream/blob_source.ts";
 import type { Source } from "../../stream/source.ts";
 import { layersTexts } from "../../texts/layers.ts";
+import type { Layer } from "../../viewer/layer.ts";
+import { isIdentity } from "../../viewer/transform.ts";
 import type { LayerAddress, LayerPlace } from "../address/layer_address.ts";
 import { addressIn, openTarget } from "../address/open_target.ts";
 import { deviceAddress } from "../address/target.ts";
+import { frameNotes, type PlacedLayer } from "./frames_of_reference.ts";
 import { LayersSection } from "./layers_section.ts";
 import { PageLayers, type PageLayersHost } from "./page_layers.ts";
 
@@ -22,7 +25,7 @@ export class LayersList {
     this.section = new LayersSection(
       () => {
         const { entries } = layers;
-        return { entries, isSolo: layers.isChosenSolo, notes: [] };
+        return { entries, isSolo: layers.isChosenSolo, notes: this.#notes() };
       },
       {
         choose: (key) => layers.choose(key),
@@ -35,6 +38,20 @@ export class LayersList {
         add: () => void this.#openDialog(),
       },
     );
+  }
+
+  /** What the visitor should know of the places of the layers. */
+  #notes(): string[] {
+    const { first } = this.layers;
+    const others = this.#host.viewer.layers.filter((layer) => layer !== first);
+    const placed = others.flatMap((layer) => this.#placed(layer) ?? []);
+    const firstPlaced = first && this.#placed(first);
+    return firstPlaced ? frameNotes(firstPlaced, placed) : [];
+  }
+
+  #placed(layer: Layer): PlacedLayer | undefined {
+    const { info, transform } = layer;
+    return info && isIdentity(transform) ? { title: this.layers.titleOf(layer), info } : undefined;
   }
 
   async #openDialog(): Promise<void> {

@@ -38,8 +38,13 @@ export interface LayersActions {
 
 /** With fewer layers there is no search. */
 const mostWithoutSearch = 11;
+/** The height of the rest of the panel, as far as the isovalue, in CSS pixels. */
+const restHeight = 560;
+
 /** The height of the list, in rows; more are scrolled. */
-const mostRows = 9;
+function mostRows(): number {
+  return Math.max(6, Math.min(14, Math.floor((innerHeight - restHeight) / rowHeight)));
+}
 
 /**
  * The list of layers in the panel. Draws only the rows in view. Has the state that only the list has:
@@ -122,14 +127,16 @@ export class LayersSection {
       .value=${this.#query}
       @input=${(event: Event) => {
         this.#query = (event.currentTarget as HTMLInputElement).value;
+        this.#top = 0;
         this.#render();
+        this.element.querySelector(".layer-list")?.scrollTo(0, 0);
       }}
     />`;
   }
 
   #list(rows: readonly ListRow[]): TemplateResult {
     const current = this.#currentRow(rows);
-    const height = Math.min(rows.length, mostRows) * rowHeight;
+    const height = Math.min(rows.length, mostRows()) * rowHeight;
     const drawn = rowsInView(rows.length, { top: this.#top, height, rowHeight }, [current]);
     const line = this.#drag.at;
     return html`<div

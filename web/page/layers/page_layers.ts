@@ -16,6 +16,7 @@ import {
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { inFreeColour, titleOfPlace, titleOfState } from "./layer_defaults.ts";
 import type { Drop, LayerEntry } from "./layer_rows.ts";
+import { Solo } from "./solo.ts";
 
 /** The functions that the layers need from their page. */
 export interface PageLayersHost {
@@ -62,8 +63,7 @@ export class PageLayers {
   /** The volume of the chosen layer when its values were last read. */
   #chosenContent: string | undefined;
   readonly #problems = new Map<number, string>();
-  /** What was visible before a layer was shown alone. */
-  #beforeSolo: ReadonlyMap<number, boolean> | null = null;
+  readonly #solo = new Solo();
   /** The layers while the page opens its volume again. */
   #reopening: LayersView | null = null;
 
@@ -180,9 +180,14 @@ export class PageLayers {
     return layer && this.titleOf(layer);
   }
 
+  /** The volume of the page. */
+  get first(): Layer | undefined {
+    return this.#layerOf(this.#firstKey);
+  }
+
   /** The layer on which isovalue and surfaces act. */
   get chosen(): Layer | undefined {
-    return this.#chosen ?? this.#layerOf(this.#firstKey);
+    return this.#chosen ?? this.first;
   }
 
   #choose(layer: Layer | null): void {
@@ -208,7 +213,7 @@ export class PageLayers {
   }
 
   show(keys: readonly number[], isVisible: boolean): void {
-    this.#beforeSolo = null;
+    this.#solo.forget();
     const wanted = new Set(keys);
     for (const layer of this.#viewer.layers) {
       if (wanted.has(this.#keyOf(layer))) layer.visible = isVisible;
@@ -218,25 +223,13 @@ export class PageLayers {
   /** Whether the chosen layer is shown alone by `solo`. */
   get isChosenSolo(): boolean {
     const { chosen } = this;
-    return chosen !== undefined && this.#isSolo(this.#keyOf(chosen));
-  }
-
-  #isSolo(key: number): boolean {
-    const isAsSolo = (layer: Layer) => layer.visible === (this.#keyOf(layer) === key);
-    return this.#beforeSolo !== null && this.#viewer.layers.every(isAsSolo);
+    return chosen !== undefined && this.#solo.isAlone(chosen, this.#viewer.layers);
   }
 
   /** Hides all others, or shows what was visible before. */
   solo(key: number): void {
-    const before = this.#isSolo(key) ? this.#beforeSolo : null;
-    const { layers } = this.#viewer;
-    this.#beforeSolo = before
-      ? null
-      : (this.#beforeSolo ?? new Map(layers.map((each) => [this.#keyOf(each), each.visible])));
-    for (const layer of layers) {
-      const each = this.#keyOf(layer);
-      layer.visible = before ? (before.get(each) ?? true) : each === key;
-    }
+    const layer = this.#layerOf(key);
+    if (layer) this.#solo.toggle(layer, this.#viewer.layers);
   }
 
   /** Changes the first surface of a layer. */

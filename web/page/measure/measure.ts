@@ -12,13 +12,16 @@ import {
 } from "../../measure/measurement_text.ts";
 import { type Session, writeSession } from "../../measure/session_file.ts";
 import { measureTexts } from "../../texts/measure.ts";
+import type { Layer } from "../../viewer/layer.ts";
+import { identity, scaleOf } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
 import { measureBar } from "./measure_bar.ts";
 import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
 
 /** What is measured: a layer, or the viewer for its first one. */
-export type MeasuredLayer = Pick<Viewer, "surfaces" | "bytesOf" | "storeAccess" | "info">;
+export type MeasuredLayer = Pick<Viewer, "surfaces" | "bytesOf" | "storeAccess" | "info"> &
+  Partial<Pick<Layer, "transform">>;
 
 export interface MeasureHost {
   /** The layer whose surfaces are measured. */
@@ -49,6 +52,8 @@ export class Measure {
   readonly #viewer: Viewer;
   readonly #host: MeasureHost;
   #extents: readonly ExtentState[] = [];
+  /** The volume that `#extents` are of. */
+  #extentsOf: StoreInfo | null = null;
   #measuring: AbortController | null = null;
   /** The bytes for the isovalues in `key`. */
   #bytes: { key: string; bytes: number } | null = null;
@@ -123,6 +128,11 @@ export class Measure {
   }
 
   section(info: StoreInfo): TemplateResult {
+    const { info: measured } = this.#host.chosen();
+    if (this.#extents.length > 0 && measured !== this.#extentsOf) {
+      this.#measuring?.abort();
+      this.#extents = [];
+    }
     const problem = this.#isOfOther ? measureTexts.otherVersion : "";
     return measureSection(
       this.tool,
@@ -173,6 +183,7 @@ export class Measure {
     this.#extents = [];
     try {
       const layer = this.#host.chosen();
+      this.#extentsOf = layer.info;
       for (const { isovalue } of layer.surfaces) await this.#extentOf(layer, isovalue, measuring);
     } catch (error) {
       if (measuring.signal.aborted) this.#extents = this.#extents.filter(({ extent }) => extent);
@@ -200,6 +211,11 @@ export class Measure {
       shownAt = performance.now();
       this.#host.render();
     };
+    const scale = scaleOf(layer.transform ?? identity);
+    if (scale === undefined) {
+      show({ problem: measureTexts.isDistorted });
+      return;
+    }
     show({ share: 0 });
     const { SurfaceReader, surfaceExtent } = await import("../../mesh/index.ts");
     const access = layer.storeAccess;
@@ -210,7 +226,15 @@ export class Measure {
         if (performance.now() - shownAt > progressMs) show({ share });
       },
     });
-    show({ extent });
+    const { area, volumeAbove, gridVolume } = extent;
+    show({
+      extent: {
+        ...extent,
+        area: area * scale ** 2,
+        ...(volumeAbove !== undefined && { volumeAbove: volumeAbove * scale ** 3 }),
+        gridVolume: gridVolume * scale ** 3,
+      },
+    });
   }
 
   /** If the focused button is removed, the next one gets the focus, or the first tool. */

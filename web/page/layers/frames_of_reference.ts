@@ -1,0 +1,81 @@
+import type { StoreInfo, Triple } from "../../core/types.ts";
+import { layersTexts } from "../../texts/layers.ts";
+
+/** A layer whose store has been read, and which nobody has put elsewhere by a transform. */
+export interface PlacedLayer {
+  title: string;
+  info: StoreInfo;
+}
+
+/** Layers that a note names; others are counted. */
+const mostNamed = 3;
+
+/**
+ * What the visitor should know of the places of layers, beside the first one. Stores have world coordinates
+ * but no name of their frame of reference, so this is what the coordinates tell: a store without any, whose
+ * grid is not that of the first layer, and one that lies apart from it.
+ */
+export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): string[] {
+  const different = others.filter(({ info }) => !isSameGrid(info, first.info));
+  const unplaced = different.filter(({ info }) => !hasPlace(info));
+  const placed = different.filter(({ info }) => hasPlace(info));
+  const notes: string[] = [];
+  if (!hasPlace(first.info) && different.length > 0) unplaced.unshift(first);
+  if (unplaced.length > 0) notes.push(layersTexts.unplaced(named(unplaced), unplaced.length));
+  const apart = (hasPlace(first.info) ? placed : []).filter(
+    ({ info }) => !overlaps(boxOf(info), boxOf(first.info)),
+  );
+  if (apart.length > 0) {
+    notes.push(layersTexts.apart(named(apart), first.title, apart.length));
+  }
+  return notes;
+}
+
+function named(layers: readonly PlacedLayer[]): string {
+  const titles = layers.slice(0, mostNamed).map(({ title }) => title);
+  const left = layers.length - titles.length;
+  return left > 0 ? layersTexts.andMore(titles.join(", "), left) : titles.join(", ");
+}
+
+/**
+ * Whether the store says where its volume lies. Formats without a position, and files that do not state it,
+ * have the first voxel at the origin, and the axes of the world.
+ */
+export function hasPlace({ origin, direction }: StoreInfo): boolean {
+  const isAtOrigin = origin.every((n) => n === 0);
+  const isUnturned = direction.every((n, i) => n === (i % 4 === 0 ? 1 : 0));
+  return !(isAtOrigin && isUnturned);
+}
+
+/** Whether both grids cover the same part of the world with the same voxels. */
+function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
+  const numbers = ({ voxels, spacing, origin, direction }: StoreInfo) => [
+    ...voxels,
+    ...spacing,
+    ...origin,
+    ...direction,
+  ];
+  const other = numbers(b);
+  return numbers(a).every((n, i) => n === other[i]);
+}
+
+/** The box along the axes of the world around a grid. */
+function boxOf({ voxels, spacing, origin, direction }: StoreInfo): { low: Triple; high: Triple } {
+  const low: Triple = [...origin];
+  const high: Triple = [...origin];
+  for (let axis = 0; axis < 3; ++axis) {
+    const length = (spacing[axis] ?? 0) * ((voxels[axis] ?? 1) - 1);
+    for (let row = 0; row < 3; ++row) {
+      const edge = length * (direction[3 * row + axis] ?? 0);
+      if (edge < 0) low[row] = (low[row] ?? 0) + edge;
+      else high[row] = (high[row] ?? 0) + edge;
+    }
+  }
+  return { low, high };
+}
+
+function overlaps(a: ReturnType<typeof boxOf>, b: ReturnType<typeof boxOf>): boolean {
+  return [0, 1, 2].every(
+    (i) => (a.low[i] ?? 0) <= (b.high[i] ?? 0) && (b.low[i] ?? 0) <= (a.high[i] ?? 0),
+  );
+}
