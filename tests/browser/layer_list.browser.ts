@@ -234,6 +234,7 @@ test("a thousand layers of a session: few rows in the document, search, and noth
     buffer: Buffer.from(JSON.stringify(session)),
   });
   await expect(page).toHaveURL(/volume=bucky/);
+  urls.length = 0; // the start page shows pictures of all volumes
   await complete(page);
   const rows = page.locator(".layer-row");
   await expect(names(page).first()).toHaveText("bucky");
@@ -256,7 +257,7 @@ test("a thousand layers of a session: few rows in the document, search, and noth
   await page.getByRole("searchbox", { name: "Search the layers" }).fill("label 1000");
   await expect(names(page)).toHaveText(["Label 1000"]);
   await page.getByRole("searchbox").fill("Organs 7");
-  await expect(names(page).first()).toHaveText("Label 701");
+  await expect(names(page).first()).toHaveText("Label 507");
   await drawn();
   await settled(page);
   expect(urls.filter((url) => url.includes("mandelbulb/"))).toEqual([]);

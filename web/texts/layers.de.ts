@@ -17,7 +17,7 @@ export const layers: typeof layersTexts = {
   moreVolumes: (volumes) => `${volumes} weitere: Suchen Sie danach.`,
   address: "Eine Isosplat-Datei an einer Adresse",
   addAddress: "Hinzufügen",
-  files: "Dateien von diesem Gerät",
+  files: "Dateien von diesem Gerät wählen …",
   show: (layer) => `${layer} zeigen`,
   showGroup: (group) => `Gruppe ${group} zeigen`,
   group: (group, layers) =>

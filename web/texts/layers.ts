@@ -18,7 +18,7 @@ export const layersTexts = part("layers", {
   moreVolumes: (volumes: number) => `${volumes} more: search for them.`,
   address: "A store at an address",
   addAddress: "Add",
-  files: "Files of this device",
+  files: "Choose files of this device …",
   show: (layer: string) => `Show ${layer}`,
   showGroup: (group: string) => `Show the group ${group}`,
   group: (group: string, layers: number) =>

@@ -136,9 +136,9 @@ class AddDialog {
   #files(): TemplateResult | typeof nothing {
     const { takeFiles } = this.#actions;
     if (!takeFiles) return nothing;
-    return html`<label
-      >${layersTexts.files}
-      <input
+    return html`<label class="chip add-layer-files"
+      >${layersTexts.files}<input
+        class="visually-hidden"
         type="file"
         multiple
         @change=${(event: Event) => {

@@ -309,10 +309,7 @@ export class VolumePage {
     redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#camera.lookAlong(view),
     savePicture: () => void this.#files.saveScreenshot(),
-    copyLink: () => {
-      this.#address.write();
-      void copyLink(this.#toast);
-    },
+    copyLink: () => void copyLink(this.#address, this.#toast),
     loadMeasure: () => void this.#parts.loadMeasure(),
     loadLayers: () => void this.layers.load(),
     showChosen: () => this.layers.showChosen(),
