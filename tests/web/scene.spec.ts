@@ -203,17 +203,17 @@ describe("a bundle's header", () => {
 describe("a scene of files", () => {
   const stores = ["u8.isosplat", "tiny.isosplat"].map((name) => {
     const bytes = readFileSync(new URL(`../golden/v1.0/${name}`, import.meta.url));
-    return new File([bytes], name);
+    return { path: name, file: new Blob([bytes]) };
   });
 
   it("in a bundle has the bytes of its stores", async () => {
-    const scene = sceneOfFiles([new File([bundle], "golden.isobundle")]);
+    const scene = sceneOfFiles([{ path: "golden.isobundle", file: new Blob([bundle]) }]);
     const opened = await scene?.open(instance, signal);
     for (const store of stores) {
-      const source = opened?.source(store.name);
+      const source = opened?.source(store.path);
       if (!source) throw new Error("expected a source");
       const bytes = await wholeOf(source);
-      expect(Buffer.from(bytes)).toEqual(Buffer.from(await store.arrayBuffer()));
+      expect(Buffer.from(bytes)).toEqual(Buffer.from(await store.file.arrayBuffer()));
       expect(await source.contentId(signal)).toMatch(/^[0-9a-f]{32}$/);
     }
     await expect(opened?.source("other").header(signal)).rejects.toThrow(
@@ -223,7 +223,10 @@ describe("a scene of files", () => {
 
   it("beside each other has those that were chosen", async () => {
     const [first] = stores;
-    const scene = sceneOfFiles([new File([document], "scene.json"), first as File]);
+    const scene = sceneOfFiles([
+      { path: "scan/scene.json", file: new Blob([document]) },
+      ...(first ? [first] : []),
+    ]);
     const opened = await scene?.open(instance, signal);
     expect((await opened?.source("stores/u8.isosplat").header(signal))?.length).toBeGreaterThan(64);
     expect(fault(() => opened?.source("tiny.isosplat"))).toContain("choose it too");

@@ -14,8 +14,8 @@ const root = document.querySelector<HTMLElement>("#page");
 if (!root) throw new Error("index.html has no #page");
 root.replaceChildren();
 
-const { volume, src } = readUrl(location.search);
-const target = openTarget(volume, src);
+const url = readUrl(location.search);
+const target = openTarget(url);
 // This request comes first; if it fails, its first user reports the error.
 if (target) compiledRenderer().catch(() => {});
 
@@ -25,7 +25,7 @@ try {
   await startLanguage();
   if (!target) {
     const { start } = await import("./start.ts");
-    await start(root, src);
+    await start(root, url.src);
   } else {
     // The code of the controls is several times larger than the rest, so it loads after the first
     // surface.

@@ -9,6 +9,7 @@ export * from "./scene_document.ts";
 export {
   bundleScene,
   type OpenedScene,
+  type SceneFile,
   type SceneSource,
   sceneAt,
   sceneOfFiles,

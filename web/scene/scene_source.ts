@@ -2,7 +2,7 @@ import type { Core } from "../core/core.ts";
 import { BlobSource } from "../stream/blob_source.ts";
 import { FileSource, type SourceOptions } from "../stream/file_source.ts";
 import type { Source } from "../stream/source.ts";
-import { joined, Traffic, transfer } from "../stream/transfer.ts";
+import { joined, Traffic, transfer, transferWhole } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
 import { Bundle, type BundleFile } from "./bundle.ts";
 import { BundledSource } from "./bundled_source.ts";
@@ -44,13 +44,51 @@ export function servedScene(options: ServedSceneOptions): SceneSource {
   return bundleScene(new ServedBundle(options));
 }
 
+/**
+ * A scene of a static site, which `isosplat publish` writes. `catalog`: the address of its `catalog.json`, whose
+ * `scenes` name the file of each bundle.
+ */
+export function publishedScene({
+  catalog,
+  scene,
+}: {
+  catalog: string;
+  scene: string;
+}): SceneSource {
+  const page = typeof location === "undefined" ? undefined : location.href;
+  const url = new URL(catalog, page).href;
+  return {
+    name: scene,
+    open: async (core, signal) => {
+      const bytes = await transferWhole(url, {}, new Traffic(), signal);
+      const file = fileOf(JSON.parse(new TextDecoder().decode(bytes)), scene);
+      if (file !== undefined) return sceneAt(new URL(file, url).href).open(core, signal);
+      throw new StreamError("not-found", `${url}: has no scene ${scene}`);
+    },
+  };
+}
+
+/** The file of a scene in a site's catalog. */
+function fileOf(catalog: { scenes?: unknown }, scene: string): string | undefined {
+  const scenes = Array.isArray(catalog?.scenes) ? catalog.scenes : [];
+  const found = scenes.find((each) => each?.name === scene) as { file?: unknown } | undefined;
+  return typeof found?.file === "string" ? found.file : undefined;
+}
+
+/** A file of this device. */
+export interface SceneFile {
+  /** Relative, with "/" between its parts: "head/scene.json". */
+  path: string;
+  file: Blob;
+}
+
 /** Files of this device: a bundle, or a document with its stores. Null: there is no scene among them. */
-export function sceneOfFiles(files: readonly File[]): SceneSource | null {
-  const bundle = files.find((file) => /\.isobundle$/i.test(file.name));
-  if (bundle) return bundleScene(new BlobSource(bundle, bundle.name));
-  const document = files.find((file) => /\.json$/i.test(file.name));
+export function sceneOfFiles(files: readonly SceneFile[]): SceneSource | null {
+  const bundle = files.find(({ path }) => /\.isobundle$/i.test(path));
+  if (bundle) return bundleScene(new BlobSource(bundle.file, nameOf(bundle.path)));
+  const document = files.find(({ path }) => /(^|[/.])scene\.json$/i.test(path));
   if (!document) return null;
-  return { name: document.name, open: () => openFiles(document, files) };
+  return { name: nameOf(document.path), open: () => openFiles(document, files) };
 }
 
 /** A scene in a bundle. */
@@ -109,29 +147,30 @@ function addressOf(path: string, scene: URL): URL {
   );
 }
 
-async function openFiles(document: File, files: readonly File[]): Promise<OpenedScene> {
+async function openFiles(
+  { path: at, file: document }: SceneFile,
+  files: readonly SceneFile[],
+): Promise<OpenedScene> {
   if (document.size > maxSceneBytes) {
     throw tooLarge(document.size);
   }
-  const folder = pathOf(document).replace(/[^/]*$/, "");
+  const folder = at.replace(/[^/]*$/, "");
   return {
     document: parseScene(new Uint8Array(await document.arrayBuffer())),
     source: (path) => {
-      const name = path.replace(/^.*\//, "");
       const found =
-        files.find((file) => pathOf(file) === folder + path) ??
-        files.find((file) => file.name === name);
-      if (found) return new BlobSource(found, found.name);
+        files.find((each) => each.path === folder + path) ??
+        files.find((each) => nameOf(each.path) === nameOf(path));
+      if (found) return new BlobSource(found.file, nameOf(found.path));
       throw new StreamError(
         "not-found",
-        `${document.name}: expected the store ${path} among the chosen files, found none: choose it too`,
+        `${nameOf(at)}: expected the store ${path} among the chosen files, found none: choose it too`,
       );
     },
     fetchFirst: async () => {},
   };
 }
 
-/** Below the folder that was chosen or dropped, if it was one. */
-function pathOf(file: File): string {
-  return file.webkitRelativePath || file.name;
+function nameOf(path: string): string {
+  return path.replace(/^.*\//, "");
 }

@@ -34,6 +34,9 @@ export const page: typeof English = {
   pictureSaved: "Bild gespeichert",
   noPicture: "Es gibt noch kein Bild",
   replaced: "Das Volumen wurde auf seinem Server ersetzt: Dies ist die neue Fassung.",
+  layerMissing: (name, reason) => `Die Ebene ${name} kann nicht gezeigt werden: ${reason}.`,
+  allHidden: (name) =>
+    `${name}: Alle Ebenen der Szene sind ausgeblendet. Blenden Sie im Dokument der Szene eine ein.`,
   viewTooFar:
     "Die Ansicht in der Adresse ist zu weit vom Volumen entfernt: Gezeigt wird die Anfangsansicht.",
   isovaluesOutside: (isovalues, low, high) =>

@@ -34,6 +34,9 @@ export const pageTexts = part("page", {
   pictureSaved: "Picture saved",
   noPicture: "There is no picture yet",
   replaced: "The volume was replaced on its server: this is the new version.",
+  layerMissing: (name: string, reason: string) => `Layer ${name} cannot be shown: ${reason}.`,
+  allHidden: (name: string) =>
+    `${name}: expected a visible layer, found none: show one in its list.`,
   viewTooFar: "The view in the address is too far from the volume: the default view is shown.",
   isovaluesOutside: (isovalues: string, low: string, high: string) =>
     `The address contains isovalue ${isovalues}, but the volume's values are ${low} to ${high}.`,

@@ -1,22 +1,32 @@
 import { FileSource } from "../../stream/file_source.ts";
-import { volumeSource } from "../shell/site.ts";
+import { sceneSource, volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
+import type { UrlState } from "./url_state.ts";
 
 /** The endings of URLs of volumes, which are not stores: see start.ts. */
 const volumeEnding =
   /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
 
+/** The endings of URLs of scenes: of their documents, and of bundles. */
+const sceneEnding = /(\.isobundle|\.scene\.json|(^|\/)scene\.json)$/i;
+
 /**
- * The target of the page's address: a volume of its server or site, or a store on any host.
- * Undefined for everything else: see start.ts.
+ * The target of the page's address: a volume or a scene of its server or site, or a store or a scene on any
+ * host. Undefined for everything else: see start.ts.
  */
-export function openTarget(
-  volume: string | undefined,
-  src: string | undefined,
-): Target | undefined {
+export function openTarget({
+  volume,
+  scene,
+  src,
+}: Pick<UrlState, "volume" | "scene" | "src">): Target | undefined {
   if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
+  if (scene !== undefined) return { name: scene, scene: () => sceneSource(scene) };
   const address = src === undefined ? undefined : addressIn(src);
   if (!address || isOfVolume(address)) return undefined;
+  if (sceneEnding.test(address.pathname)) {
+    const open = async () => (await import("../../scene/scene_source.ts")).sceneAt(address.href);
+    return { name: fileName(address), scene: open };
+  }
   return { name: fileName(address), source: () => new FileSource(address.href) };
 }
 

@@ -164,6 +164,8 @@ export class DeviceFiles {
       if (first && found.length === 1 && /\.json$/i.test(first.path)) {
         const { openSession } = await import("../address/open_session.ts");
         await openSession(first.file);
+      } else if (isScene(found)) {
+        await this.#openScene(found);
       } else {
         const chosen = manner ?? (await this.#chooseManner(task));
         if (!chosen) return;
@@ -172,6 +174,13 @@ export class DeviceFiles {
         await this.#open(found, task);
       }
     });
+  }
+
+  async #openScene(files: readonly InputFile[]): Promise<void> {
+    forbidOtherOrigins();
+    const { sceneOfFiles } = await import("../../scene/scene_source.ts");
+    const scene = sceneOfFiles(files);
+    if (scene) this.#shown.openScene({ name: scene.name, scene: async () => scene });
   }
 
   /** Without a volume that can be shown with others, they take its place. */
@@ -322,6 +331,11 @@ export class DeviceFiles {
     }
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
   }
+}
+
+/** Whether there is a bundle, or the document of a scene with its stores. */
+function isScene(files: readonly InputFile[]): boolean {
+  return files.some(({ path }) => /(\.isobundle|(^|[/.])scene\.json)$/i.test(path));
 }
 
 /** The version is that of a single file. Several files would have to be checked one by one. */

@@ -1,7 +1,7 @@
 import type { KeptStore } from "../../device/kept_stores.ts";
 import { BlobSource } from "../../stream/blob_source.ts";
-import type { Target } from "../address/target.ts";
+import type { StoreTarget } from "../address/target.ts";
 
-export function deviceTarget({ name }: KeptStore, blob: Blob): Target {
+export function deviceTarget({ name }: KeptStore, blob: Blob): StoreTarget {
   return { name, source: () => new BlobSource(blob, name) };
 }

@@ -1,5 +1,5 @@
 import { type KeptStore, keptBlob } from "../../device/kept_stores.ts";
-import { deviceAddress, type Target } from "../address/target.ts";
+import { deviceAddress, type SceneTarget, type Target } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { prepareView } from "../volume/view.ts";
 import { VolumePage } from "../volume/volume_page.ts";
@@ -89,6 +89,12 @@ export class ShownVolume {
    */
   leaveProvisional(): void {
     if (this.#provisional) this.#leave();
+  }
+
+  /** Shows a scene of this device. It is not kept: the address is that of the start page. */
+  openScene(target: SceneTarget): void {
+    history.pushState(null, "", location.pathname);
+    this.#showPage(target);
   }
 
   /** Shows a store at the present address. */

@@ -80,12 +80,14 @@ export class LayersList {
 }
 
 /** The source of a place, or why it cannot be opened. */
-async function sourceOf({ volume, src }: LayerPlace): Promise<Source | string> {
+async function sourceOf(place: LayerPlace): Promise<Source | string> {
+  const { src } = place;
   if (src?.startsWith(deviceAddress)) {
     const kept = await keptBlob(src.slice(deviceAddress.length));
     return kept ? new BlobSource(kept.blob, kept.store.name) : layersTexts.notHere;
   }
   const address = src === undefined ? undefined : addressIn(src);
   if (address && isForbiddenAddress(address)) return layersTexts.cutOff(address.host);
-  return openTarget(volume, src)?.source() ?? layersTexts.notAStore;
+  const target = openTarget(place);
+  return target && "source" in target ? target.source() : layersTexts.notAStore;
 }

@@ -102,10 +102,15 @@ export class SurfaceSettings {
 
   /**
    * Called when the volume of the page is open, while it is chosen. Sets its range; if no isovalue lies inside it, uses the first
-   * suggested isovalue, as it does in place of one that was suggested before. Returns a sentence for each setting that differs from the address.
+   * suggested isovalue, as it does in place of one that was suggested before. `hasOwn`: the viewer has
+   * surfaces of a scene, which stay. Returns a sentence for each setting that differs from the address.
    */
-  opened(info: StoreInfo): string[] {
+  opened(info: StoreInfo, hasOwn = false): string[] {
     this.#sweep.stop();
+    if (hasOwn) {
+      this.reread();
+      return [];
+    }
     this.#scaleTo(info);
     const notes: string[] = [];
     const { low, high } = this.#scale;

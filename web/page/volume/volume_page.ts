@@ -13,6 +13,7 @@ import { Toast } from "../shell/toast.ts";
 import { copyLink } from "./copy_link.ts";
 import { LayersPart } from "./layers_part.ts";
 import { LoadedParts } from "./loaded_parts.ts";
+import { openTargetIn } from "./opening.ts";
 import { PageCamera } from "./page_camera.ts";
 import { PageFiles } from "./page_files.ts";
 import { handlePageKey, historyStep, keyActions } from "./page_keys.ts";
@@ -89,6 +90,7 @@ export class VolumePage {
   );
 
   #info: StoreInfo | null = null;
+  #sceneTitle = "";
   #hasPicture = false;
   readonly #layout: PageLayout;
 
@@ -188,16 +190,11 @@ export class VolumePage {
       const surfaces = this.#surfaces.hasSuggested ? [] : this.#surfaces.surfaces;
       const before = this.#camera.moved;
       const camera = this.#camera.toOpen(keepsView);
-      const { projection } = this.#url;
-      const source = this.#target.source();
-      // The fault may be in cached data.
-      if (again) source.bypassCaches();
-      const info = await this.#viewer.open(source, {
-        ...(surfaces.length > 0 ? { surfaces } : {}),
-        ...(camera ? { camera } : {}),
-        ...(projection && { projection }),
-      });
-      const notes = this.#surfaces.opened(info);
+      const view = { surfaces, camera };
+      const opened = await openTargetIn(this.#viewer, this.#target, this.#url, view, again);
+      this.#sceneTitle = opened.title;
+      if (this.#info !== opened.info || opened.title) this.#onOpened(opened.info);
+      const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
       void this.layers.opened();
       const isElsewhere = this.#camera.opened(camera, before, keepsView);
       if (keepsView) return;
@@ -221,6 +218,7 @@ export class VolumePage {
     if (!this.#info) return null;
     return {
       volume: this.#url.volume,
+      scene: this.#url.scene,
       src: this.#url.src,
       ...this.#settings.state,
       surfaces: this.#surfaces.first,
@@ -252,7 +250,12 @@ export class VolumePage {
   }
 
   #title(): string {
-    return this.#info?.metadata.title || this.#info?.metadata.name || this.#target.name;
+    return (
+      this.#sceneTitle ||
+      this.#info?.metadata.title ||
+      this.#info?.metadata.name ||
+      this.#target.name
+    );
   }
 
   /**

@@ -1,0 +1,158 @@
+// Scenes in the page: a bundle by its address, and files of this device.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createServer, type Server } from "node:http";
+import type { AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, test } from "@playwright/test";
+import { ballIsovalue, buildBall } from "../support/series.ts";
+import { program, type RunningServer, serve } from "./support/server.ts";
+import { complete, settled } from "./support/view.ts";
+
+const look = "kind=exact&shading=exact";
+let folder: string;
+let server: RunningServer;
+let host: Server;
+let origin: string;
+/** The requests to the host: path and range. */
+const asked: string[] = [];
+
+const surfaces = (colour: string) => [{ isovalue: ballIsovalue, colour }];
+const scene = {
+  format: "isosplat-scene",
+  version: 1,
+  name: "Two balls",
+  layers: [
+    { name: "left", store: "left.isosplat", surfaces: surfaces("#c8553d") },
+    { name: "right", store: "right.isosplat", surfaces: surfaces("#4f86c6"), group: "blue" },
+    { name: "hidden", store: "hidden.isosplat", visible: false },
+  ],
+};
+
+test.beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "isosplat-scene-"));
+  for (const [name, x] of [
+    ["left", 0.27],
+    ["right", 0.73],
+    ["hidden", 0.5],
+  ] as const) {
+    buildBall(folder, name, 72, { centre: [x, 0.5, 0.5], radius: 0.2 });
+  }
+  const missing = {
+    ...scene,
+    layers: [...scene.layers.slice(0, 1), { name: "lost", store: "lost.isosplat" }],
+  };
+  writeFileSync(join(folder, "two.scene.json"), JSON.stringify(scene));
+  writeFileSync(join(folder, "missing.scene.json"), JSON.stringify(missing));
+  writeFileSync(
+    join(folder, "broken.scene.json"),
+    `{"format":"isosplat-scene","version":1,"layers":[]}`,
+  );
+  execFileSync(program, [
+    "bundle",
+    join(folder, "two.scene.json"),
+    "-o",
+    join(folder, "two.isobundle"),
+  ]);
+  server = await serve([folder]);
+  host = createServer((request, response) => {
+    const path = new URL(request.url ?? "", "http://host").pathname;
+    asked.push(`${path} ${request.headers.range ?? ""}`.trim());
+    response.setHeader("Access-Control-Allow-Origin", "*");
+    response.setHeader("Access-Control-Allow-Headers", "Range");
+    response.setHeader("Access-Control-Expose-Headers", "Content-Range");
+    if (request.method === "OPTIONS") return response.end();
+    let file: Buffer;
+    try {
+      file = readFileSync(join(folder, path));
+    } catch {
+      return response.writeHead(404).end();
+    }
+    const [, first, last] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "") ?? [];
+    if (first === undefined) return response.end(file);
+    const end = Math.min(Number(last) + 1, file.length);
+    response.writeHead(206, { "Content-Range": `bytes ${first}-${end - 1}/${file.length}` });
+    response.end(file.subarray(Number(first), end));
+  });
+  await new Promise<void>((listening) => host.listen(0, "127.0.0.1", listening));
+  origin = `http://127.0.0.1:${(host.address() as AddressInfo).port}`;
+});
+test.afterAll(async () => {
+  host?.close();
+  await server?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+const names = ".layer-name";
+
+test("a bundle at an address shows all its layers, with few requests", async ({ page }) => {
+  asked.length = 0;
+  await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
+  await complete(page);
+  await settled(page);
+  await expect(page.locator(names)).toHaveText(["left", "right", "hidden"]);
+  await expect(page).toHaveTitle("Two balls · Isosplat");
+  const ranges = asked.filter((each) => each.startsWith("/two.isobundle bytes="));
+  expect(ranges[0]).toBe("/two.isobundle bytes=0-65535");
+  // All of this bundle's coarse parts follow the header, and the rest is read by ranges.
+  expect(ranges.length).toBeLessThan(12);
+  expect(new URL(page.url()).searchParams.get("src")).toBe(`${origin}/two.isobundle`);
+  await expect(page.getByRole("alert")).toHaveCount(0);
+});
+
+test("changes of a scene's layers are in the link", async ({ page }) => {
+  await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
+  await complete(page);
+  await page
+    .locator(".layer-row")
+    .filter({ hasText: "right" })
+    .getByRole("switch")
+    .or(page.locator(".layer-row").filter({ hasText: "right" }).locator(".layer-eye"))
+    .first()
+    .click();
+  await settled(page);
+  expect(new URL(page.url()).searchParams.getAll("layer")).toEqual(["index:1;visible:off"]);
+  const url = page.url();
+  await page.goto("about:blank");
+  await page.goto(url);
+  await complete(page);
+  await settled(page);
+  expect(new URL(page.url()).searchParams.getAll("layer")).toEqual(["index:1;visible:off"]);
+});
+
+test("a document at an address shows the layers whose stores exist, and names the others", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?src=${origin}/missing.scene.json&${look}`);
+  await complete(page);
+  await expect(page.getByText("Layer lost cannot be shown")).toBeVisible();
+});
+
+test("a scene that cannot be read is named with its fault", async ({ page }) => {
+  await page.goto(`${server.url}?src=${origin}/broken.scene.json`);
+  await expect(page.getByRole("alert").first()).toContainText(
+    "layers: expected a list of 1 to 4096",
+  );
+});
+
+test("a bundle of this device is opened, and nothing is uploaded", async ({ page }) => {
+  await page.goto(server.url);
+  await page.locator(".device-drop input").first().setInputFiles(join(folder, "two.isobundle"));
+  await complete(page);
+  await expect(page.locator(names)).toHaveText(["left", "right", "hidden"]);
+});
+
+test("a document of this device is opened with its stores", async ({ page }) => {
+  await page.goto(server.url);
+  await page
+    .locator(".device-drop input")
+    .first()
+    .setInputFiles(
+      ["two.scene.json", "left.isosplat", "right.isosplat", "hidden.isosplat"].map((file) =>
+        join(folder, file),
+      ),
+    );
+  await complete(page);
+  await expect(page.locator(names)).toHaveText(["left", "right", "hidden"]);
+});

@@ -1,0 +1,92 @@
+import type { StoreInfo } from "../../core/types.ts";
+import { pageTexts } from "../../texts/page.ts";
+import type { Camera, Surface } from "../../viewer/types.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
+import type { SceneTarget, StoreTarget, Target } from "../address/target.ts";
+import type { UrlState } from "../address/url_state.ts";
+
+/** The view with which a volume is opened. */
+export interface FirstView {
+  /** Empty: as the volume or the scene suggests. */
+  surfaces: readonly Surface[];
+  /** Undefined: the viewer, or the scene, chooses. */
+  camera: Camera | undefined;
+}
+
+export interface Opened {
+  /** Of the first layer. */
+  info: StoreInfo;
+  /** The viewer has the scene's surfaces. */
+  hasSurfaces: boolean;
+  /** Of a scene; empty: that of its first layer. */
+  title: string;
+  /** Sentences for the visitor. */
+  notes: string[];
+}
+
+/**
+ * Opens the target of a page. `again`: after a fault, which may be in cached data. Rejects with a
+ * StreamError, a RendererError or an AbortError.
+ */
+export function openTargetIn(
+  viewer: Viewer,
+  target: Target,
+  url: UrlState,
+  view: FirstView,
+  again: boolean,
+): Promise<Opened> {
+  return "scene" in target
+    ? openSceneIn(viewer, target, url, view)
+    : openStoreIn(viewer, target, url, view, again);
+}
+
+async function openStoreIn(
+  viewer: Viewer,
+  target: StoreTarget,
+  { projection }: UrlState,
+  { surfaces, camera }: FirstView,
+  again: boolean,
+): Promise<Opened> {
+  const source = target.source();
+  if (again) source.bypassCaches();
+  const info = await viewer.open(source, {
+    ...(surfaces.length > 0 ? { surfaces } : {}),
+    ...(camera ? { camera } : {}),
+    ...(projection && { projection }),
+  });
+  return { info, hasSurfaces: false, title: "", notes: [] };
+}
+
+/** The settings of the address come before those of the scene. */
+async function openSceneIn(
+  viewer: Viewer,
+  target: SceneTarget,
+  { clip, background, projection }: UrlState,
+  { surfaces, camera }: FirstView,
+): Promise<Opened> {
+  const [scene, { openScene }] = await Promise.all([
+    target.scene(),
+    import("../../scene/open_scene.ts"),
+  ]);
+  const { missing, layers, document } = await openScene(viewer, scene);
+  if (clip) viewer.setClip(clip);
+  if (background) viewer.setLook({ background });
+  if (surfaces.length > 0) viewer.setSurfaces(surfaces);
+  if (camera) viewer.setCamera(camera);
+  else if (projection && !document.camera) viewer.setProjection(projection);
+  const info = viewer.info ?? layers.find((layer) => layer?.info)?.info;
+  if (!info) throw new Error(pageTexts.allHidden(target.name));
+  const notes = missing.map(({ index, name, error }) =>
+    pageTexts.layerMissing(
+      name || String(index + 1),
+      error instanceof Error ? error.message : String(error),
+    ),
+  );
+  // More would hide the picture.
+  return {
+    info,
+    hasSurfaces: surfaces.length === 0,
+    title: document.name || target.name,
+    notes: notes.slice(0, 3),
+  };
+}
