@@ -37,10 +37,10 @@ Result<void> extract_samples(const StoreFile& store, double isovalue, const Extr
 /// Points on the isosurface with unit normals towards smaller values: one for each active cell,
 /// unless `projection` drops some. Smooth normals are those of SmoothGradients, over all cells of
 /// the chunks that the isovalue needs. Calls `write` for the points of each chunk, in raster order
-/// of blocks, on the calling thread. Memory: a few chunks; for smooth normals also 4.4 MB per
-/// thread, and the sums at the borders of the blocks in three layers along z (16 bytes for each of
-/// their lattice points that a cell touches). Returns the number of points. Errors: those of
-/// extract_samples, and the first error of `write`, which ends the extraction.
+/// of blocks, on the calling thread. Memory: a few chunks. Smooth normals need 4.4 MB more per
+/// thread. They also need the sums at the borders of the blocks of three layers along z: 16 bytes
+/// for each lattice point of a border that a cell touches. Returns the number of points. Errors:
+/// those of extract_samples, and the first error of `write`, which ends the extraction.
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
                                 const std::function<Result<void>(const PointArrays&)>& write);

@@ -31,7 +31,7 @@ class ZipWriter {
   /// Writes the directory of the archive. Errors: io_error.
   Result<void> close();
 
-  /// Bytes written so far; of the whole archive after close().
+  /// The bytes written so far; after close(), the size of the archive.
   uint64_t bytes() const { return end_; }
 
  private:

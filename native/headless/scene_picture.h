@@ -27,18 +27,18 @@ std::optional<double> suggested_isovalue(const StoreInfo& info);
 
 /// A scene whose visible layers are in the renderer.
 struct ScenePicture {
-  /// Those of the visible layers, in order. A layer that states none gets the first isovalue that
-  /// its store suggests.
+  /// The isosurfaces of the visible layers, in order. A layer without surfaces gets one, at the
+  /// first isovalue that its store suggests.
   std::vector<render::Isosurface> isosurfaces;
   VolumeGrid extent;               ///< a grid around all visible layers, for default_camera()
   uint64_t samples = 0;            ///< of all layers
-  uint32_t coarsest = 0;           ///< the coarsest level that is drawn of a layer
+  uint32_t coarsest = 0;           ///< the coarsest of the levels that are drawn
   uint32_t layers = 0;             ///< number of visible layers
   std::vector<std::string> notes;  ///< about layers without isosurfaces
 };
 
-/// Uploads the visible layers of a scene at a step of time: layer i is volume i. Each layer gets
-/// the same share of the samples; the layers after it may use the samples that it leaves. Errors:
+/// Uploads the visible layers of a scene at a step of time: layer i is volume i. The layers share
+/// the samples evenly, and later layers may use the samples that earlier ones do not need. Errors:
 /// not_found (no such step or level, or no layer is visible), those of SceneFile and show_store,
 /// which name the layer.
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& scene, size_t step,

@@ -101,8 +101,8 @@ class AccessRules::Subject {
     }
     for (size_t i = 0; i < compared; ++i) {
       const std::string& expected = pattern.segments[i];
-      // A segment that could be part of a name is part of a name: it was copied from a volume's
-      // name.
+      // A segment that is a valid name is compared with the name. Others are compared with the
+      // path.
       const bool is_equal =
           is_volume_name(expected)
               ? expected == segments_[i]

@@ -48,8 +48,8 @@ class SummaryCell {
     return true;
   }
 
-  /// For a temporary error, which is not kept. Returns whether its message differs from the last
-  /// one.
+  /// Reports a temporary error, which is not kept. Returns whether its message differs from that of
+  /// the previous temporary error.
   bool set_passing(const std::string& message) const {
     const std::lock_guard lock(mutex_);
     if (message == passing_) return false;

@@ -1,4 +1,4 @@
-// From a volume file to a link that a colleague opens, as a new user goes there: docs/first-use.md.
+// The steps of a new user, from a volume file to a link that a colleague opens: docs/first-use.md.
 import { once } from "node:events";
 import { mkdirSync, readdirSync, statSync } from "node:fs";
 import { join } from "node:path";

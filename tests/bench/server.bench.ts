@@ -166,7 +166,7 @@ async function slowClients(bench: Bench, host: Host, chunk: Chunk, large: string
     await readers.open(2000);
     await writers.open(500);
     honest.with.push(await measure());
-    writers.close(); // else they come again as soon as they are dropped
+    writers.close(); // otherwise they would connect again as soon as they are closed
     const begin = performance.now();
     while ((await openConnections(host)) > 50 && seconds < 60) {
       await pause(500);

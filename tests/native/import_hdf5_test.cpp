@@ -1,4 +1,5 @@
-// HDF5: files of its own library (hdf5/make_files.py), what they are read as, and their errors.
+// Reads files that the HDF5 library has written (hdf5/make_files.py): their volumes and their
+// errors.
 #include <fstream>
 #include <sstream>
 

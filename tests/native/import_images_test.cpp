@@ -22,7 +22,7 @@ using test::write_file;
 
 constexpr int kWidth = 13, kHeight = 11, kSlices = 12;
 
-/// The sample at a place, of so many bits.
+/// The sample of a voxel. bits: of a sample, 8 or 16.
 int sample_at(int x, int y, int z, int bits) {
   const int value = x + 3 * y + 7 * z + (bits == 16 ? 1000 * (x + y) : 0);
   return value & ((1 << bits) - 1);

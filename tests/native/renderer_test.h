@@ -29,7 +29,7 @@ class RendererTest : public testing::Test {
     context_.reset();
   }
 
-  /// What the tests of a class have in common: called when the renderer is there.
+  /// Prepares the renderer for all tests of a class. Called after the renderer was created.
   virtual void prepare() {}
 
   /// Saves a picture if ISOSPLAT_TEST_PICTURES is set to a folder.

@@ -57,7 +57,7 @@ TEST(Admissions, TheClientWithTheMostLosesTheOneThatWaitsLongest) {
   for (int i = 0; i < 3; ++i) all.open("greedy", State::waiting);
   EXPECT_NE(all.open("another", State::serving), SIZE_MAX);
   EXPECT_EQ(all.take_closed(), std::vector<size_t>{1});
-  // It comes again, and again: each time it closes one of its own.
+  // The greedy client opens more connections: each one closes another connection of this client.
   for (size_t i = 2; i < 20; ++i) {
     EXPECT_NE(all.open("greedy", State::waiting), SIZE_MAX);
     EXPECT_EQ(all.take_closed(), std::vector<size_t>{i == 2 ? 2 : i == 3 ? 3 : i + 1});

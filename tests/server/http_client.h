@@ -42,10 +42,10 @@ class Client {
   /// Whether the server closes within the time; bytes that come before that are dropped.
   bool is_closed_within(std::chrono::milliseconds time);
 
-  /// Whether the server closes at all: waits as long as a slow machine may need.
+  /// Whether the server closes the connection. Waits as long as a slow machine may need.
   bool is_closed() { return is_closed_within(std::chrono::minutes(2)); }
 
-  /// Reads up to so many bytes of what comes next; fewer at the end.
+  /// Reads the next `bytes` bytes; fewer at the end of the connection.
   std::string read(size_t bytes);
 
   /// Ends the connection with a reset, as the system does for a program that was killed with
@@ -55,7 +55,7 @@ class Client {
   /// Sends nothing more, but goes on to read.
   void end_sending();
 
-  /// Bytes that the kernel may hold for this client: little, to make a slow reader.
+  /// Limits the bytes that the kernel buffers for this client. A small limit makes a slow reader.
   void set_receive_buffer(int bytes);
 
  private:
@@ -64,7 +64,7 @@ class Client {
   std::string received_;
 };
 
-/// One request on a connection of its own.
+/// Sends one request on a separate connection.
 Answer get(uint16_t port, std::string_view target, std::string_view headers = {});
 
 }  // namespace isosplat::server::test

@@ -1,5 +1,5 @@
-// The logs of the server: nothing that happens to them delays a request or ends the program, and no
-// name of a file can write a line of its own.
+// The logs of the server: no fault of a log delays a request or ends the program, and no file name
+// can add a line to a log.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -26,7 +26,7 @@ namespace {
 
 constexpr uint64_t kMiB = 1 << 20;
 
-/// Limits the address space of this process to what it has and so much more, as ulimit -v does.
+/// Limits the address space of this process, like ulimit -v, to its present size plus `more` bytes.
 class MemoryLimit {
  public:
   explicit MemoryLimit(uint64_t more) {

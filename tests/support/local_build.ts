@@ -22,7 +22,7 @@ export function builderProgram(): Promise<CompiledModule> {
   return compileBuilder(readFileSync(wasm));
 }
 
-/** An encoder with an instance of its own, on this thread. */
+/** An encoder with a separate instance of the module, on this thread. */
 export async function localEncoder(program: CompiledModule): Promise<Encoder> {
   const builder = new Builder(await instantiateBuilder(program));
   return {

@@ -130,7 +130,7 @@ function damaged(bytes: Uint8Array, chance: Chance): Buffer {
   return result;
 }
 
-/** Returns whether a store was built. What is thrown is no error that users are told. */
+/** Returns whether a store was built. Throws errors that are not meant for users. */
 async function survives(path: string, bytes: Uint8Array): Promise<boolean> {
   try {
     await buildFrom(programs, [fileOf(path, bytes)], path, {}, { memoryBytes });

@@ -155,7 +155,7 @@ describe("session files", () => {
     [
       "a note without text, which a link could not have",
       change({ measurements: [{ ...point, kind: "note" }] }),
-      /of notes at least one/,
+      /for notes at least one/,
     ],
     [
       "too many points",

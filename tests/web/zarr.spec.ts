@@ -14,7 +14,7 @@ import { FaultProxy } from "../support/fault_proxy.ts";
 import { hasNginx, type Nginx, nginx } from "../support/nginx.ts";
 import { writeArray, writeGroup, writeJson, type ZarrArrayOptions } from "../support/zarr.ts";
 
-/** A value for each place; x, y and z are told apart. */
+/** The value of each voxel. All values differ, so that swapped axes are detected. */
 const valueAt = (x: number, y: number, z: number) => 1 + x + 31 * y + 997 * z;
 const voxels = [13, 11, 9] as const;
 

@@ -40,7 +40,10 @@ const fetched = compiledOnce(
   () => new URL("../../build/wasm/web/isosplat-builder.wasm", import.meta.url),
 );
 
-/** Compiles the module, once for all workers. `bytes`: of isosplat-builder.wasm; default: fetched. */
+/**
+ * Compiles the module, once for all workers. `bytes`: the content of isosplat-builder.wasm; if it is
+ * omitted, the file is fetched.
+ */
 export async function compileBuilder(bytes?: BufferSource): Promise<CompiledModule> {
   return bytes ? WebAssembly.compile(bytes) : fetched();
 }

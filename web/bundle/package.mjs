@@ -1,12 +1,13 @@
 /**
- * Builds the npm package: build/npm/package, and of it the tarball build/npm/isosplat-VERSION.tgz.
+ * Builds the npm package in build/npm/package, and packs it into build/npm/isosplat-VERSION.tgz.
  *
  *     npm run build:package
  *
- * Needs the WebAssembly modules (npm run build -- wasm). One output file for each source file, since
- * `new URL(…, import.meta.url)`, by which browsers, Node and bundlers find the folder `assets`, is to
- * stay as it is. `assets` has what is fetched at run time: the WebAssembly, and the workers. Each worker
- * is one file that imports nothing, which all bundlers can place, and which can be copied.
+ * It needs the WebAssembly modules (npm run build -- wasm). Each source file becomes one output file, so
+ * that the expressions `new URL(…, import.meta.url)` stay valid: browsers, Node and bundlers find the
+ * folder `assets` by them. `assets` contains the files that are fetched at run time: the WebAssembly
+ * modules and the workers. Each worker is one file without imports, so that all bundlers can process it,
+ * and users can copy it.
  */
 import { execFileSync } from "node:child_process";
 import {
@@ -30,7 +31,7 @@ const wasm = join(root, "build/wasm/web");
 const modules = ["isosplat-core", "isosplat-mesh", "isosplat-renderer"];
 const scripts = [...modules.map((name) => `${name}.js`), "layouts.js"];
 const workers = ["stream/decode_worker", "mesh/mesh_worker"];
-/** Files beside the folders, for tools that do not read `exports`: what each is. */
+/** Files beside the folders, for tools that do not read `exports`, and the module that each re-exports. */
 const entries = {
   index: "element/all",
   anywidget: "element/anywidget",
@@ -110,7 +111,7 @@ async function buildWorker(worker) {
         formats: ["es"],
         fileName: () => `${name}.js`,
       },
-      // Names as in the sources: Turbopack refuses a function in a block with the name of its parameter.
+      // Names stay as in the sources: Turbopack refuses a function in a block with the name of a parameter.
       rolldownOptions: {
         output: { codeSplitting: false, minify: { compress: true, mangle: false } },
       },
@@ -123,8 +124,8 @@ async function buildWorker(worker) {
 }
 
 /**
- * Sources name each other with .ts, and the modules where CMake puts them. TypeScript rewrites
- * neither in declarations and in `new URL`. Declarations name the buffers of arrays as TypeScript 5.7
+ * Sources import each other with the extension .ts, and the modules from the folder of CMake.
+ * TypeScript rewrites neither in declarations and in `new URL`. Declarations name the buffers of arrays as TypeScript 5.7
  * and later do, in a form that earlier versions understand.
  */
 function fitReferences(file) {
@@ -150,7 +151,7 @@ function fitReferences(file) {
   writeFileSync(file, text);
 }
 
-/** The declarations of layouts.js as those of a module; in the sources they name it by a pattern. */
+/** The declarations of layouts.js. In the sources, they are in a `declare module` with a pattern. */
 function layoutsDeclarations() {
   const text = readFileSync(join(root, "web/core/generated.d.ts"), "utf8");
   const [, before, declarations] = text.match(/^(.*?)declare module "[^"]*" \{\n(.*)\}\n$/s) ?? [];

@@ -46,7 +46,7 @@ export async function singlePage(): Promise<string> {
   }
   for (const { name, bytes } of files) {
     if (!name.endsWith(".js")) continue;
-    // A file may not start workers that are modules. These import nothing, so they need not be.
+    // A page of a file cannot start module workers. These workers import nothing, so classic ones do.
     const worker = bytes
       .toString()
       .replace(anyWasm, 'new URL("data:,")')

@@ -285,7 +285,7 @@ export class Store {
   ): Points {
     const calls = this.#calls;
     const { regions, exact } = options;
-    // One copy for all three: the samples, the block, the regions.
+    // Copies the samples, the block and the regions in one piece.
     const block = recordOf(layouts.blockBytes, layouts.writeBlock, place);
     const blockAt = samples.byteLength;
     const regionsAt = blockAt + block.length;

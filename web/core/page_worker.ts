@@ -3,9 +3,9 @@ import { assetInBase } from "./assets.ts";
 let inheritsPolicy = false;
 
 /**
- * From now on, workers have the Content-Security-Policy that the page has when they start. Otherwise
- * they have the policy of the response with their program, which lacks the policies that the page got
- * later.
+ * From now on, each worker gets the Content-Security-Policy that the page has when the worker starts.
+ * Without this call, a worker has the policy of the response that contained its program. That policy
+ * lacks what was added to the page's policy later.
  */
 export function startWorkersWithPagePolicy(): void {
   inheritsPolicy = true;

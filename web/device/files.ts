@@ -8,7 +8,7 @@ export interface InputFile {
   version?: string;
 }
 
-/** More files than this are not taken from one drop: no volume needs them. */
+/** The limit of files of one drop. No volume needs more. */
 export const maxFiles = 20_000;
 
 /**
@@ -68,8 +68,8 @@ async function withFolders(found: InputFile[], entries: FileSystemEntry[]): Prom
 }
 
 /**
- * A text that is the same for the same files: their paths, sizes, times and versions. A volume with the
- * key of a kept store need not be built again.
+ * A key of these files: equal paths, sizes, times and versions give equal keys. If a kept store has the
+ * key of a volume, the volume need not be built again.
  */
 export function filesKey(files: readonly InputFile[], settings: object): Promise<string> {
   const facts = files
@@ -78,7 +78,7 @@ export function filesKey(files: readonly InputFile[], settings: object): Promise
   return keyOf([facts, settings]);
 }
 
-/** A text that is the same for the same facts. */
+/** A key of these facts: equal facts have equal keys. */
 export async function keyOf(facts: readonly unknown[]): Promise<string> {
   const text = new TextEncoder().encode(JSON.stringify(facts));
   // Only secure origins have digests. Without one, every volume is built.

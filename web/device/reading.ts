@@ -40,7 +40,7 @@ export interface ReadableVolume {
   close(): void;
 }
 
-/** Shows the store of a reduced copy with so many voxels along each axis. */
+/** Shows the store of a reduced copy. `voxels`: the number of its voxels along each axis. */
 export type PreviewShown = (store: BuiltStore, voxels: readonly [number, number, number]) => void;
 
 /** The store of a volume of fewer voxels is built in a moment. */
@@ -66,9 +66,9 @@ export async function findVolumes(
 }
 
 /**
- * Reads the header of a volume. `choose` is asked where the files have several volumes; without an
- * answer, the result is undefined. `findFile` is asked for files that it names and that are not among
- * `files`. Rejects with a CoreError or the signal's reason.
+ * Reads the header of a volume. If the files contain several volumes, `choose` selects one; if it
+ * selects none, the result is undefined. `findFile` finds files that the header names but that are not
+ * among `files`. Rejects with a CoreError or the signal's reason.
  */
 export async function openVolume(
   files: readonly InputFile[],
@@ -149,7 +149,7 @@ export async function openVolume(
   };
 }
 
-/** What is wrong with a layout for a file of this size, in a sentence; undefined: nothing. */
+/** The reason why a layout does not fit a file of this size, as a sentence; undefined if it fits. */
 export function layoutProblem(layout: RawLayout, fileBytes: number): string | undefined {
   const { dims, skipBytes } = layout;
   if (dims.some((n) => !Number.isInteger(n) || n < 2 || n > 2 ** 20)) {

@@ -27,7 +27,8 @@ export async function siteBytes(storeBytes: number): Promise<number> {
 }
 
 /**
- * A static site as a ZIP: the layout of `isosplat publish`. Nothing is compressed: stores cannot be.
+ * A static site as a ZIP archive, in the layout of `isosplat publish`. Its files are not compressed,
+ * since stores hardly compress.
  * `picture`: a data URL, or null. Rejects with an Error if a file of the page cannot be read.
  */
 export async function siteZip(

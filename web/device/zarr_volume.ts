@@ -4,11 +4,11 @@ import { explained } from "./fetch_file.ts";
 import { keyOf } from "./files.ts";
 import type { PreviewShown, ReadableVolume } from "./reading.ts";
 
-/** Of a build, the part that fetching takes: the network is slower than the builder. */
+/** The fraction of a build's time that fetching takes. The network is slower than the builder. */
 const fetchShare = 0.8;
-/** A scale that is shown first has at most so many bytes, if one is as small. */
+/** The largest size in bytes of the scale that is shown first, unless all scales are larger. */
 const mostPreviewed = 4 << 20;
-/** Voxels of a scale and what its build holds, at most (bytes): see web/builder/README.md. */
+/** Limit of a scale's voxels and the memory of its build, in bytes: see web/builder/README.md. */
 const mostPlanned = 700 << 20;
 
 /** Whether an address is that of a Zarr hierarchy, or in one. */

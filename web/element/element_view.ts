@@ -113,7 +113,7 @@ export class ElementView {
     const before = projectionOf(this.#element);
     const camera = { ...asked, projection: asked.projection ?? before };
     this.#camera = camera;
-    // The attribute follows the picture; its callback finds the camera unchanged.
+    // The attribute follows the picture. The camera is set already, so the callback changes nothing.
     if (camera.projection !== before) this.#element.setAttribute("projection", camera.projection);
     this.#host.wake();
     const viewer = this.#host.viewer();

@@ -11,7 +11,7 @@ const root = document.querySelector<HTMLElement>("#page");
 if (!root) throw new Error("the page has no #page");
 root.replaceChildren();
 
-// Some browsers do not let a file change its address. The address bar then does not show views.
+// Some browsers do not let a page of a file change its address. The address bar then has no view.
 const replace = history.replaceState.bind(history);
 history.replaceState = (...call) => {
   try {
@@ -21,7 +21,7 @@ history.replaceState = (...call) => {
 
 const parts = [...document.querySelectorAll("script[data-store]")].map((part) => {
   const bytes = Uint8Array.from(atob(part.textContent ?? ""), (c) => c.charCodeAt(0));
-  part.remove(); // its text is as large as the store
+  part.remove(); // frees its text, which is as large as the store
   return bytes;
 });
 const store = new Blob(parts);

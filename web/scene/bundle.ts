@@ -152,7 +152,7 @@ export class Bundle {
     this.file.bypassCaches();
   }
 
-  /** Reads the header of the bundle that is there now: once for all who ask meanwhile. */
+  /** Reads the header of the present bundle again. Concurrent calls share one request. */
   reread(signal: AbortSignal): Promise<BundleHeader> {
     this.#rereading ??= this.#reread(signal).finally(() => {
       this.#rereading = null;

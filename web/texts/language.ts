@@ -19,7 +19,7 @@ const files: Readonly<Record<OtherLanguage, Files>> = {
 const storageKey = "isosplat-language";
 let current: Language = "en";
 
-/** The language that the page is in. */
+/** The language of the page. */
 export function language(): Language {
   return current;
 }
@@ -53,7 +53,8 @@ export function translateComponents(): void {
 export function chooseLanguage(chosen: Language): void {
   const query = new URLSearchParams(location.search);
   const isKept = keep(chosen);
-  // The address would choose its own again. It has to say what cannot be kept.
+  // A language in the address has precedence, so it is removed. If the choice cannot be kept in the
+  // browser, the address must state it.
   if (isKept && !query.has("lang")) location.reload();
   else {
     query.delete("lang");

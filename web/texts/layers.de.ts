@@ -47,9 +47,9 @@ export const layers: typeof layersTexts = {
   notOpened: (layer, reason) => `${layer} konnte nicht geöffnet werden. ${reason}`,
   notHere: "Die Ebene ist auf diesem Gerät nicht gespeichert: Öffnen Sie ihre Datei noch einmal.",
   cutOff: (host) =>
-    `Dateien von diesem Gerät wurden gelesen; dieser Tab fragt darum nichts bei ${host} an: Laden Sie die Seite neu.`,
+    `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an ${host}: Laden Sie die Seite neu.`,
   notAStore:
-    "Ihre Adresse ist die eines Volumens: Öffnen Sie es, damit eine Isosplat-Datei daraus wird.",
+    "An ihrer Adresse liegt ein Volumen, keine Isosplat-Datei: Öffnen Sie das Volumen, um es umzuwandeln.",
   unplaced: (layers, count) =>
     plural(count, {
       one: `${layers}: Die Datei sagt nicht, wo das Volumen liegt. Sein erstes Voxel ist am Ursprung der Welt.`,

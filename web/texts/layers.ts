@@ -49,7 +49,8 @@ export const layersTexts = part("layers", {
   notHere: "It is not kept on this device: open its file again.",
   cutOff: (host: string) =>
     `Files of this device were read, so this tab makes no requests to ${host}: load the page again.`,
-  notAStore: "Its address is that of a volume: open it, and build a store of it.",
+  notAStore:
+    "Its address is that of a volume, not of a store: open the volume to build a store of it.",
   unplaced: (layers: string, count: number) =>
     plural(count, {
       one: `${layers}: its file does not say where it lies. It is shown with its first voxel at the origin of the world.`,

@@ -23,7 +23,7 @@ export function listed(numbers: readonly string[]): string {
 
 type Forms = Partial<Record<Intl.LDMLPluralRule, string>> & { other: string };
 
-/** Chooses among the forms that a language has of a text, by a number. */
+/** Returns a function that chooses the singular or plural form of a text in a language. */
 export function plurals(language: string): (n: number, forms: Forms) => string {
   const rules = new Intl.PluralRules(language);
   return (n, forms) => forms[rules.select(n)] ?? forms.other;

@@ -21,7 +21,7 @@ export const session: typeof English = {
     `Messung ${measurement}: Als "kind" wird eines von ${kinds} erwartet`,
   counts: (least, most) => `${least} bis ${most}`,
   noPoints: (measurement, count, kind) =>
-    `Messung ${measurement}: Erwartet wird für ${kind} die Anzahl ${count} von "points"`,
+    `Messung ${measurement}: Erwartet werden für ${kind} ${count} Punkte in "points"`,
   noText: (measurement, most) =>
     `Messung ${measurement}: Erwartet wird "text" mit höchstens ${most} Zeichen und bei Notizen mindestens einem`,
   noPosition: (measurement) =>

@@ -5,9 +5,10 @@ export const sessionTexts = part("session", {
   tooLarge: (most: number, found: number) => `a session has at most ${most} bytes, found ${found}`,
   fileTooLarge: (name: string, most: number, found: number) =>
     `${name}: expected a session file of at most ${most} bytes, found ${found}`,
-  noVolume: (name: string) => `${name}: expected "view" to name a volume, or the address of one`,
+  noVolume: (name: string) =>
+    `${name}: expected "view" to contain the name or the address of a volume`,
   tooLong: (name: string, most: number) =>
-    `${name}: expected a view and measurements that fit into an address of ${most} letters, as this browser keeps no data of the page: allow it to, and open the file again`,
+    `${name}: expected a view and measurements that fit into an address of ${most} characters, since this browser keeps no data of the page: allow the browser to keep data, and open the file again`,
   noJson: "expected a session file (JSON), found something else",
   noSession: (format: string) => `expected "format": "${format}": this is not a session file`,
   otherVersion: (expected: number, found: string) =>
@@ -23,7 +24,7 @@ export const sessionTexts = part("session", {
   noPoints: (measurement: number, count: string, kind: string) =>
     `measurement ${measurement}: expected ${count} "points" of a ${kind}`,
   noText: (measurement: number, most: number) =>
-    `measurement ${measurement}: expected "text" of at most ${most} characters, and of notes at least one`,
+    `measurement ${measurement}: expected "text" of at most ${most} characters, and for notes at least one`,
   noPosition: (measurement: number) =>
     `measurement ${measurement}: expected "position": three finite numbers`,
 });

@@ -13,5 +13,5 @@ export const slices: typeof English = {
   white: "Weiß bei",
   wholeRange: "Ganzer Bereich",
   about:
-    "Schichten zeigen die Werte der geladenen Zellen: nahe den Isowerten der Flächen in voller Auflösung, sonst gröber. Wo sie schraffiert sind, sind keine Werte geladen, oder die Werte ändern sich dort nicht: Solche sind nicht gespeichert.",
+    "Schichten zeigen die Werte der geladenen Zellen: nahe den Isowerten der Flächen in voller Auflösung, sonst gröber. Schraffierte Stellen haben keine geladenen Werte, oder ihre Werte ändern sich nicht (solche Zellen sind nicht gespeichert).",
 };

@@ -24,7 +24,7 @@ export const start: typeof English = {
   search: "Suchen",
   searchLabel: "Volumen nach Name oder Titel durchsuchen",
   keptList: (time) =>
-    `Ohne Verbindung: Dies ist die Liste vom ${time}. Was damals von einem Volumen geladen wurde, kann gezeigt werden; Volumen auf diesem Gerät öffnen sich wie immer.`,
+    `Ohne Verbindung: Dies ist die Liste vom ${time}. Die Teile eines Volumens, die schon geladen wurden, können gezeigt werden; Volumen auf diesem Gerät öffnen sich wie immer.`,
   noVolumes: (command) => [
     "Dieser Server hat noch keine Volumen. Erzeugen Sie eine Isosplat-Datei mit ",
     command,

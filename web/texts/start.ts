@@ -24,7 +24,7 @@ export const startTexts = part("start", {
   searchLabel: "Search the volumes by name or title",
   keptList: (time: string) =>
     `Without a connection: this is the list of ${time}. The parts of a volume that were fetched before can be shown; volumes on this device open as usual.`,
-  /** command: how a store is made. */
+  /** command: the command that builds a store. */
   noVolumes: <Command>(command: Command) => [
     "This server has no volumes yet. Make a store with ",
     command,

@@ -16,10 +16,11 @@ export const time: typeof English = {
   modes: { loop: "Von vorn", swing: "Hin und her", once: "Einmal" },
   waits: "wartet auf Daten",
   costTitle:
-    "So viel brauchen alle Schritte dieser Isowerte in voller Auflösung, wenn sie noch nicht geladen sind",
+    "Die Daten aller Schritte für diese Isowerte in voller Auflösung, wenn noch nichts geladen ist",
   cost: (steps, bytes) =>
     plural(steps, { one: `${steps} Schritt, ${bytes}`, other: `${steps} Schritte, ${bytes}` }),
   about: (bytes) => `etwa ${bytes}`,
   atFullDetail: (cost) => `${cost} in voller Auflösung`,
-  coarser: "läuft gröber, damit es bei der Geschwindigkeit Ihrer Verbindung nicht stockt",
+  coarser:
+    "läuft mit weniger Details, damit es bei der Geschwindigkeit Ihrer Verbindung nicht stockt",
 };

@@ -16,10 +16,11 @@ export const timeTexts = part("time", {
   order: "After the last step",
   modes: { loop: "Loop", swing: "Back and forth", once: "Once" },
   waits: "waiting for data",
-  costTitle: "What all steps of these isovalues take at full detail, if they have not been fetched",
+  costTitle:
+    "The data of all steps for these isovalues at full detail, if nothing has been fetched yet",
   cost: (steps: number, bytes: string) =>
     plural(steps, { one: `${steps} step, ${bytes}`, other: `${steps} steps, ${bytes}` }),
   about: (bytes: string) => `about ${bytes}`,
   atFullDetail: (cost: string) => `${cost} at full detail`,
-  coarser: "plays coarser, so that it does not stop at your connection's speed",
+  coarser: "plays with less detail, so that it does not stop at the speed of your connection",
 });

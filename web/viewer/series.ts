@@ -90,7 +90,7 @@ export class Series {
     this.#loader.retry();
   }
 
-  /** A step that is not shown has a fault. It is told if it is to be shown. */
+  /** A step that is not shown has failed. The fault is reported if this step is to be shown. */
   failed(entry: LayerEntry, volume: OpenVolume, error: StreamError): void {
     if (entry.steps?.find(this.time.wantedStep) === volume) this.#host.failed(entry, error);
   }

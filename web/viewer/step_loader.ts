@@ -14,9 +14,9 @@ import { stepsAhead } from "./time_order.ts";
 import { type AheadPlan, cellPixelsThatPlay, planAhead, stepsThatFit } from "./time_plan.ts";
 import { viewProjectionOf } from "./transform.ts";
 
-/** Most bytes that are fetched before they are shown. */
+/** The limit of bytes that are fetched before they are shown. */
 const aheadBytes = 8 * 1024 * 1024;
-/** So many stores are opened at a time. */
+/** The number of stores that are opened at the same time. */
 const openedTogether = 4;
 /** While the camera moves, steps in advance follow it at this interval (ms). */
 const viewInterval = 100;

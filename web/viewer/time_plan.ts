@@ -77,17 +77,17 @@ export interface AheadOptions {
   /** Most bytes fetched before they are shown, and those of one step. */
   byteBudget: number;
   stepBytes: number;
-  /** Whether a step is as fine as it is needed. */
+  /** Whether a step has the resolution that the view needs. */
   isReady(step: number): boolean;
   isPlaying: boolean;
 }
 
-/** Requests of so many steps overlap, so that none waits for the round trip of another. */
+/** The number of steps that are fetched at the same time, so that none waits for another's round trip. */
 const refinedTogether = 3;
-/** At rest, so many steps are fetched ahead, since the next key press may show them. */
+/** The number of steps that are fetched ahead at rest, since the next key press may show them. */
 const aheadAtRest = 2;
 
-/** Chooses the steps to fetch. Steps that are ready already cost nothing, and stay as long as they fit. */
+/** Chooses the steps to fetch. Steps that are ready cost nothing, and stay as long as they fit. */
 export function planAhead(options: AheadOptions): AheadPlan {
   const { ahead, most, byteBudget, stepBytes, isReady, isPlaying } = options;
   const affordable = stepBytes > 0 ? Math.floor(byteBudget / stepBytes) : ahead.length;

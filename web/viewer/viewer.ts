@@ -258,7 +258,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#sceneChanged();
   }
 
-  /** The view needs other cells, or shows others. */
+  /** The view needs other cells, or other cells are visible. */
   #sceneChanged(): void {
     this.#layers.pictureChanged();
     this.#scheduler?.onCameraChange();

@@ -13,7 +13,7 @@ ValueMapping mapping_of(const Volume& volume);
 Chunk chunk_of(const ChunkRef& ref);
 ChunkRef chunk_ref_of(const Chunk& chunk);
 
-/// Converts the chunks that have cells. Bands of values that do not occur have none.
+/// Converts the chunks, without those that have no cells: the bands of values that do not occur.
 std::vector<Chunk> chunks_of(const std::vector<ChunkRef>& refs);
 
 /// Errors: not_found (no such level), invalid_argument (the isovalue is not a finite number).

@@ -26,9 +26,9 @@ struct FileIdentity {
   }
 };
 
-/// For reads that must not wait for a disk or a network: a read that is given one fails with
-/// io_error and sets `needs_disk` if the system may not hold the bytes in memory. Repeat it without
-/// one, on a thread that may wait.
+/// Pass a NoWait to a read that must not wait for a disk or a network. If the bytes may not be in
+/// the system's memory, the read fails with io_error, and sets `needs_disk`. Then repeat the read
+/// without a NoWait, on a thread that may wait.
 struct NoWait {
   bool needs_disk = false;
 };

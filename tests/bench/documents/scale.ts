@@ -1,4 +1,4 @@
-/** Tables of docs/scale.md: what a volume takes that is a thousand times larger than measured ones. */
+/** Tables of docs/scale.md: the cost of a volume that is a thousand times larger than measured ones. */
 import { exponentOf } from "../growth/exponents.ts";
 import { readResults } from "../harness/table.ts";
 import { type Measure, measures, Series } from "./growth.ts";
@@ -8,7 +8,7 @@ const voxels = [10240, 7680, 1536] as const;
 const allVoxels = voxels.reduce((product, n) => product * n, 1);
 const voxelBytes = 8;
 
-/** What the plan takes for granted. */
+/** The assumptions of the plan. */
 const given = {
   viewers: 10_000,
   minutes: 10,
@@ -167,8 +167,8 @@ export function volumePlan(): string {
 }
 
 /**
- * The same calculation where the result is known: the largest volume from the smaller ones, and its usual
- * picture from the small one. Calculated ÷ measured.
+ * Checks the calculation where the result is known. It predicts the largest measured volume from the
+ * smaller ones, and its usual picture from the small one. Values are calculated ÷ measured.
  */
 export function checks(): string {
   const proportional = (measure: Measure) => (series: Series) => {

@@ -251,7 +251,7 @@ function rangeText(values: number[]): string {
   return `${low === high ? low : `${low}–${high}`} × (${values.length} volumes)`;
 }
 
-/** The claims of the paper beside what was measured, as a Markdown table. */
+/** The claims of the paper beside the measured values, as a Markdown table. */
 function claims(): string {
   const treeTimes = mediansOf("paradigms", /^time of \(B\), of marching cubes/);
   const cubesTimes = mediansOf("paradigms", /^time of \(B\), of vtkMarchingCubes/);

@@ -14,8 +14,9 @@ interface TraceEvent {
 export type LongestTask = (from: string, to: string) => number | undefined;
 
 /**
- * Records the tasks of a page's main thread (Chromium's trace) while `work` runs. The first mark of a
- * name counts. The time in which pictures were drawn, the measures isosplat:drawing, does not.
+ * Records the tasks of a page's main thread (Chromium's trace) while `work` runs. If marks
+ * have the same name, the first one counts. The time of the measures isosplat:drawing, in which pictures
+ * were drawn, does not count.
  */
 export async function traceTasks(
   browser: Browser,

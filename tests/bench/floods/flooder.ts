@@ -1,7 +1,7 @@
 // flooder.ts KIND PORT PATH: floods a server on this machine until its standard input ends.
 //
-// A process of its own, which the benchmark runs with low priority: on two cores it would otherwise
-// take processor time from the server and from the client that is measured.
+// This is a separate process, which the benchmark runs with low priority. Otherwise, on two cores, it
+// would take processor time from the server and from the client that is measured.
 import { connect, type Socket } from "node:net";
 
 const [kind = "", portText = "", path = "/"] = process.argv.slice(2);
@@ -9,7 +9,7 @@ const port = Number(portText);
 const request = (more = "") => `GET ${path} HTTP/1.1\r\nHost: localhost\r\n${more}\r\n`;
 const addresses = (count: number) => Array.from({ length: count }, (_, i) => `127.0.0.${i + 2}`);
 
-/** Connects from an address. `bytes`: the most that are read at a time; then it pauses. */
+/** Connects from an address. `bytes`: the limit of a read, after which the socket pauses. */
 function join(localAddress: string, bytes?: number): Socket {
   const slowly = bytes
     ? { onread: { buffer: Buffer.alloc(bytes), callback: () => false } }
@@ -18,7 +18,7 @@ function join(localAddress: string, bytes?: number): Socket {
   return socket.on("error", () => {});
 }
 
-/** So many connections from each address, which come again when they are closed. */
+/** Holds `each` connections from each address. A connection that is closed is opened again. */
 function hold(from: string[], each: number, begin: (address: string) => Socket): void {
   const again = (address: string): void => {
     begin(address).on("close", () => setTimeout(() => again(address), 100));
@@ -41,7 +41,7 @@ const kinds: Record<string, () => void> = {
       return everySecond(socket, () => socket.resume());
     }),
 
-  /** As many that send a byte of a header per second. */
+  /** 1,024 connections of four addresses that send one byte of a header per second. */
   headers: () =>
     hold(addresses(4), 256, (address) => {
       const socket = join(address);

@@ -3,10 +3,10 @@ import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench } from "../harness/benchmark.ts";
 
-/** A visitor has four connections, and waits so long after each answer, as one does on a network. */
+/** The time that a visitor waits after each response, like the delay of a network. */
 const delayMs = 5;
 
-/** Requests on a connection before the next one, which the server must admit anew. */
+/** Requests on a connection. Then the visitor opens another one, which the server must admit. */
 const requestsOfConnection = 20;
 
 const script = `
@@ -19,7 +19,7 @@ function request()
 end
 `;
 
-/** Answers with 200 per second. What is refused or broken off does not count. */
+/** Responses with status 200 per second. Refused and incomplete responses do not count. */
 export async function visit(bench: Bench, url: string, seconds: number): Promise<number> {
   const file = join(bench.folder, "visitor.lua");
   writeFileSync(file, script);

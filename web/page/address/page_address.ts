@@ -91,9 +91,9 @@ export class AddressBar {
 
   /**
    * `view`: the current view; null if there is none. `pendingChanged`: see isPending. `rested`:
-   * called with a view that the address has, its settings without measurements, and whether the
-   * address has all measurements and layers. If the measurements do not all fit, it has none; if the
-   * layers do not fit either, it has none of them.
+   * called when the address contains a view: with its settings without measurements, the view, and
+   * whether the address contains all measurements and layers. If the measurements do not all fit, the
+   * address contains none of them. If the layers do not fit either, it contains no layers.
    */
   constructor(
     view: () => AddressState | null,

@@ -19,6 +19,6 @@ export interface StoreTarget {
   /** The volume's name or the store's URL. */
   name: string;
   source: () => Source;
-  /** Of a provisional store (shown_volume.ts): a description for the visitor. */
+  /** A description for the visitor, if the store is provisional (shown_volume.ts). */
   provisional?: string;
 }

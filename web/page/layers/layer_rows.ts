@@ -44,7 +44,7 @@ export function found(entries: readonly LayerEntry[], query: string): readonly L
   });
 }
 
-/** The layers of a group are listed together, where its first one is, below a row of the group. */
+/** The rows of a list of layers. A group has a row, and its layers follow it, at the position of the first. */
 export function rowsOf(
   entries: readonly LayerEntry[],
   collapsed: ReadonlySet<string>,
@@ -76,8 +76,8 @@ export function rowsOf(
 }
 
 /**
- * The indices of the rows to draw: those between `top` and `top + height`, with some before and after, and
- * always `kept`, which may have the focus. All in the unit of `rowHeight`.
+ * The indices of the rows to draw: the rows between `top` and `top + height`, some rows before and after
+ * them, and always `kept`, which may have the focus. Lengths are in the unit of `rowHeight`.
  */
 export function rowsInView(
   count: number,

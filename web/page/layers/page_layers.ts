@@ -47,9 +47,9 @@ interface Pending {
 type Item = { key: number; layer: Layer } | { key: number; pending: Pending };
 
 /**
- * The layers of a page: which one is chosen, from where each is, and what happens to them by the list, by
- * undo and by the address. The layers themselves are those of the viewer; the first is the volume of the
- * page.
+ * The layers of a page. It knows the chosen layer and the origin of each layer, and applies the changes
+ * that come from the list, from undo and from the address. The viewer holds the layers themselves. The
+ * first one is the volume of the page.
  */
 export class PageLayers {
   readonly #host: PageLayersHost;
