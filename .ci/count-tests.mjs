@@ -1,4 +1,4 @@
-// Counts the tests of every suite from what its runner wrote, and prints a table and the sum.
+// Counts the tests of every suite from the output of its runner, and prints a table and the sum.
 //   node .ci/count-tests.mjs FOLDER
 // The folder holds, for each suite, NAME.status (the runner's exit status) and NAME.xml (ctest) or
 // NAME.json (GoogleTest, vitest, Playwright, or {passed, failed, skipped}).

@@ -12,12 +12,12 @@ import { fileURLToPath } from "node:url";
 
 const root = fileURLToPath(new URL("..", import.meta.url));
 
-/** What the analyzer of custom elements finds out about the class. */
+/** The description of the class by the analyzer of custom elements. */
 function declaration() {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-reference-"));
   try {
     const analyzer = join(root, "node_modules/.bin/custom-elements-manifest");
-    // In a folder of its own: it writes the name of its output into the package.json that it finds.
+    // Runs in a separate folder, since it writes the name of its output into the package.json there.
     const source = "isosplat_viewer.ts";
     copyFileSync(join(root, "web/element", source), join(folder, source));
     execFileSync(analyzer, ["analyze", "--quiet", "--globs", source, "--outdir", "."], {

@@ -50,8 +50,8 @@ failures_in() {
 }
 
 # step LABEL HINT COMMAND…: runs a command with its output in a log, and shows the label, the time,
-# and on a terminal the last line of the log. A command that fails ends the script with what failed,
-# the log's last lines and path, and the hint of what to do.
+# and on a terminal the last line of the log. If the command fails, the script ends. It
+# prints the name of the step, the last lines and the path of the log, and the hint.
 step() {
   local label=$1 hint=$2 begin=${EPOCHREALTIME/./} status=0
   shift 2
@@ -86,7 +86,8 @@ step() {
   return "$status"
 }
 
-# aside COMMAND…: starts a function of steps beside those that follow. Their lines are whole.
+# aside COMMAND…: starts a function of steps in parallel to the following steps. The output of both is
+# interleaved by whole lines.
 aside() {
   live=''
   {

@@ -26,7 +26,7 @@ const { version } = JSON.parse(read(join(root, "package.json")));
 const lock = JSON.parse(read(join(root, "package-lock.json"))).packages;
 const epoch = process.env.SOURCE_DATE_EPOCH ?? run("git", "-C", root, "log", "-1", "--format=%ct");
 
-/** What is compiled into the programs and modules, by the Debian packages that it comes from. */
+/** The Debian packages whose code is compiled into the programs and modules. */
 const inModules = ["emscripten", "libexpected-dev", "libxxhash-dev", "nlohmann-json3-dev"];
 const inProgram = [
   "libboost",

@@ -15,11 +15,11 @@ namespace isosplat {
 /// few blocks of a coarse level. The chunks do not depend on the thread that encodes them.
 class SharedBands : public BandsEncoder {
  public:
-  /// For this number of threads. Each of them encodes blocks, then calls help().
+  /// threads: the number of threads that encode blocks. Each calls help() when no block is left.
   explicit SharedBands(unsigned threads) : busy_(threads) {}
 
-  /// Encodes the bands of a block; other threads may help. Throws std::bad_alloc, also if another
-  /// thread could not allocate memory for one of the bands.
+  /// Encodes the bands of a block; other threads may help. Throws std::bad_alloc if this thread or
+  /// a helping one could not allocate memory.
   void encode(ChunkEncoder& encoder, const BlockVoxels& voxels, const BandMasks& masks,
               uint32_t begin, std::span<const uint32_t> ends, std::vector<BandChunk>& bands,
               std::vector<std::byte>& bytes) override;

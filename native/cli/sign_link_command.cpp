@@ -49,7 +49,7 @@ Result<std::string> read_key(const std::string& file) {
   return key;
 }
 
-/// The name of a store on the server, found in the served folders as the server does.
+/// The name that the server gives to a store in the served folders.
 Result<std::string> name_in_folders(const SignCall& call) {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -20,7 +20,7 @@ interface Flood {
   host: Host;
   /** What the flooder asks for. */
   target: string;
-  /** What the visitor asks for. */
+  /** The URL that the visitor requests. */
   url: string;
 }
 

@@ -19,7 +19,8 @@ std::string padded(std::string text, size_t unit = 8) {
   return text;
 }
 
-/// Class and version, three bytes of flags, the bytes of an element, and what the class needs.
+/// A datatype message: class and version, three bytes of flags, the size of an element in bytes,
+/// and the properties of the class.
 std::string type_message(int kind, uint32_t flags, uint32_t bytes, const std::string& rest) {
   std::string out(1, static_cast<char>(0x10 | kind));
   out += little(flags).substr(0, 3) + little(bytes) + rest;
@@ -51,7 +52,8 @@ std::string space_message(const std::vector<uint64_t>& sizes) {
 
 class Writer {
  public:
-  /// Addresses of the pass before are those of this one, since no size depends on them.
+  /// The previous pass yields the addresses for this one. They are equal in both, since no size
+  /// depends on them.
   std::string write(const Hdf5Node& root) {
     out_.assign(96, '\0');
     write_node(root);
@@ -115,7 +117,7 @@ class Writer {
   std::string attribute_message(const Hdf5Node::Attribute& attribute) {
     std::string values = attribute.values;
     if (!attribute.references.empty()) {
-      // A heap of its own, with an object for each list.
+      // A separate heap, with an object for each list.
       std::string heap;
       uint16_t index = 0;
       for (const Hdf5Node* object : attribute.references) {

@@ -123,8 +123,8 @@ def read_tiff(path, step):
     if os.path.isdir(path):
         raise Skipped("tifffile does not order the files of a folder")
     with tifffile.TiffFile(path) as tiff:
-        # Its series hold pages whose tags are alike and whose bytes follow each other; these files
-        # have neither, so that it decodes the pages and its metadata put them together.
+        # The reader's series need pages with equal tags and contiguous bytes, which these files do not
+        # have. So it decodes the pages one by one, and its metadata state their order.
         page = tiff.pages[0]
         values = numpy.stack([one.asarray() for one in tiff.pages])
         orientation = page.tags[274].value if 274 in page.tags else 1

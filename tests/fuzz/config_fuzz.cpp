@@ -1,4 +1,4 @@
-// A file of options for --config: whatever it has, the program starts or says what is wrong.
+// A file of options for --config. Whatever it contains, the program starts or reports an error.
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -1,7 +1,7 @@
-// Bytes from a client: finding the end of the header, parsing the request and its target, writing
-// the body of the answer, and the line of the access log.
+// Bytes from a client. The server finds the end of the header, parses the request and its target,
+// writes the body of the response, and writes the line of the access log.
 //
-// The input is a request as it comes over a socket, with cookies, tokens and signed links. If it
+// The input is a request as it arrives on a socket, with cookies, tokens and signed links. If it
 // begins with "~", it is the last part of a target, after the content id of a volume, which the
 // fuzzer could not guess. If it begins with "#", it is a token file.
 

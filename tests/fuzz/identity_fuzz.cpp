@@ -1,5 +1,5 @@
-// Who a client is, as others say: headers of the PROXY protocol, Forwarded and X-Forwarded-For,
-// JSON Web Tokens and key sets, and files of revoked links.
+// Texts that state the identity of a client: headers of the PROXY protocol, Forwarded and
+// X-Forwarded-For, JSON Web Tokens and key sets, and files of revoked links.
 
 #include <algorithm>
 #include <cstdint>

@@ -26,7 +26,7 @@ std::string content_of(const std::string& png) {
   return png.substr(kText + key.size(), 32);
 }
 
-/// Sets a variable of the environment (null: removes it) for as long as it lives.
+/// Sets an environment variable (null: removes it) during the lifetime of the object.
 class TemporaryVariable {
  public:
   TemporaryVariable(const char* name, const char* value) : name_(name) {

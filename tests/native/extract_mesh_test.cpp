@@ -185,7 +185,7 @@ TEST_F(ExtractMesh, RegionsSideBySideAreTheWholeSurface) {
     const auto boundary = boundary_of(left);
     EXPECT_EQ(boundary.size(), boundary_of(right).size());
     ASSERT_GT(boundary.size(), 50u);
-    // The face of cells that is nearest: at level 1, half a cell away.
+    // The nearest face of cells is half a cell away at level 1.
     const double face = cut - (level == 0 ? 0 : 0.5);
     for (const auto& edge : boundary) {
       for (const uint32_t vertex : edge) EXPECT_EQ(left.vertices.positions[vertex].y, face);

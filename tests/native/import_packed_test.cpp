@@ -164,7 +164,7 @@ TEST(PackedVolumes, DamagedAndCutFilesAreErrors) {
       const auto volume = open_volume(path, {});
       if (!volume || read_all(*volume->source) == pattern_voxels<double>(kSize)) ++noticed;
     }
-    // The zstd library writes no checksum unless it is asked to.
+    // By default, the zstd library writes no checksum.
     if (packer.packing != Packing::zstd) {
       EXPECT_EQ(noticed, tried) << packer.suffix;
     }

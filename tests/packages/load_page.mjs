@@ -1,5 +1,5 @@
 // load_page.mjs URL: loads the page, the files that it names, the list of volumes, a volume and one
-// of its chunks from a running server. Fails with what was expected.
+// of its chunks from a running server. Errors state what was expected.
 const base = new URL(process.argv[2]);
 
 async function load(path, type) {
@@ -27,7 +27,8 @@ const address = `${volume.urls.chunks}?isovalue=${volume.range.join("..")}&level
 const frames = new DataView(
   await (await load(address, "application/vnd.isosplat.frames")).arrayBuffer(),
 );
-// The first frame (server/HTTP.md, Frames): the chunk behind it, and where it has its own address.
+// The header of the first frame (server/HTTP.md, Frames) names the chunk that follows it. This chunk
+// also has a separate address.
 const [bytes, , level, x, y, z, band] = Array.from({ length: 7 }, (_, i) =>
   frames.getUint32(4 * i, true),
 );

@@ -467,7 +467,7 @@ TEST_F(ManyStores, HealthAndReadinessAreCountedBefore) {
   start();
   const Json health = Json::parse(get(port(), "/healthz").body);
   EXPECT_EQ(health["volumes"], 200);
-  // Also for those who may read none, and for the list.
+  // The same holds for clients that may read no volume, and for the list.
   const std::string none = "Authorization: Bearer 0123456789abcdef-none\r\n";
   EXPECT_EQ(Json::parse(get(port(), "/healthz", none).body), health);
   EXPECT_EQ(list("?limit=2")["total"], 200);

@@ -159,7 +159,7 @@ class Fairness : public ServerTest {
     return Client(port(), from).request("GET", "/healthz").status;
   }
 
-  /// What the system holds for the clients of the server, in any state of their connections.
+  /// The bytes that the system buffers for the server's clients, in any state of their connections.
   uint64_t bytes_in_kernel() const {
     std::ifstream table("/proc/net/tcp");
     char hexadecimal[8];
@@ -200,7 +200,7 @@ TEST_F(Fairness, ManyConnectionsOfOneAddressMakeRoomForOthers) {
     greedy.emplace_back(port(), "127.0.0.3");
     greedy.back().request("GET", "/healthz");
   }
-  // (The server may be at work for all of them for a moment. Otherwise none of them ends.)
+  // (The server may be working for all of them for a moment, and then closes none.)
   for (int i = 0; i < 8; ++i) {
     EXPECT_TRUE(eventually([&] { return status_from("127.0.0.4") == 200; })) << i;
   }
@@ -235,7 +235,7 @@ TEST_F(Fairness, AReaderThatGoesOnGetsTheEnd) {
   options.limits.idle_time = milliseconds(400);
   start();
   for (const char* const fields : {"", "Connection: close\r\n"}) {
-    // (Where this test itself is held up for that long, it is tried again.)
+    // (If the test itself was delayed for that long, it is repeated.)
     size_t most = 0;
     for (int attempt = 0; attempt < 20 && most < 300'000; ++attempt) {
       Client patient(port());

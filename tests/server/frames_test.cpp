@@ -79,7 +79,7 @@ class Frames : public ServerTest {
     return alpha.info.mapping.quantized_isovalue(isovalue);
   }
 
-  /// Puts a store in the place of alpha's that differs in one byte of the chunk.
+  /// Replaces the store of alpha by one that differs in one byte of the chunk.
   void corrupt(const KnownChunk& chunk) {
     const std::string file = text_of(alpha.file);
     const size_t at = file.find(text_of(chunk.bytes));

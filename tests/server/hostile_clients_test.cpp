@@ -253,7 +253,7 @@ TEST_F(HostileClients, AClientThatReadsSlowlyGetsEverything) {
   write_file(folder.path() / "large.isosplat", large.file);
   options.limits.write_time = milliseconds(1000);
   start();
-  // All of it takes longer than write_time, each piece does not. (Where this test itself is held up
+  // All of it takes longer than write_time, each piece does not. (If the test itself was delayed
   // for that long, it is tried again.)
   size_t most = 0;
   for (int attempt = 0; attempt < 20 && most < 2'000'000; ++attempt) {

@@ -136,7 +136,7 @@ TEST_F(Limits, TokensHaveRatesOfTheirOwn) {
   EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-bad"), 429) << "no token";
   EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-own"), 429) << "which many may have";
   EXPECT_EQ(status("127.0.0.3", "0123456789abcdef-own"), 200);
-  // Requests that are refused before it is known who asks count for the address as well.
+  // Requests that are refused before the client is identified count for the address as well.
   Client foreign(port(), "127.0.0.4");
   foreign.send("GET /v1/volumes HTTP/1.1\r\nHost: evil.example\r\n\r\n");
   EXPECT_EQ(foreign.receive().status, 403);
@@ -178,7 +178,7 @@ TEST_F(Limits, BodiesAboveTheMemoryAreRefused) {
   EXPECT_TRUE(eventually([&] { return other.request("GET", content("file")).status == 200; }));
 }
 
-/// Bytes that the system holds for the clients of a port: written, and not acknowledged.
+/// Bytes that the server has written to the clients of a port, and that they have not acknowledged.
 uint64_t unacknowledged_bytes(uint16_t port) {
   std::ifstream table("/proc/net/tcp");
   std::string line;
@@ -204,7 +204,7 @@ TEST_F(Limits, TheSystemHoldsLittleForASlowClient) {
   slow.set_receive_buffer(64 * 1024);
   slow.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
   slow.read(12);
-  // The server writes until the system takes no more.
+  // The server writes until the system's buffers are full.
   uint64_t held = 0;
   int unchanged = 0;
   EXPECT_TRUE(eventually([&] {

@@ -111,7 +111,7 @@ TEST_F(Origins, ALocalServerIsReadByItsOwnPageOnly) {
           {"/v1/none", "Host: localhost\r\nSec-Fetch-Site: cross-site\r\n", 403, kBadOrigin}});
   // A link from another site to the page works: the page has nothing of a volume.
   EXPECT_EQ(send({"/", "Host: localhost\r\nSec-Fetch-Site: cross-site\r\n", 200}).status, 200);
-  // No element of another site's page may hold the data either (img, script).
+  // Elements of other sites' pages (img, script) may not load the data either.
   EXPECT_EQ(get(port(), kList).header("cross-origin-resource-policy"), "same-origin");
   // Volumes and their content, too.
   for (const std::string& target :
@@ -167,7 +167,8 @@ TEST_F(Origins, OnOtherAddressesTheOperatorMustChoose) {
   options.cross_origin = CrossOrigin{};
   start();
   EXPECT_TRUE(log_mentions("warning: everyone who reaches 0.0.0.0"));
-  // An attacker's page can have a name with this machine's address, but not be at the address.
+  // An attacker's page can have a host name that resolves to this machine's address (DNS
+  // rebinding), but its host cannot be the address itself.
   expect({{kList, "Host: 192.168.1.5:8080\r\n", 200},
           {kList, "Host: [fe80::1]\r\n", 200},
           {kList, "Host: localhost\r\n", 200},

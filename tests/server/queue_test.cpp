@@ -114,7 +114,8 @@ class SampleQueue : public ServerTest {
     ASSERT_EQ(client.request("GET", target_of["slow-points"], metrics_fields).status, 200);
     const int before = gate().reads();
     ASSERT_EQ(client.request("GET", target_of["slow-points"], metrics_fields).status, 200);
-    // A thread for disks reads the chunks, one that computes counts, and reads again for a piece.
+    // A thread for disks reads the chunks. A thread that computes reads them twice: to count the
+    // points, and for a piece of the body.
     const int chunks = (gate().reads() - before) / 3;
     ASSERT_GT(chunks, 0);
     for (uint32_t i = 0; i < threads(); ++i) {

@@ -209,7 +209,8 @@ TEST_F(SlowDisk, ComputationsAreRefusedWhenManyWait) {
   EXPECT_EQ(get(port(), target).status, 200) << "its directory page is in memory";
   const int before = gate().reads();
   EXPECT_EQ(Client(port()).request("HEAD", target).status, 200);
-  // A thread for disks reads the chunks, and then one that computes, which waits here.
+  // A thread for disks reads the chunks, and then a thread that computes reads them, which waits
+  // here.
   const int chunks = (gate().reads() - before) / 2;
   ASSERT_GT(chunks, 0);
   std::vector<Client> computing;
@@ -246,7 +247,7 @@ TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
   ASSERT_TRUE(StoreFile::open(many / "slow-0.isosplat"));
   const int reads_of_header = gate().reads() - before_open;
   first_bad_byte() = 0;
-  // Without a server, whose own thread reads headers as well.
+  // This test has no server, since a thread of the server reads headers as well.
   const auto ignore = [](std::string_view) {};
   Catalog catalog({many}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
@@ -269,7 +270,7 @@ TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
       EXPECT_LE(gate().reads() - before, static_cast<int>(kHeadersPerTurn) * reads_of_header);
       ++turns;
     } while (turn.is_unfinished && turns < 100);
-    // Those that failed are tried once by each request.
+    // Each request retries the failed headers once.
     EXPECT_EQ(turns, is_search ? (kStores + kDamaged + 15) / 16 : 1);
     const std::string total = std::to_string(kStores + (is_search ? 0 : kDamaged));
     EXPECT_TRUE(response.text.starts_with("{\"total\":" + total + ",")) << response.text;

@@ -173,7 +173,8 @@ TEST(ValueMapping, AnIsovalueOnAValueIsItsQuantizedValue) {
                 c);
           }
         }
-        // Clearly beside it, but closer than single precision can say at large quantized values.
+        // Clearly beside it, but closer than single precision can resolve at large quantized
+        // values.
         const double near = std::max({scale * 1e-6, std::abs(value) * 1e-6 * singles,
                                       (std::abs(offset) + 65536 * scale) * 0x1p-49});
         if (near > scale / 8) continue;

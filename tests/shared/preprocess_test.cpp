@@ -181,7 +181,7 @@ Quantization quantization_for(const std::vector<T>& voxels, VoxelType type, doub
   return std::move(*quantized_values);
 }
 
-/// The values of voxels after the way into the store and back.
+/// The values of voxels after they were quantized and restored.
 template <class T>
 std::vector<double> kept_values(const std::vector<T>& voxels,
                                 const Quantization& quantized_values) {

@@ -233,8 +233,8 @@ TEST(Bundle, AHeaderReadsAsItWasWritten) {
   }
 }
 
-/// Every field with other values, with the checksum made right again: one defined error, or a
-/// header whose ranges are consistent.
+/// Changes every field, and corrects the checksum. The result is one defined error, or a header
+/// whose ranges are consistent.
 TEST(Bundle, HostileHeadersAreRefused) {
   const auto valid = encode_bundle_header(sample_bundle());
   std::mt19937_64 random(5);

@@ -26,8 +26,8 @@ struct Written {
   std::vector<std::byte> bytes;
 };
 
-/// A store of random bands whose chunks are random bytes: what they decode to is not the
-/// directory's business.
+/// A store of random bands whose chunks are random bytes, since the directory does not depend on
+/// the content of chunks.
 Written random_store(Index3 voxels, uint32_t seed, const std::string& metadata = "{}") {
   std::mt19937 random(seed);
   MemorySink sink;
@@ -110,7 +110,7 @@ TEST(Store, HeaderHasTheWrittenFields) {
   EXPECT_EQ(bootstrap.offset, coarse.offset);
   EXPECT_GE(bootstrap.bytes, coarse.bytes);
   EXPECT_LE(bootstrap.bytes, std::max(coarse.bytes, kBootstrapBytesWithPages));
-  // It ends with a page, and the next one would be too much.
+  // The range ends with a page, and would be too long with the next page.
   uint64_t end = 0;
   for (const PageRef& page : reader->pages()) {
     if (page.offset + page.bytes <= bootstrap.offset + bootstrap.bytes) {

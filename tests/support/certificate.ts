@@ -8,7 +8,7 @@ export interface CertificateFiles {
   key: string;
 }
 
-/** Makes a certificate of a host name that signs itself, in a folder. Needs openssl. */
+/** Makes a self-signed certificate for a host name, in a folder. Needs openssl. */
 export function makeCertificate(folder: string, host: string): CertificateFiles {
   const files = { certificate: join(folder, "certificate"), key: join(folder, "key") };
   // biome-ignore format: options with their values

@@ -36,7 +36,7 @@ export function visibleTexts(file: string, source: string): VisibleText[] {
       add(start, text);
     }
   };
-  /** Literals that are no texts, or are treated elsewhere. */
+  /** Literals that visitors do not read, or that other code handles. */
   const others = new Set<unknown>();
   new Visitor({
     ImportDeclaration: (node) => void others.add(node.source),

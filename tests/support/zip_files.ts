@@ -8,7 +8,7 @@ export interface ZipEntry {
   method?: number;
   /** General purpose bits: 1 is encryption. */
   flags?: number;
-  /** What the headers state in place of the facts. */
+  /** False values that the headers state. */
   bytes?: number;
   crc?: number;
 }

@@ -53,7 +53,7 @@ execFileSync(join(root, "node_modules/.bin/tsc"), ["-p", join(root, "web/npm")],
 const emitted = readdirSync(folder, { recursive: true, encoding: "utf8" }).filter((file) =>
   /\.(js|d\.ts)$/.test(file),
 );
-// Before the check below, which expects that what is referred to exists.
+// Created before the check below, which expects that all files and folders that are named exist.
 mkdirSync(join(folder, "wasm"));
 mkdirSync(join(folder, "assets"));
 for (const file of scripts) copyFileSync(join(wasm, file), join(folder, "wasm", file));

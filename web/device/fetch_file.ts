@@ -115,7 +115,7 @@ class Fetching {
   /** Whether the request that ran last asked for the rest of the file. */
   isPart = false;
 
-  /** Whether the rest alone can be asked for. */
+  /** Whether the rest of the file can be requested, without the part that has arrived. */
   get canContinue(): boolean {
     const { version, bytes, isCoded } = this.#identity ?? {};
     return version !== undefined && bytes !== undefined && !isCoded && this.received < bytes;

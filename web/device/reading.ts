@@ -91,7 +91,7 @@ export async function openVolume(
       if (error instanceof ChoiceError) return error;
       throw error;
     });
-  /** Adds the options of what the visitor chooses. Resolves to false if the visitor cancels. */
+  /** Adds the options of the visitor's choice. Resolves to false if the visitor cancels. */
   const pick = async (choices: readonly VolumeChoice[], problem?: Error): Promise<boolean> => {
     const next = (await choose(choices, problem))?.options;
     if (next) {

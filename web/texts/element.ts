@@ -16,11 +16,11 @@ export type ElementTexts = typeof elementTexts;
 
 export interface TextsOfElement {
   element: ElementTexts;
-  /** Of what lies above the picture; undefined: English, which is loaded with it. */
+  /** The texts of the overlays; undefined: English, which is loaded with them. */
   overlay?: OverlayTexts;
 }
 
-/** What is loaded for the other languages. */
+/** The modules with the texts of the other languages. */
 const files: Readonly<Record<OtherLanguage, () => Promise<TextsOfElement>>> = {
   de: () => import("./element.de.ts"),
 };

@@ -8,7 +8,7 @@ interface Files {
   components: () => Promise<unknown>;
 }
 
-/** What is loaded for the other languages. */
+/** The modules with the texts of the other languages. */
 const files: Readonly<Record<OtherLanguage, Files>> = {
   de: {
     texts: () => import("./de.ts"),

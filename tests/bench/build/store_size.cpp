@@ -47,7 +47,8 @@ std::vector<int32_t> pieces(int32_t voxels) {
 }
 
 /// Bytes of the whole volume in chunks that contain all cells: pieces of 64³ voxels, each encoded
-/// once with the store's predictor and entropy coder. The masks, all ones, take some bytes each.
+/// once with the store's predictor and entropy coder. Each mask consists of ones, and takes a few
+/// bytes.
 uint64_t lossless_bytes(const std::vector<QuantizedValue>& quantized_values, Index3 n) {
   ChunkEncoder encoder;
   std::vector<std::byte> out;

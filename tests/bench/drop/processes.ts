@@ -65,7 +65,7 @@ export class MemoryWatch {
   }
 }
 
-/** The process of a browser whose children are all its others. */
+/** The main process of a browser, the parent of all its other processes. */
 export async function processOf(browser: Browser): Promise<number> {
   const session = await browser.newBrowserCDPSession();
   const { processInfo } = await session.send("SystemInfo.getProcessInfo");

@@ -1,8 +1,8 @@
-// Complete means complete, without a browser: fetches of a store what a view needs, as web/stream
-// does on a slow GPU, whose fast pictures are of quads. Compares the picture with that of all
-// samples of level 0. One line for each camera: what truth.bench.ts measures of the page, and the
-// chunks' bytes. "shown": bytes of the chunks of level 0 that show in the picture, the least that
-// could be fetched.
+// Tests without a browser that a complete view is correct. The program fetches from a store what a
+// view needs, as web/stream does on a slow GPU, whose fast pictures consist of quads. It compares
+// the picture with that of all samples of level 0. It prints a line for each camera: the figures
+// that truth.bench.ts measures for the page, and the bytes of the chunks. "shown" are the bytes of
+// the chunks of level 0 that are visible in the picture, which is the least that could be fetched.
 #include <fmt/format.h>
 
 #include <algorithm>

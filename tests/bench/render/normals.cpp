@@ -1,10 +1,11 @@
 // How smooth and how true normals are, in close-ups of a store's level 0.
 // isosplat_normals STORE VOLUME ISOVALUE [--px PX_PER_CELL]. Prints a line of JSON.
-// Angles: to the gradient by central differences at the voxels, interpolated trilinearly. Jumps: of
-// four neighbouring pixels of a surface, of which two are in one cell and two in another, the angle
-// in the middle less the larger one beside it; by what is between the two cells. Depths of
-// neighbouring pixels differ by at most two pixels: coarse and fine surfaces that do not meet are
-// left out.
+// Angles are those between a normal and the gradient, which is computed by central differences at
+// the voxels and interpolated trilinearly. Jumps are measured on four adjacent pixels of a surface,
+// of which two are in one cell and two in the next: a jump is the angle between the middle two,
+// minus the larger of the other two angles. Jumps are listed by the kind of border between the
+// cells. Depths of adjacent pixels differ by at most two pixels, which excludes coarse and fine
+// surfaces that do not meet.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -6,8 +6,8 @@
 
 namespace isosplat {
 
-/// A volume file as quantized values in memory. Prints what is wrong and exits with 1 where it
-/// cannot be read, or is of a type that would be quantized.
+/// A volume file as quantized values in memory. Prints the error and exits with 1 if
+/// the file cannot be read, or has a type that would be quantized.
 TestVolume load_volume(const std::string& path);
 
 /// A mesh file of tests/evidence/peers/flying_edges_mesh.py, handed to the renderer; returns the

@@ -56,7 +56,7 @@ export async function untilItAnswers(url: string, pauseMs = 20): Promise<void> {
 /** Enough connections for all benchmarks, also from one address. */
 const manyConnections = ["--connections", "12000", "--connections-per-address", "0"];
 
-/** Serves stores; with `limits: []` with the limits that the server has by default. */
+/** Serves stores. `limits: []` selects the default limits of the server. */
 export async function serveStores(
   bench: Bench,
   stores: readonly string[],

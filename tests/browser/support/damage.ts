@@ -3,7 +3,7 @@
  * each.
  */
 export function damagedChunks(bytes: Buffer, pieces: number): Buffer {
-  // Chunks make up the file except for its header and, at its end, the coarse tail.
+  // The file consists of chunks, except for the header and the coarse tail at its end.
   const [from, to] = [0.1 * bytes.length, 0.7 * bytes.length];
   for (let i = 0; i < pieces; ++i) {
     const at = Math.floor(from + ((i + 0.4) / pieces) * (to - from));

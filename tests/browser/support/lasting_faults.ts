@@ -45,7 +45,7 @@ export const lastingFaults: readonly LastingFault[] = [
     kind: "unreachable",
   },
   isChanged("damaged chunks", "damaged-part", (bytes) => {
-    // Chunks make up the file except for its header and, at its end, the coarse tail.
+    // The file consists of chunks, except for the header and the coarse tail at its end.
     for (let at = 0.1 * bytes.length; at < 0.7 * bytes.length; at += 600) {
       for (let i = Math.floor(at); i < at + 64; ++i) bytes[i] = (bytes[i] ?? 0) ^ 0x55;
     }

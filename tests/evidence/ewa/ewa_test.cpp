@@ -1,5 +1,5 @@
-// The EWA resampling filter does what its equations say, and alias and blur are measured as known
-// pictures have them.
+// Tests the EWA resampling filter against its equations, and the measures of alias and blur on
+// pictures whose alias and blur are known.
 #include <gtest/gtest.h>
 
 #include <algorithm>

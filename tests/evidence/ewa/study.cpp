@@ -208,8 +208,8 @@ void study_edges(render::Renderer& renderer, int cells, int square, double px_pe
   }
 }
 
-/// The camera with the image moved so that pixels show what is this far to the right of and below
-/// them, in px. Orthographic cameras only: exact for all pixels.
+/// The camera with a shifted image: each pixel shows the point that was this many px to its right
+/// and below it. Only for orthographic cameras, for which the shift is exact at all pixels.
 render::Camera moved(render::Camera camera, double right_px, double down_px, int size) {
   const render::CameraFrame frame = render::camera_frame(camera);
   const double px = 2 * frame.half_height(1) / size;

@@ -25,7 +25,7 @@ std::optional<Paradigm> paradigm_of(std::string_view name) {
   return std::nullopt;
 }
 
-/// From now on, peak_bytes() is that of what follows (proc(5), clear_refs).
+/// Resets the peak memory: peak_bytes() then covers only later allocations (proc(5), clear_refs).
 void forget_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << 5;

@@ -160,7 +160,7 @@ void sample_cells(const std::vector<ActiveCell>& cells, float isovalue, float ma
   }
 }
 
-/// Times all combinations in turn, so that other work on the machine meets all of them.
+/// Times all combinations in turn, so that other work on the machine affects all of them alike.
 void time_combinations(const std::vector<ActiveCell>& cells, float isovalue, float max_interval,
                        std::vector<Combination>& combinations, SampledCells& sampled) {
   // The first of all would pay for the memory.

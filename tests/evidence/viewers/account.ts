@@ -7,9 +7,9 @@ export interface Answer {
   /** The proxy's X-Cache; undefined where the proxy caches nothing. */
   cache: string | undefined;
   bytes: number;
-  /** From when the request was due to the last byte (ms). */
+  /** The time from when the request was due until its last byte arrived (ms). */
   latency: number;
-  /** From when the request was due until it was sent (ms). */
+  /** The time from when the request was due until it was sent (ms). */
   late: number;
   isCancelled: boolean;
   /** What went wrong, if there is no status. */
@@ -19,10 +19,10 @@ export interface Answer {
 export class Account {
   /** Answered by the cache. */
   hits = 0;
-  /** Fetched from the server: not in the cache, or not to be cached. */
+  /** Responses from the server: they were not in the cache, or must not be cached. */
   misses = 0;
   passed = 0;
-  /** Refused for their rate (429), failed otherwise, or given up by the client before an answer. */
+  /** Requests that were refused for their rate (429), failed, or were cancelled before a response. */
   refused = 0;
   failed = 0;
   cancelled = 0;

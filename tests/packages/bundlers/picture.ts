@@ -63,7 +63,7 @@ async function completePicture(): Promise<string> {
   return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
 }
 
-/** The share of pixels that are not as the picture's corner. */
+/** The fraction of pixels that differ from the corner of the picture. */
 export function coverage({ width, height, rgba }: Pixels): number {
   let count = 0;
   for (let at = 0; at < rgba.length; at += 4) {

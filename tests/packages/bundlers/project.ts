@@ -11,7 +11,7 @@ import type { Fixture, Way } from "./fixtures.ts";
 
 export const projects = fileURLToPath(new URL("projects", import.meta.url));
 
-/** What is set for all commands: no colours, and nothing is reported to anyone. */
+/** The environment of all commands: no colours, and no telemetry. */
 const environment = {
   ...process.env,
   NO_COLOR: "1",

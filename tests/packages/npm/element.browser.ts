@@ -46,7 +46,7 @@ async function open(page: Page, policy: string, host = ""): Promise<void> {
   await page.goto(`${own.url}view.html`);
 }
 
-/** What the element says, once it does; it emits the same as `fault`. */
+/** Waits for the element's message, and checks that the event `fault` contained it. */
 async function faultOf(page: Page): Promise<string> {
   const message = page.locator("isosplat-viewer").getByRole("status");
   await expect(message).toBeVisible();
@@ -71,7 +71,7 @@ async function isDrawn(page: Page): Promise<void> {
   expect(await page.evaluate(() => (window as never as { faults: string[] }).faults)).toEqual([]);
 }
 
-/** What the browser's console has of policies. */
+/** The messages about policies in the browser's console. */
 function refusals(page: Page): string[] {
   const found: string[] = [];
   page.on("console", (message) => {

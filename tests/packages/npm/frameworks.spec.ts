@@ -1,4 +1,4 @@
-// The types of the element in React, Vue and Svelte: what is right compiles, what is wrong does not.
+// The types of the element in React, Vue and Svelte: valid uses compile, and invalid uses do not.
 import { execFile } from "node:child_process";
 import { join } from "node:path";
 import { promisify } from "node:util";

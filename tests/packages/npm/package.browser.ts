@@ -93,7 +93,7 @@ test("example 4: a user interface, built by Vite", async ({ page }) => {
   await slider.fill("60.5");
   await expect.poll(() => covered(page)).toBeGreaterThan(0.9 * large);
   expect((await coverage(page)).middle).toBe(true);
-  // The ball is cut off at the volume's top and bottom: from there one looks through it.
+  // The volume's top and bottom cut the ball open, so a view from above or below passes through it.
   await page.getByRole("button", { name: "From above" }).click();
   await expect.poll(async () => (await coverage(page)).middle).toBe(false);
   await expect.poll(() => covered(page)).toBeGreaterThan(0.03);

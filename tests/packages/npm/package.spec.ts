@@ -210,7 +210,7 @@ export async function run(canvas: HTMLCanvasElement, bytes: Uint8Array): Promise
 }
 `;
 
-/** What TypeScript says of a source in a strict project. */
+/** The messages of TypeScript for a source in a strict project. */
 async function complaints(source: string, options: object): Promise<string> {
   project.write("use.ts", source);
   const compilerOptions = {

@@ -66,15 +66,15 @@ class IsosplatWidget(anywidget.AnyWidget):
     _esm = traitlets.Unicode().tag(sync=True)
 
     src = traitlets.Unicode().tag(sync=True)
-    #: Of the first surface. None: the volume's first suggestion.
+    #: The isovalue of the first surface. None: the first suggested isovalue of the volume.
     isovalue = traitlets.CFloat(None, allow_none=True).tag(sync=True)
     #: All surfaces: [{"isovalue": 60.5, "colour": "#d9ccb3", "opacity": 1}, …]
     surfaces = _List(traitlets.Dict()).tag(sync=True)
     #: {"target": [x, y, z], "distance": …, "azimuth": …, "elevation": …, "roll": …, "fieldOfView": …,
-    #: "projection": "perspective" or "orthographic"}, in degrees. What is left out stays as it is.
+    #: "projection": "perspective" or "orthographic"}, in degrees. Omitted values do not change.
     camera = _Dict(default_value=None, allow_none=True).tag(sync=True)
     #: {"low": [x, y, z], "high": [x, y, z], "planes": [{"normal": [x, y, z], "offset": d}, …],
-    #: "caps": True}; low and high are fractions of the volume's extent. Planes keep what has
+    #: "caps": True}; low and high are fractions of the volume's extent. A plane keeps points with
     #: normal · position >= offset, in world coordinates. caps: closes the cut faces.
     clip = _Dict(default_value=None, allow_none=True).tag(sync=True)
     #: Planes that show values: {"along": [x, y, z], "plane": {"normal": [x, y, z], "offset": d},
@@ -84,17 +84,17 @@ class IsosplatWidget(anywidget.AnyWidget):
     #: rrggbb. Empty: white.
     background = traitlets.Unicode().tag(sync=True)
     controls = _Bool(True).tag(sync=True)
-    #: What is shown above the picture, some of "axes,scale,box,clip".
+    #: The overlays above the picture, some of "axes,scale,box,clip".
     show = traitlets.Unicode().tag(sync=True)
     #: Widgets with the same name move together.
     link = traitlets.Unicode().tag(sync=True)
     #: As in CSS: "30rem". Empty: three quarters of the width.
     height = traitlets.Unicode().tag(sync=True)
 
-    # What the picture reports.
+    # Reported by the picture.
     state = traitlets.Unicode(read_only=True).tag(sync=True)
     complete = traitlets.Bool(read_only=True).tag(sync=True)
-    #: What is wrong now, and the remedy. Empty: nothing.
+    #: The present fault and its remedy. Empty: none.
     fault = traitlets.Unicode(read_only=True).tag(sync=True)
     #: voxels, spacing, origin, range, suggested_isovalues
     volume = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)

@@ -30,9 +30,9 @@ export interface LayerState extends LayerContent {
 
 /** The layers of a page. */
 export interface LayersView {
-  /** Those that the address itself opens, as they were then. The first is the page's own volume. */
+  /** The layers that the address opens, in their initial state. The first is the page's own volume. */
   opened: readonly LayerState[];
-  /** Those of now, as they are listed. */
+  /** The present layers, in the order of the list. */
   present: readonly LayerState[];
 }
 

@@ -11,9 +11,10 @@ export interface PlacedLayer {
 const mostNamed = 3;
 
 /**
- * What the visitor should know of the places of layers, beside the first one. Stores have world coordinates
- * but no name of their frame of reference, so this is what the coordinates tell: a store without any, whose
- * grid is not that of the first layer, and one that lies apart from it.
+ * Notes about the positions of the layers after the first one. Stores have world coordinates, but do not
+ * name their frame of reference, so the notes depend on the coordinates alone. There is a note for a store
+ * without coordinates whose grid differs from that of the first layer, and for a store that does not
+ * overlap the first layer.
  */
 export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): string[] {
   const different = others.filter(({ info }) => !isSameGrid(info, first.info));

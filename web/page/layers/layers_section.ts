@@ -195,7 +195,7 @@ export class LayersSection {
       this.#render();
     },
     grip: (event, key) => {
-      // Found layers are not neighbours.
+      // Layers in the results of a search may not be adjacent in the list, so they cannot be dragged.
       if (this.#query === "" || !this.#hasSearch) this.#drag.start(event, key, this.#rows.length);
     },
     beginName: (key) => this.#rename(key),

@@ -32,7 +32,7 @@ export class PageTime {
     return this.#bar?.element ?? null;
   }
 
-  /** Of the step that is shown; undefined for the first one, and without steps. */
+  /** The value of the step that is shown; undefined for the first one, and without steps. */
   get value(): number | undefined {
     const { time } = this.#viewer;
     if (!time) return this.#ofAddress;

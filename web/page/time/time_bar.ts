@@ -86,7 +86,7 @@ export class TimeBar {
     else this.#time.play();
   }
 
-  /** One step, beyond the ends as well. Ends playing. */
+  /** Moves by one step, from the last to the first and back as well. Stops playing. */
   step(by: 1 | -1): void {
     const { wantedStep, steps } = this.#time;
     this.#set((wantedStep + by + steps) % steps);
