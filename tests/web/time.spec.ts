@@ -11,6 +11,7 @@ import {
 } from "../../web/viewer/time_order.ts";
 import {
   cellPixelsThatPlay,
+  coarserCellPixels,
   completeCosts,
   planAhead,
   stepsThatFit,
@@ -75,14 +76,15 @@ describe("the detail that plays", () => {
   test("is the finest that arrives in time", () => {
     expect(cellPixelsThatPlay(bytesAt, 10, undefined)).toBe(1);
     expect(cellPixelsThatPlay(bytesAt, 10, 10e6)).toBe(1);
-    expect(cellPixelsThatPlay(bytesAt, 10, 2.5e6)).toBe(2);
-    expect(cellPixelsThatPlay(bytesAt, 4, 2.5e6)).toBe(1);
-    expect(cellPixelsThatPlay(bytesAt, 10, 400_000)).toBe(4);
+    expect(cellPixelsThatPlay(bytesAt, 10, 1e6)).toBe(2);
+    expect(cellPixelsThatPlay(bytesAt, 4, 1e6)).toBe(1);
+    expect(cellPixelsThatPlay(bytesAt, 10, 200_000)).toBe(4);
   });
 
   test("is a coarse level, which is resident in any case, if nothing else arrives in time", () => {
     expect(cellPixelsThatPlay(bytesAt, 10, 1000)).toBe(8);
     expect(cellPixelsThatPlay(() => 1e6, 10, 1000)).toBe(64);
+    expect([1, 4, 64].map(coarserCellPixels)).toEqual([2, 8, 64]);
   });
 
   test("is estimated where a directory has not been fetched", () => {
@@ -127,8 +129,9 @@ describe("steps in advance", () => {
 
   test("stay when they are ready, as long as they fit", () => {
     const isReady = (step: number) => step < 4 || step === 8;
-    expect(plan({ isReady })).toEqual({ kept: [1, 2, 3, 4, 5, 6, 7, 8], refined: [4, 5, 6] });
+    expect(plan({ isReady })).toEqual({ kept: [1, 2, 3, 4, 5, 8], refined: [4, 5] });
     expect(plan({ isReady, most: 5 })).toEqual({ kept: [1, 2, 3, 4, 5], refined: [4, 5] });
+    expect(plan({ isReady, isPlaying: false })).toEqual({ kept: [1, 2, 3, 8], refined: [] });
     expect(plan({ isReady: () => true, most: 3 })).toEqual({ kept: [1, 2, 3], refined: [] });
   });
 });

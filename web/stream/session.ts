@@ -130,6 +130,11 @@ export class StreamSession {
     return this.#parts.coarse.finestLevel;
   }
 
+  /** The bytes of the levels with which the store was opened. */
+  get firstCoarseBytes(): number {
+    return this.isClosed ? 0 : this.#store.bootstrapRange().bytes;
+  }
+
   /** What these isovalues cost at each level whose directory has been fetched: see LevelCost. */
   levelCosts(isovalues: readonly number[]): LevelCost[] {
     if (this.isClosed) return [];

@@ -1,16 +1,16 @@
 /** A measurement takes at least this time (ms). */
 const shortest = 200;
-/** The weight of the last measurement. */
-const weight = 0.4;
+/** The rate is the highest of so many measurements: the others wait for round trips and decoding. */
+const measurements = 8;
 
 /** Measures the rate at which bytes arrive while something is being fetched. */
 export class Bandwidth {
   #since: { at: number; bytes: number } | undefined;
-  #rate: number | undefined;
+  #rates: number[] = [];
 
   /** Bytes per second; undefined until it has been measured. */
   get bytesPerSecond(): number | undefined {
-    return this.#rate;
+    return this.#rates.length > 0 ? Math.max(...this.#rates) : undefined;
   }
 
   /**
@@ -31,7 +31,6 @@ export class Bandwidth {
     const seconds = (now - since.at) / 1000;
     // Few bytes in a short time measure the round trip, or a cache.
     if (bytes === since.bytes || 1000 * seconds < shortest / 2) return;
-    const rate = (bytes - since.bytes) / seconds;
-    this.#rate = this.#rate === undefined ? rate : (1 - weight) * this.#rate + weight * rate;
+    this.#rates = [...this.#rates, (bytes - since.bytes) / seconds].slice(-measurements);
   }
 }

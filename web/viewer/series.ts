@@ -135,6 +135,7 @@ export class Series {
   #show(step: number): boolean {
     const { life, volumes } = this.#host;
     let isOther = false;
+    this.#loader.shown(step);
     for (const entry of this.#entries) {
       const before = entry.volume;
       const next = entry.steps.at(step);

@@ -7,6 +7,8 @@ import { completeCosts } from "./time_plan.ts";
 /** Bytes and samples of one step of a layer. */
 export interface StepNeed {
   bytes: number;
+  /** Those of the coarse levels, with which a store is opened. */
+  coarseBytes: number;
   samples: number;
 }
 
@@ -78,5 +80,9 @@ export function needOf(entry: LayerEntry, view: CameraView): StepNeed | undefine
   const costs = completeCosts(known, session.finestCoarseLevel, cellsOf(isovalues, info));
   const level = session.finestLevelOf(view);
   const cost = costs.find((each) => each.level === level);
-  return { bytes: cost?.bytes ?? 0, samples: session.pinnedSamples + (cost?.cells ?? 0) };
+  return {
+    bytes: cost?.bytes ?? 0,
+    coarseBytes: session.firstCoarseBytes,
+    samples: session.pinnedSamples + (cost?.cells ?? 0),
+  };
 }

@@ -11,13 +11,21 @@ import { isovaluesOf, needOf, StepCosts, type StepNeed } from "./step_costs.ts";
 import type { Time } from "./time.ts";
 import type { PlayCost } from "./time_cost.ts";
 import { stepsAhead } from "./time_order.ts";
-import { type AheadPlan, cellPixelsThatPlay, planAhead, stepsThatFit } from "./time_plan.ts";
+import {
+  type AheadPlan,
+  cellPixelsThatPlay,
+  coarserCellPixels,
+  planAhead,
+  stepsThatFit,
+} from "./time_plan.ts";
 import { viewProjectionOf } from "./transform.ts";
 
 /** The limit of bytes that are fetched before they are shown. */
 const aheadBytes = 8 * 1024 * 1024;
 /** The number of stores that are opened at the same time. */
 const openedTogether = 4;
+/** If so many steps in a row are shown before they are as fine as they should be, detail is reduced. */
+const lateInARow = 3;
 /** While the camera moves, steps in advance follow it at this interval (ms). */
 const viewInterval = 100;
 /** Of steps whose finer chunks are not needed now. */
@@ -67,6 +75,8 @@ export class StepLoader {
   #pixels = 1;
   #isPixelsChosen = false;
   #most = 0;
+  /** The number of steps in a row that were coarser than they should be when they were shown. */
+  #late = 0;
 
   constructor(time: () => Time, host: StepLoaderHost) {
     this.#time = time;
@@ -132,6 +142,15 @@ export class StepLoader {
     return true;
   }
 
+  /** A step is going to be shown. If several in a row come late, the next ones are coarser. */
+  shown(step: number): void {
+    const isLate = this.#time().isPlaying && !this.#isReady(this.#host.entries(), step);
+    this.#late = isLate ? this.#late + 1 : 0;
+    if (this.#late < lateInARow) return;
+    this.#late = 0;
+    this.#pixels = coarserCellPixels(this.#pixels);
+  }
+
   /** A volume that was shown is not any more. Its session has followed the picture. */
   hidden(volume: OpenVolume): void {
     this.#asked.delete(volume);
@@ -195,8 +214,11 @@ export class StepLoader {
       this.#pixels = cellPixelsThatPlay(
         (pixels) => {
           const missing = ahead.filter((each) => !this.#isReady(entries, each, pixels)).length;
-          const bytes = needAt(pixels).reduce((sum, need) => sum + need.bytes, 0);
-          return (bytes * missing) / Math.max(1, others);
+          const unopened = ahead.filter((each) => !entries.every(({ steps }) => steps.has(each)));
+          const need = needAt(pixels);
+          const bytes = need.reduce((sum, each) => sum + each.bytes, 0) * missing;
+          const coarse = need.reduce((sum, each) => sum + each.coarseBytes, 0) * unopened.length;
+          return (bytes + coarse) / Math.max(1, others);
         },
         time.rate,
         this.#bandwidth.bytesPerSecond,
@@ -216,7 +238,7 @@ export class StepLoader {
       ahead,
       most: this.#most,
       byteBudget: aheadBytes,
-      stepBytes: need.reduce((sum, { bytes }) => sum + bytes, 0),
+      stepBytes: need.reduce((sum, { bytes, coarseBytes }) => sum + bytes + coarseBytes, 0),
       isReady: (each) => this.#isReady(entries, each),
       isPlaying: time.isPlaying,
     });
@@ -231,7 +253,7 @@ export class StepLoader {
       // The directory of the step may arrive later.
       if (known && this.#host.isShownComplete()) this.#needs.set(key, known);
     }
-    return known ?? { bytes: 0, samples: 0 };
+    return known ?? { bytes: 0, coarseBytes: 0, samples: 0 };
   }
 
   /** The samples of steps that are not shown are divided among as many as are kept. */

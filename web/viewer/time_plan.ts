@@ -3,8 +3,12 @@ import type { LevelCost } from "../stream/session.ts";
 /** The detail in which steps play, as the size up to which cells are not refined (device pixels). */
 export const playCellPixels: readonly number[] = [1, 2, 4, 8, 16, 32, 64];
 
-/** Of the measured bandwidth, this share is counted on. */
-const reliableShare = 0.8;
+/**
+ * This multiple of the measured bandwidth is counted on. Requests for small steps mostly wait for the
+ * server, which is made up for by requests for several steps at a time. If it is too much, steps come late:
+ * see coarserCellPixels.
+ */
+const expectedShare = 2;
 /** Cells of a step take this many times their number of samples while finer ones replace coarser ones. */
 const whileReplaced = 1.4;
 /** As many steps are kept ahead in any case; if memory is short, they are coarser. */
@@ -49,10 +53,15 @@ export function cellPixelsThatPlay(
   bytesPerSecond: number | undefined,
 ): number {
   if (bytesPerSecond === undefined) return 1;
-  const affordable = (reliableShare * bytesPerSecond) / stepsPerSecond;
+  const affordable = (expectedShare * bytesPerSecond) / stepsPerSecond;
   return (
     playCellPixels.find((pixels) => bytesAt(pixels) <= affordable) ?? playCellPixels.at(-1) ?? 1
   );
+}
+
+/** The next larger size, when steps were not as fine as they should be when they were shown. */
+export function coarserCellPixels(pixels: number): number {
+  return playCellPixels.find((each) => each > pixels) ?? pixels;
 }
 
 /** The number of other steps that a budget of samples holds, if each needs `samples`. */
@@ -87,22 +96,18 @@ const refinedTogether = 3;
 /** The number of steps that are fetched ahead at rest, since the next key press may show them. */
 const aheadAtRest = 2;
 
-/** Chooses the steps to fetch. Steps that are ready cost nothing, and stay as long as they fit. */
+/** Chooses the steps to fetch. Steps that are ready stay as long as they fit. */
 export function planAhead(options: AheadOptions): AheadPlan {
   const { ahead, most, byteBudget, stepBytes, isReady, isPlaying } = options;
   const affordable = stepBytes > 0 ? Math.floor(byteBudget / stepBytes) : ahead.length;
   const reach = isPlaying ? Math.max(fewestAhead, affordable) : aheadAtRest;
   const kept: number[] = [];
   const refined: number[] = [];
-  let fetched = 0;
-  for (const step of ahead.slice(0, most)) {
-    if (isReady(step)) {
-      kept.push(step);
-    } else if (fetched < reach) {
-      ++fetched;
-      kept.push(step);
-      if (refined.length < (isPlaying ? refinedTogether : 1)) refined.push(step);
-    }
-  }
+  ahead.slice(0, most).forEach((step, i) => {
+    const isFine = isReady(step);
+    if (!isFine && i >= reach) return;
+    kept.push(step);
+    if (!isFine && refined.length < (isPlaying ? refinedTogether : 1)) refined.push(step);
+  });
   return { kept, refined };
 }
