@@ -208,3 +208,104 @@ test("a loop that fits into memory is fetched once", async ({ page }) => {
   expect(second.requests).toBe(0);
   expect(second.frames.every(({ low, high }) => low > 0 && high > 0)).toBe(true);
 });
+
+test("memory holds what its budget allows, and bytes that were fetched are kept", async ({
+  page,
+}) => {
+  // The coarse levels of a step, which stay resident, have about 43,000 samples.
+  await open(page, { sampleBudget: 200_000 });
+  await page.evaluate(() => {
+    const { viewer } = window.lab;
+    const { time } = viewer;
+    if (time) time.rate = 10;
+    Object.assign(window, { most: 0 });
+    viewer.on("frame", ({ samplesResident }) => {
+      const seen = window as unknown as { most: number };
+      seen.most = Math.max(seen.most, samplesResident);
+    });
+  });
+  const first = await play(page, steps);
+  expect(first.requests).toBeGreaterThan(0);
+  await play(page, steps);
+  const third = await play(page, steps);
+  expect(third.requests).toBe(0);
+  expect(third.frames.every(({ low, high }) => low > 0 && high > 0)).toBe(true);
+  const most = await page.evaluate(() => (window as unknown as { most: number }).most);
+  expect(most).toBeGreaterThan(40_000);
+  expect(most).toBeLessThanOrEqual(200_000);
+});
+
+test("isovalue, colour and visibility are those of every step", async ({ page }) => {
+  await open(page);
+  const seen = await page.evaluate(async () => {
+    const { viewer, frames, settled, requests } = window.lab;
+    const [low, high] = viewer.layers;
+    if (!low || !high || !viewer.time) throw new Error("no layers");
+    // The balls exchange their colours.
+    low.surfaces = [{ isovalue: 100, colour: "#2020e0", opacity: 1 }];
+    high.visible = false;
+    await viewer.time.setStep(5);
+    await settled();
+    const hidden = frames.at(-1);
+    const before = requests();
+    await viewer.time.setStep(6);
+    await settled();
+    const names = requests() - before;
+    high.visible = true;
+    await settled();
+    const shown = frames.at(-1);
+    return { hidden, shown, names, step: viewer.time.step };
+  });
+  expect(seen.step).toBe(6);
+  expect(seen.hidden?.step).toBe(5);
+  expect(seen.hidden?.low).toBeNaN();
+  expect(seen.hidden?.high).toBeGreaterThan(0);
+  // Both are blue and, at the same step, below each other.
+  expect(seen.shown?.low).toBeNaN();
+  expect(seen.shown?.high).toBeGreaterThan(seen.hidden?.high ?? 0);
+});
+
+test("a step whose store is missing is named, and playing goes on", async ({ page }) => {
+  await page.route(/\/volumes\/high3\//, (route) => route.fulfill({ status: 404, body: "gone" }));
+  await open(page);
+  await page.evaluate(() => {
+    const { time } = window.lab.viewer;
+    if (time) time.rate = 10;
+  });
+  const { frames, events } = await play(page, steps);
+  expect(events.filter((event) => event.startsWith("step")).length).toBe(steps);
+  expect(events).toContain("layererror not-found");
+  const broken = frames.filter(({ step }) => step === 3);
+  expect(broken.length).toBeGreaterThan(0);
+  for (const { low, high } of broken) {
+    expect(low).toBeGreaterThan(0);
+    expect(high).toBeNaN();
+  }
+  expect(frames.filter(({ step }) => step === 4).every(({ high }) => high > 0)).toBe(true);
+});
+
+test("a scene begins with any step, and goes on after the context was lost", async ({ page }) => {
+  await open(page, {}, 4);
+  const seen = await page.evaluate(async () => {
+    const { viewer, frames, settled } = window.lab;
+    const before = { ...frames.at(-1) };
+    const first = viewer.time?.step;
+    const loss = viewer.canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context");
+    const restored = new Promise<void>((resolve) => {
+      viewer.on("context", (state) => state === "restored" && resolve());
+    });
+    loss?.loseContext();
+    await new Promise((next) => setTimeout(next, 100));
+    loss?.restoreContext();
+    await restored;
+    await settled();
+    const after = { ...frames.at(-1) };
+    await viewer.time?.setStep(5);
+    await settled();
+    return { first, before, after, next: frames.at(-1) };
+  });
+  expect(seen.first).toBe(4);
+  expect(seen.after).toEqual(seen.before);
+  expect(seen.next?.step).toBe(5);
+  expect(seen.next?.low).toBeGreaterThan((seen.after.low ?? 0) + 5);
+});

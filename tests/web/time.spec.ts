@@ -11,7 +11,6 @@ import {
 } from "../../web/viewer/time_order.ts";
 import {
   cellPixelsThatPlay,
-  coarserCellPixels,
   completeCosts,
   planAhead,
   stepsThatFit,
@@ -81,10 +80,14 @@ describe("the detail that plays", () => {
     expect(cellPixelsThatPlay(bytesAt, 10, 200_000)).toBe(4);
   });
 
+  test("is coarser if that was too much", () => {
+    expect(cellPixelsThatPlay(bytesAt, 4, 1e6, true)).toBe(2);
+    expect(cellPixelsThatPlay(bytesAt, 2, 1e6, true)).toBe(1);
+  });
+
   test("is a coarse level, which is resident in any case, if nothing else arrives in time", () => {
     expect(cellPixelsThatPlay(bytesAt, 10, 1000)).toBe(8);
     expect(cellPixelsThatPlay(() => 1e6, 10, 1000)).toBe(64);
-    expect([1, 4, 64].map(coarserCellPixels)).toEqual([2, 8, 64]);
   });
 
   test("is estimated where a directory has not been fetched", () => {

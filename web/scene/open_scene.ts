@@ -86,7 +86,16 @@ async function addLayer(
   const layer = document.layers[index] as LayerDocument;
   const [only] = layer.stores;
   const hasSteps = document.time !== null && layer.stores.length > 1;
-  const sourceOf = (step: number): Source => opened.source(layer.stores[step] ?? only ?? "");
+  const fetched = new Set<number>();
+  const sourceOf = (step: number): Source => {
+    const group = Math.floor(step / stepsTogether);
+    if (hasSteps && step !== viewer.time?.step && !fetched.has(group)) {
+      fetched.add(group);
+      const paths = layer.stores.slice(group * stepsTogether, (group + 1) * stepsTogether);
+      void opened.fetchFirst(paths).catch(() => {}); // the layer reports it
+    }
+    return opened.source(layer.stores[step] ?? only ?? "");
+  };
   const number = colourNumber(document, index);
   const surfaces = layer.surfaces.map((surface, i) => surfaceOf(surface, number + i));
   const added = await viewer.addLayer(hasSteps ? sourceOf : sourceOf(0), {
@@ -103,6 +112,9 @@ async function addLayer(
   }
   return added;
 }
+
+/** The first parts of so many steps are fetched together, since each is small. */
+const stepsTogether = 8;
 
 /** The number of visible layers before: each layer without a colour gets another one. */
 function colourNumber({ layers }: SceneDocument, index: number): number {

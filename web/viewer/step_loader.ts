@@ -11,13 +11,7 @@ import { isovaluesOf, needOf, StepCosts, type StepNeed } from "./step_costs.ts";
 import type { Time } from "./time.ts";
 import type { PlayCost } from "./time_cost.ts";
 import { stepsAhead } from "./time_order.ts";
-import {
-  type AheadPlan,
-  cellPixelsThatPlay,
-  coarserCellPixels,
-  planAhead,
-  stepsThatFit,
-} from "./time_plan.ts";
+import { type AheadPlan, cellPixelsThatPlay, planAhead, stepsThatFit } from "./time_plan.ts";
 import { viewProjectionOf } from "./transform.ts";
 
 /** The limit of bytes that are fetched before they are shown. */
@@ -142,13 +136,16 @@ export class StepLoader {
     return true;
   }
 
-  /** A step is going to be shown. If several in a row come late, the next ones are coarser. */
+  /**
+   * A step is going to be shown. If several in a row come late, and the bandwidth is the reason, the next
+   * ones are coarser.
+   */
   shown(step: number): void {
     const isLate = this.#time().isPlaying && !this.#isReady(this.#host.entries(), step);
     this.#late = isLate ? this.#late + 1 : 0;
     if (this.#late < lateInARow) return;
     this.#late = 0;
-    this.#pixels = coarserCellPixels(this.#pixels);
+    this.#pixels = Math.max(this.#pixels, this.#cellPixelsThatPlay(true));
   }
 
   /** A volume that was shown is not any more. Its session has followed the picture. */
@@ -207,24 +204,12 @@ export class StepLoader {
       return { kept: present(), refined: [] };
     }
     const others = time.steps - 1;
-    const needAt = (pixels: number) => entries.map((entry) => this.#need(entry, pixels));
     const ahead = stepsAhead(time.position, time.steps, time.mode);
     if (!this.#isPixelsChosen) {
       this.#isPixelsChosen = true;
-      this.#pixels = cellPixelsThatPlay(
-        (pixels) => {
-          const missing = ahead.filter((each) => !this.#isReady(entries, each, pixels)).length;
-          const unopened = ahead.filter((each) => !entries.every(({ steps }) => steps.has(each)));
-          const need = needAt(pixels);
-          const bytes = need.reduce((sum, each) => sum + each.bytes, 0) * missing;
-          const coarse = need.reduce((sum, each) => sum + each.coarseBytes, 0) * unopened.length;
-          return (bytes + coarse) / Math.max(1, others);
-        },
-        time.rate,
-        this.#bandwidth.bytesPerSecond,
-      );
+      this.#pixels = this.#cellPixelsThatPlay(false);
     }
-    const need = needAt(this.#pixels);
+    const need = entries.map((entry) => this.#need(entry, this.#pixels));
     this.#setMost(
       entries,
       Math.min(
@@ -254,6 +239,23 @@ export class StepLoader {
       if (known && this.#host.isShownComplete()) this.#needs.set(key, known);
     }
     return known ?? { bytes: 0, coarseBytes: 0, samples: 0 };
+  }
+
+  /** See there. */
+  #cellPixelsThatPlay(isLate: boolean): number {
+    const time = this.#time();
+    const entries = this.#host.entries();
+    const ahead = stepsAhead(time.position, time.steps, time.mode);
+    const unopened = ahead.filter((step) => !entries.every(({ steps }) => steps.has(step))).length;
+    const bytesAt = (pixels: number): number => {
+      const missing = ahead.filter((step) => !this.#isReady(entries, step, pixels)).length;
+      const bytes = entries.reduce((sum, entry) => {
+        const need = this.#need(entry, pixels);
+        return sum + need.bytes * missing + need.coarseBytes * unopened;
+      }, 0);
+      return bytes / Math.max(1, ahead.length);
+    };
+    return cellPixelsThatPlay(bytesAt, time.rate, this.#bandwidth.bytesPerSecond, isLate);
   }
 
   /** The samples of steps that are not shown are divided among as many as are kept. */

@@ -4,11 +4,11 @@ import type { LevelCost } from "../stream/session.ts";
 export const playCellPixels: readonly number[] = [1, 2, 4, 8, 16, 32, 64];
 
 /**
- * This multiple of the measured bandwidth is counted on. Requests for small steps mostly wait for the
- * server, which is made up for by requests for several steps at a time. If it is too much, steps come late:
- * see coarserCellPixels.
+ * The share of the measured bandwidth that is counted on. Before playing, requests for single steps mostly
+ * wait for the server, which requests for several steps at a time make up for. When steps have come late,
+ * such requests have been measured.
  */
-const expectedShare = 2;
+const expectedShare = { first: 2, late: 0.9 };
 /** Cells of a step take this many times their number of samples while finer ones replace coarser ones. */
 const whileReplaced = 1.4;
 /** As many steps are kept ahead in any case; if memory is short, they are coarser. */
@@ -45,23 +45,20 @@ export function completeCosts(
  * step is shown.
  *
  * bytesAt: the bytes of a step that are to be fetched. bytesPerSecond: measured; undefined: nothing is known,
- * and nothing is left out.
+ * and nothing is left out. isLate: steps were shown before they were as fine as they should be.
  */
 export function cellPixelsThatPlay(
   bytesAt: (pixels: number) => number,
   stepsPerSecond: number,
   bytesPerSecond: number | undefined,
+  isLate = false,
 ): number {
   if (bytesPerSecond === undefined) return 1;
-  const affordable = (expectedShare * bytesPerSecond) / stepsPerSecond;
+  const share = isLate ? expectedShare.late : expectedShare.first;
+  const affordable = (share * bytesPerSecond) / stepsPerSecond;
   return (
     playCellPixels.find((pixels) => bytesAt(pixels) <= affordable) ?? playCellPixels.at(-1) ?? 1
   );
-}
-
-/** The next larger size, when steps were not as fine as they should be when they were shown. */
-export function coarserCellPixels(pixels: number): number {
-  return playCellPixels.find((each) => each > pixels) ?? pixels;
 }
 
 /** The number of other steps that a budget of samples holds, if each needs `samples`. */
