@@ -220,6 +220,20 @@ describe("layers in the address", () => {
     });
   });
 
+  it("keep their numbers when another one of the scene is missing", () => {
+    const opened = [undefined, state(1), state(2)];
+    const present = [
+      state(1, { surfaces: [{ isovalue: 1, colour: "#ffffff", opacity: 1 }] }),
+      state(2, { group: "g" }),
+      state(5, { place: { volume: "v" } }),
+      state(6),
+    ];
+    expect(layersAddress({ opened, present })).toEqual({
+      layers: [{ index: 2, group: "g" }, { volume: "v" }],
+      order: undefined,
+    });
+  });
+
   it("lead to the same layers", async () => {
     const opened = [state(0), state(1, { name: "b" }), state(2)];
     const present = [

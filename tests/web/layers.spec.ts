@@ -92,6 +92,13 @@ describe("the order of layers", () => {
     expect(order()).toBe("abc");
   });
 
+  test("knows whose volume a number is: those of steps follow the layer's own", () => {
+    const { list, entries } = listOf("abc"); // 0, 1, 2
+    expect([0, 2, 7].map((volume) => list.idOf(volume))).toEqual([0, 2, 2]);
+    list.remove(entries[1] as LayerEntry);
+    expect(list.idOf(1)).toBe(0);
+  });
+
   test("leaves the first layer what it is: the one that was added first", () => {
     const { list, entries, layerOf } = listOf("abcd");
     list.move(layerOf("a"), 3);

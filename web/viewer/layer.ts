@@ -3,6 +3,7 @@ import type { StreamSession } from "../stream/session.ts";
 import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress } from "../stream/types.ts";
+import type { StepSources } from "./layer_steps.ts";
 import { checkedTransform, identity, type Transform } from "./transform.ts";
 import type { Surface } from "./types.ts";
 
@@ -25,6 +26,7 @@ export interface LayerOptions {
 /** The functions that a layer needs from its list. */
 export interface LayerOwner {
   source(): Source;
+  sources(): Source | StepSources;
   hasSteps(): boolean;
   info(): StoreInfo | null;
   progress(): Progress | null;
@@ -62,6 +64,11 @@ export class Layer {
   /** Where its store is: that of the step that is shown, if the layer has a store for each step. */
   get source(): Source {
     return this.#owner.source();
+  }
+
+  /** The argument of `Viewer.addLayer`, with which the same layer can be added again. */
+  get sources(): Source | StepSources {
+    return this.#owner.sources();
   }
 
   /** Whether the layer has a store for each step of `Viewer.time`. */

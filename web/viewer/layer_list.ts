@@ -107,6 +107,12 @@ export class LayerList {
     return this.first?.volume.number ?? 0;
   }
 
+  /** `Layer.id` of the layer that a volume of the renderer is of. Those of its steps have the next numbers. */
+  idOf(volume: number): number {
+    const ids = this.#entries.map(({ layer }) => layer.id).filter((id) => id <= volume);
+    return Math.max(...ids);
+  }
+
   /** The store of the first layer. Null until it is open. */
   get firstInfo(): StoreInfo | null {
     return this.first?.volume.info ?? null;

@@ -48,6 +48,7 @@ export class LayerMaker {
     const id = this.#nextId;
     const layer = new Layer(id, options, {
       source: () => entry.volume.source,
+      sources: () => source,
       hasSteps: () => entry.steps !== null,
       info: () => entry.volume.info,
       progress: () => entry.volume.progress,

@@ -2,26 +2,30 @@ import type { Pick } from "../../build/wasm/web/layouts.js";
 import type { RendererLife } from "./renderer_life.ts";
 import type { Camera, SurfacePoint } from "./types.ts";
 
-/** Viewer.pick. Undefined without a picture: the context is lost, or the canvas has no size. */
+/**
+ * Viewer.pick. `layerOf`: the id of the layer of a volume of the renderer. Undefined without a picture: the
+ * context is lost, or the canvas has no size.
+ */
 export function pickedPoint(
   life: RendererLife,
   { clientWidth: width, clientHeight: height }: HTMLCanvasElement,
   camera: Camera,
   x: number,
   y: number,
+  layerOf: (volume: number) => number,
 ): SurfacePoint | undefined {
   if (life.isContextLost || width === 0) return undefined;
   let point: SurfacePoint | undefined;
   life.guard((renderer) => {
     renderer.picture.setCamera(camera);
     const pick = renderer.pick(x, y, width, height);
-    if (pick) point = surfacePointOf(pick);
+    if (pick) point = surfacePointOf(pick, layerOf);
   });
   return point;
 }
 
 /** Converts the renderer's result for a position in the picture. */
-function surfacePointOf(pick: Pick): SurfacePoint {
+function surfacePointOf(pick: Pick, layerOf: (volume: number) => number): SurfacePoint {
   const { position, voxel, normal, gradient, toNext, value, level, face, volume } = pick;
   const point: SurfacePoint = {
     position,
@@ -30,7 +34,7 @@ function surfacePointOf(pick: Pick): SurfacePoint {
     gradient,
     isovalue: value,
     level,
-    layer: volume,
+    layer: layerOf(volume),
   };
   if (toNext > 0) point.toNext = toNext;
   if (face === 1) point.cap = true;

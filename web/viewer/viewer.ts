@@ -320,8 +320,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    */
   pick(x: number, y: number): SurfacePoint | undefined {
     const { canvas, camera } = this;
-    if (!camera || !this.#layers.list.isOpen) return undefined;
-    return pickedPoint(this.#life, canvas, camera, x, y);
+    const { list } = this.#layers;
+    if (!camera || !list.isOpen) return undefined;
+    return pickedPoint(this.#life, canvas, camera, x, y, (volume) => list.idOf(volume));
   }
 
   turnLight(rightDegrees: number, upDegrees: number): void {

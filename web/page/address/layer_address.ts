@@ -1,4 +1,4 @@
-import type { Source } from "../../stream/source.ts";
+import type { Layer } from "../../viewer/layer.ts";
 import { readColours, readNumbers, readOpacities } from "../../viewer/setting_text.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
 import { checkedTransform, identity, type Transform } from "../../viewer/transform.ts";
@@ -23,15 +23,19 @@ export interface LayerContent {
 export interface LayerState extends LayerContent {
   /** Identifies the layer within its page, also after it was removed and has returned. */
   key: number;
-  source: Source;
+  /** Layer.sources. */
+  source: Layer["sources"];
   /** Empty for layers that the address itself opens: its volume, or those of its scene. */
   place: LayerPlace;
 }
 
 /** The layers of a page. */
 export interface LayersView {
-  /** The layers that the address opens, in their initial state. The first is the page's own volume. */
-  opened: readonly LayerState[];
+  /**
+   * The layers that the address opens, in their initial state: the page's volume, or the layers of its scene.
+   * Undefined: the scene's layer is missing.
+   */
+  opened: readonly (LayerState | undefined)[];
   /** The present layers, in the order of the list. */
   present: readonly LayerState[];
 }
@@ -179,7 +183,7 @@ export function contentOf(before: LayerContent, layer: LayerAddress): LayerConte
  * if its place cannot be opened. `unknown`: the number of changes of layers that do not exist.
  */
 export async function layersOfAddress(
-  opened: readonly LayerState[],
+  opened: LayersView["opened"],
   layers: readonly LayerAddress[],
   order: readonly number[] | undefined,
   make: (layer: LayerAddress) => Promise<LayerState | undefined>,
@@ -216,21 +220,27 @@ export function layersAddress({ opened, present }: LayersView): {
   order: number[] | undefined;
 } {
   const now = new Map(present.map((layer) => [layer.key, layer]));
+  const first = opened.findIndex((layer) => layer !== undefined);
   const layers = opened.flatMap((before, index): LayerAddress[] => {
+    if (!before) return [];
     const layer = now.get(before.key);
     if (!layer) return [{ index, isRemoved: true }];
-    // The address has the surfaces of the page's volume in its own parameters.
-    const same = index === 0 ? { ...before, surfaces: layer.surfaces } : before;
+    // The address has the surfaces of the first layer in its own parameters.
+    const same = index === first ? { ...before, surfaces: layer.surfaces } : before;
     const changes = differences(same, layer);
     return Object.keys(changes).length > 0 ? [{ index, ...changes }] : [];
   });
-  const numbers = new Map(opened.map(({ key }, index) => [key, index]));
+  const numbers = new Map(
+    opened.flatMap((layer, index) => (layer ? [[layer.key, index] as const] : [])),
+  );
+  let next = opened.length;
   for (const layer of present) {
-    if (numbers.has(layer.key)) continue;
-    numbers.set(layer.key, numbers.size);
+    const hasPlace = layer.place.volume !== undefined || layer.place.src !== undefined;
+    if (numbers.has(layer.key) || !hasPlace) continue;
+    numbers.set(layer.key, next++);
     layers.push({ ...layer.place, ...differences(plainLayer, layer) });
   }
-  const order = present.map(({ key }) => numbers.get(key) ?? 0);
+  const order = present.flatMap(({ key }) => numbers.get(key) ?? []);
   const isAscending = order.every((number, i) => i === 0 || number > (order[i - 1] ?? 0));
   return { layers, order: isAscending ? undefined : order };
 }

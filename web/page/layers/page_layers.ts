@@ -57,7 +57,7 @@ export class PageLayers {
   #nextKey = 0;
   readonly #known = new WeakMap<Layer, { key: number; place: LayerPlace }>();
   /** Those that the address itself opens, as they were then. */
-  #opened: readonly LayerState[] = [];
+  #opened: LayersView["opened"] = [];
   #pending: readonly Pending[] = [];
   #chosen: Layer | null = null;
   /** The volume of the chosen layer when its values were last read. */
@@ -67,12 +67,10 @@ export class PageLayers {
   /** The layers while the page opens its volume again. */
   #reopening: LayersView | null = null;
 
-  /** The volume of the page must be open. */
   constructor(host: PageLayersHost) {
     this.#host = host;
     const { viewer } = host;
     this.#viewer = viewer;
-    for (const layer of viewer.layers) this.#keyOf(layer);
     viewer.on("layeradd", (layer) => this.#added(layer));
     viewer.on("layerremove", (layer) => {
       if (layer === this.#chosen) this.#choose(null);
@@ -99,21 +97,20 @@ export class PageLayers {
     if (!this.#reopening) this.#host.changed();
   }
 
-  /** The key of a layer of the viewer. One that the page has not added is of its address. */
+  /** The key of a layer of the viewer. */
   #keyOf(layer: Layer): number {
     const known = this.#known.get(layer);
     if (known) return known.key;
-    const pending = this.#pending.find(({ state }) => state.source === layer.source);
+    const pending = this.#pending.find(({ state }) => state.source === layer.sources);
     const key = pending?.state.key ?? this.#nextKey++;
     this.#known.set(layer, { key, place: pending?.state.place ?? {} });
-    if (!pending) this.#opened = [...this.#opened, this.#stateOf(layer)];
     return key;
   }
 
   #stateOf(layer: Layer): LayerState {
     const key = this.#keyOf(layer);
     const { place = {} } = this.#known.get(layer) ?? {};
-    const { source, name, group, visible, surfaces, transform } = layer;
+    const { sources: source, name, group, visible, surfaces, transform } = layer;
     return { key, source, place, name, group, visible, surfaces, transform };
   }
 
@@ -131,7 +128,7 @@ export class PageLayers {
   }
 
   get #firstKey(): number {
-    return this.#opened[0]?.key ?? 0;
+    return this.#opened.find((layer) => layer !== undefined)?.key ?? 0;
   }
 
   /** For the address and for undo. */
@@ -301,7 +298,7 @@ export class PageLayers {
 
   #added(layer: Layer): void {
     if (this.#reopening) return;
-    const pending = this.#pending.find(({ state }) => state.source === layer.source);
+    const pending = this.#pending.find(({ state }) => state.source === layer.sources);
     this.#keyOf(layer);
     if (pending) {
       this.#pending = this.#pending.filter((each) => each !== pending);
@@ -320,7 +317,7 @@ export class PageLayers {
 
   /** Shows the layers of an earlier view; null: as the address itself opened them. */
   restore(view: LayersView | null): void {
-    const states = view?.present ?? this.#opened;
+    const states = view?.present ?? this.#opened.filter((layer) => layer !== undefined);
     const wanted = new Map(states.map(({ key }, at) => [key, at]));
     for (const { state, cancel } of this.#pending) if (!wanted.has(state.key)) cancel.abort();
     for (const layer of [...this.#viewer.layers]) {
@@ -379,15 +376,19 @@ export class PageLayers {
     for (const { cancel } of this.#pending) cancel.abort();
   }
 
-  /** Called when the volume of the page is open again: the others follow. */
-  reopened(): void {
+  /**
+   * The page has opened its volume, or the layers of its scene; null: one is missing. If it has opened them
+   * again, the other layers follow.
+   */
+  opened(layers: readonly (Layer | null)[]): void {
     const view = this.#reopening;
-    if (!view) return;
-    this.#viewer.layers.forEach((layer, i) => {
-      const key = this.#opened[i]?.key;
-      if (key !== undefined) this.#known.set(layer, { key, place: {} });
+    this.#opened = layers.map((layer, i) => {
+      const before = this.#opened[i];
+      if (!layer) return before;
+      this.#known.set(layer, { key: before?.key ?? this.#nextKey++, place: {} });
+      return before ?? this.#stateOf(layer);
     });
     this.#reopening = null;
-    this.restore(view);
+    if (view) this.restore(view);
   }
 }

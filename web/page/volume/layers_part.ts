@@ -17,6 +17,8 @@ export class LayersPart {
   readonly #host: PageLayersHost;
   #list: LayersList | null = null;
   #wasOfSeveral = false;
+  /** The layers that the address has opened; null while it opens them. */
+  #opened: readonly (Layer | null)[] | null = null;
   #isAddressRead = false;
   #loading: Promise<LayersList | null> | null = null;
 
@@ -28,9 +30,8 @@ export class LayersPart {
     this.#url = url;
     this.#search = search;
     this.#host = { ...host, takeFiles: () => this.takeFiles };
-    // A scene has several.
     host.viewer.on("layeradd", () => {
-      if (this.#isOfSeveral) void this.load();
+      if (this.#opened && this.#isOfSeveral) void this.load();
     });
   }
 
@@ -82,21 +83,27 @@ export class LayersPart {
     this.#list?.section.refresh();
   }
 
-  /** The page opens its volume, which closes all layers. */
+  /** The page opens its volume, or its scene, which closes all layers. */
   closing(): void {
+    this.#opened = null;
     this.#list?.layers.closing();
   }
 
-  /** The volume of the page is open. The first time, the layers of the address follow. */
-  async opened(): Promise<void> {
-    this.#list?.layers.reopened();
+  /**
+   * The volume of the page is open, or the layers of its scene; null: one is missing. The first time, the
+   * layers of the address follow.
+   */
+  async opened(layers: readonly (Layer | null)[] = this.#viewer.layers): Promise<void> {
+    this.#opened = layers;
+    this.#list?.layers.opened(layers);
+    if (this.#isOfSeveral) void this.load();
     if (this.#isAddressRead) return;
     this.#isAddressRead = true;
     const isInAddress = this.#url.layers ?? this.#url.layerOrder;
-    const { layers, layerOrder } = isInAddress ? this.#url : keptLayers(this.#search);
-    if (!layers && !layerOrder) return;
+    const { layers: added, layerOrder } = isInAddress ? this.#url : keptLayers(this.#search);
+    if (!added && !layerOrder) return;
     const list = await this.load();
-    if (list) await list.openAddress(layers ?? [], layerOrder);
+    if (list) await list.openAddress(added ?? [], layerOrder);
   }
 
   /** Adds a store to the picture. Resolves to whether it could be opened. */
@@ -104,11 +111,12 @@ export class LayersPart {
     return (await this.load())?.add(place) ?? false;
   }
 
-  /** Resolves to null if the code could not be loaded. The volume of the page must be open. */
+  /** Resolves to null if the code could not be loaded. */
   load(): Promise<LayersList | null> {
     this.#loading ??= import("../layers/layers_list.ts").then(
       ({ LayersList }) => {
         this.#list = new LayersList(this.#host);
+        if (this.#opened) this.#list.layers.opened(this.#opened);
         this.#host.render();
         return this.#list;
       },
