@@ -1,31 +1,32 @@
 import type { Pick } from "../../build/wasm/web/layouts.js";
+import type { LayerList } from "./layer_list.ts";
 import type { RendererLife } from "./renderer_life.ts";
 import type { Camera, SurfacePoint } from "./types.ts";
 
 /**
- * Viewer.pick. `layerOf`: the id of the layer of a volume of the renderer. Undefined without a picture: the
- * context is lost, or the canvas has no size.
+ * Viewer.pick. Undefined without a picture: no layer is open, the context is lost, or the canvas has no
+ * size.
  */
 export function pickedPoint(
   life: RendererLife,
+  layers: LayerList,
   { clientWidth: width, clientHeight: height }: HTMLCanvasElement,
   camera: Camera,
   x: number,
   y: number,
-  layerOf: (volume: number) => number,
 ): SurfacePoint | undefined {
-  if (life.isContextLost || width === 0) return undefined;
+  if (!layers.isOpen || life.isContextLost || width === 0) return undefined;
   let point: SurfacePoint | undefined;
   life.guard((renderer) => {
     renderer.picture.setCamera(camera);
     const pick = renderer.pick(x, y, width, height);
-    if (pick) point = surfacePointOf(pick, layerOf);
+    if (pick) point = surfacePointOf(pick, layers);
   });
   return point;
 }
 
 /** Converts the renderer's result for a position in the picture. */
-function surfacePointOf(pick: Pick, layerOf: (volume: number) => number): SurfacePoint {
+function surfacePointOf(pick: Pick, layers: LayerList): SurfacePoint {
   const { position, voxel, normal, gradient, toNext, value, level, face, volume } = pick;
   const point: SurfacePoint = {
     position,
@@ -34,7 +35,7 @@ function surfacePointOf(pick: Pick, layerOf: (volume: number) => number): Surfac
     gradient,
     isovalue: value,
     level,
-    layer: layerOf(volume),
+    layer: layers.idOf(volume),
   };
   if (toNext > 0) point.toNext = toNext;
   if (face === 1) point.cap = true;

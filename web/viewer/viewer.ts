@@ -320,9 +320,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
    */
   pick(x: number, y: number): SurfacePoint | undefined {
     const { canvas, camera } = this;
-    const { list } = this.#layers;
-    if (!camera || !list.isOpen) return undefined;
-    return pickedPoint(this.#life, canvas, camera, x, y, (volume) => list.idOf(volume));
+    if (!camera) return undefined;
+    return pickedPoint(this.#life, this.#layers.list, canvas, camera, x, y);
   }
 
   turnLight(rightDegrees: number, upDegrees: number): void {

@@ -164,10 +164,9 @@ export class PageLayers {
   }
 
   titleOf(layer: Layer): string {
-    if (layer.name) return layer.name;
-    if (this.#keyOf(layer) === this.#firstKey) return this.#host.title();
     const { title, name } = layer.info?.metadata ?? {};
-    return title || name || titleOfState(this.#stateOf(layer));
+    const own = layer.name || title || name || titleOfState(this.#stateOf(layer));
+    return own || this.#host.title();
   }
 
   /** The title of a layer that was hit; undefined if there is no other. */

@@ -1,5 +1,6 @@
 import type { StoreInfo } from "../../core/types.ts";
 import { pageTexts } from "../../texts/page.ts";
+import type { Layer } from "../../viewer/layer.ts";
 import type { Camera, Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { SceneTarget, StoreTarget, Target } from "../address/target.ts";
@@ -16,6 +17,8 @@ export interface FirstView {
 export interface Opened {
   /** Of the first layer. */
   info: StoreInfo;
+  /** The layers of a scene; null: it is missing. */
+  layers?: readonly (Layer | null)[];
   /** The viewer has the scene's surfaces. */
   hasSurfaces: boolean;
   /** Of a scene; empty: that of its first layer. */
@@ -85,6 +88,7 @@ async function openSceneIn(
   // More would hide the picture.
   return {
     info,
+    layers,
     hasSurfaces: surfaces.length === 0,
     title: document.name || target.name,
     notes: notes.slice(0, 3),

@@ -195,7 +195,7 @@ export class VolumePage {
       this.#sceneTitle = opened.title;
       if (this.#info !== opened.info || opened.title) this.#onOpened(opened.info);
       const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
-      void this.layers.opened();
+      void this.layers.opened(opened.layers);
       const isElsewhere = this.#camera.opened(camera, before, keepsView);
       if (keepsView) return;
       notes.unshift(...(this.#url.notes ?? []));
@@ -304,7 +304,10 @@ export class VolumePage {
     retry: () => this.#retry(),
     reset: () => this.#camera.reset(),
     fit: () => this.#camera.fit(),
-    toggleProjection: () => this.#toggleProjection(),
+    toggleProjection: () => {
+      this.#camera.toggleProjection();
+      this.#layout.request();
+    },
     openCapture: () => void this.#files.openCapture(),
     saveTransparent: () => void this.#files.saveScreenshot({ transparent: true }),
     saveSurface: () => void this.#files.saveSurface(),
@@ -335,11 +338,6 @@ export class VolumePage {
     this.layers.restore(view.layers);
     this.#parts.time.restore(view.time);
     if (view.camera) this.#camera.to(view.camera);
-  }
-
-  #toggleProjection(): void {
-    this.#camera.toggleProjection();
-    this.#layout.request();
   }
 
   /** Loads the overlays above the picture, after the first surface. */
