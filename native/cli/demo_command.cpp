@@ -62,7 +62,7 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("demo", "Generate example volumes");
   auto call = std::make_shared<DemoCall>();
   command->add_option("folder", call->folder, "Output folder (default: the current one)");
-  command->add_option("-o,--output", call->output, "Same as folder")->excludes("folder");
+  command->add_option("-o,--output", call->output, "The same as folder")->excludes("folder");
   command
       ->add_option("--only", call->names,
                    "Volumes to generate: bucky, marschner_lobb, mandelbulb (default: all)")

@@ -65,9 +65,10 @@ void VolumeFlags::add_to(CLI::App& command) {
   command.add_option("--skip-bytes", skip_bytes_, "Raw files: bytes before the first voxel")
       ->check(is_whole_number(0, std::numeric_limits<int64_t>::max()));
   command
-      .add_option("--missing-value", missing_value_,
-                  "Value of missing voxels, or none if no voxel is missing (default: the value "
-                  "that the file declares, or a single value far outside the range of all others)")
+      .add_option(
+          "--missing-value", missing_value_,
+          "Value of missing voxels, or the word none if no voxel is missing (default: the value "
+          "that the file declares, or a single value far outside the range of all others)")
       ->type_name("VALUE");
   for (const import::AllowanceFlag& allowance : import::kAllowances) {
     command.add_flag_callback(
@@ -150,8 +151,8 @@ void BuildFlags::add_to(CLI::App& command) {
   command
       .add_option("--max-error", max_error_,
                   "Largest difference between a voxel and its stored value, in the volume's units. "
-                  "A larger one makes the store smaller (default: 0 for integers and evenly spaced "
-                  "numbers, otherwise as small as 16 bits allow)")
+                  "A larger one makes the store smaller (default: integers and evenly spaced "
+                  "numbers are lossless, others are as exact as 16 bits allow)")
       ->check(is_above_zero());
   command.add_option("--name", title_, "Title of the volume (default: the file's name)");
   command.add_option("--units", units_, "Unit of the values, such as HU");

@@ -72,7 +72,7 @@ void add_publish_command(CLI::App& program, int& exit_code) {
                       "Folder with the page (default: the page built with this program)");
   command->add_flag("--prune", call->prune, "Remove stores and assets that the site does not use");
   command->add_flag("--force", call->force,
-                    "Write into the folder even if it contains files that are not of a site");
+                    "Write into the folder even if it contains other files than a site");
   command->footer(examples(
       "  isosplat publish engine.isosplat head.isosplat --to site\n"
       "  isosplat publish stores/ --to site --prune\n"
