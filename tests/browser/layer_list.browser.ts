@@ -37,6 +37,8 @@ test("one volume looks as before; a second one is added from the server's list",
   await openSection(page, "Layers");
   await expect(names(page)).toHaveText(["bucky"]);
   await page.getByRole("button", { name: "Add a volume" }).click();
+  await expect(page.getByRole("button", { name: /marschner_lobb/ })).toBeVisible();
+  expect(await findings(page)).toEqual([]);
   await page.getByRole("button", { name: /marschner_lobb/ }).click();
   await expect(names(page)).toHaveText(["bucky", "marschner_lobb"]);
   // The new one is chosen: its isovalue and its histogram are shown, in a colour of its own.

@@ -47,6 +47,8 @@ export const page: typeof English = {
     "Der Abschnitt konnte nicht geladen werden: Die Verbindung ist abgebrochen. Öffnen Sie ihn noch einmal.",
   noMeasuring:
     "Das Messen konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
+  savedUnmoved:
+    "Die Fläche wird in den Koordinaten ihres Volumens gespeichert: Die Ebene wird an anderer Stelle gezeigt.",
   noSaving:
     "Das Speichern konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
   noDialog:

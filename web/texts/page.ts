@@ -44,6 +44,8 @@ export const pageTexts = part("page", {
     "The handles of the clip box could not be loaded: the connection failed. Open the section again.",
   noSection: "The section could not be loaded: the connection failed. Open it again.",
   noMeasuring: "Measuring could not be loaded: the connection failed. Try again.",
+  savedUnmoved:
+    "The surface is saved in the coordinates of its own volume: the layer is shown elsewhere.",
   noSaving: "Saving could not be loaded: the connection failed. Try again.",
   noDialog: "The dialog could not be loaded: the connection failed. Try again.",
 

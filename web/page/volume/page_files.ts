@@ -1,6 +1,7 @@
 import type { StoreInfo } from "../../core/types.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { wholeVolume } from "../../viewer/clipping.ts";
+import { identity, isIdentity } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { CaptureDialog } from "../capture/capture_dialog.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
@@ -62,6 +63,8 @@ export class PageFiles {
       const { openSurfaceDialog } = await import("../capture/surface_dialog.ts");
       // The clip box is a fraction of the first layer.
       const clip = this.#surfaces.subject ? wholeVolume : this.#viewer.clip;
+      const { transform = identity } = this.#layers.chosen ?? {};
+      if (!isIdentity(transform)) this.#toast.note(pageTexts.savedUnmoved);
       openSurfaceDialog(access, isovalue, clip, (ending, file) =>
         this.save(`${isovalue}.${ending}`, file),
       );
