@@ -160,10 +160,22 @@ describe("bandwidth", () => {
     expect(bandwidth.bytesPerSecond).toBeCloseTo(2.5e6);
   });
 
+  test("does not count few bytes, which measure the round trip", () => {
+    const bandwidth = new Bandwidth();
+    for (let i = 0; i < 20; ++i) {
+      bandwidth.add(500 * i, 20_000 * i, true);
+      bandwidth.add(500 * i + 300, 20_000 * (i + 1), false);
+    }
+    expect(bandwidth.bytesPerSecond).toBeUndefined();
+    bandwidth.add(20_000, 500_000, true);
+    for (let i = 1; i <= 10; ++i) bandwidth.add(20_000 + 200 * i, 500_000 + 20_000 * i, true);
+    expect(bandwidth.bytesPerSecond).toBeCloseTo(100_000);
+  });
+
   test("follows changes", () => {
     const bandwidth = new Bandwidth();
     for (let i = 0; i <= 20; ++i) bandwidth.add(200 * i, 500_000 * i, true);
-    for (let i = 1; i <= 20; ++i) bandwidth.add(4000 + 200 * i, 10e6 + 50_000 * i, true);
+    for (let i = 1; i <= 40; ++i) bandwidth.add(4000 + 200 * i, 10e6 + 50_000 * i, true);
     expect(bandwidth.bytesPerSecond).toBeGreaterThan(200_000);
     expect(bandwidth.bytesPerSecond).toBeLessThan(400_000);
   });

@@ -233,7 +233,7 @@ export class StreamSession {
 
   /** Changes `StreamOptions.sampleBudget`. Memory above it is freed when coarser chunks are drawn. */
   setSampleBudget(samples: number): void {
-    if (this.isClosed) return;
+    if (this.isClosed || samples === this.#parts.uploads.residency.budget) return;
     this.#parts.uploads.residency.setBudget(samples);
     this.#select();
   }

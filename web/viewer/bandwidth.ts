@@ -1,5 +1,6 @@
-/** A measurement takes at least this time (ms). */
+/** A measurement takes at least this time (ms), and this number of bytes: fewer measure the round trip. */
 const shortest = 200;
+const fewestBytes = 64 * 1024;
 /** The rate is the highest of so many measurements: the others wait for round trips and decoding. */
 const measurements = 8;
 
@@ -20,17 +21,12 @@ export class Bandwidth {
   add(now: number, bytes: number, isFetching: boolean): void {
     const since = this.#since;
     if (since && bytes < since.bytes) this.#since = undefined;
-    else if (since && (now - since.at >= shortest || !isFetching))
-      this.#measured(since, now, bytes);
+    else if (since && now - since.at >= shortest && bytes - since.bytes >= fewestBytes) {
+      this.#since = undefined;
+      const rate = (1000 * (bytes - since.bytes)) / (now - since.at);
+      this.#rates = [...this.#rates, rate].slice(-measurements);
+    }
     if (!isFetching) this.#since = undefined;
     else this.#since ??= { at: now, bytes };
-  }
-
-  #measured(since: { at: number; bytes: number }, now: number, bytes: number): void {
-    this.#since = undefined;
-    const seconds = (now - since.at) / 1000;
-    // Few bytes in a short time measure the round trip, or a cache.
-    if (bytes === since.bytes || 1000 * seconds < shortest / 2) return;
-    this.#rates = [...this.#rates, (bytes - since.bytes) / seconds].slice(-measurements);
   }
 }
