@@ -14,6 +14,7 @@
 #include "native/builder/shared_bands.h"
 #include "native/builder/thread_executor.h"
 #include "native/files/output_file.h"
+#include "shared/core/builder/scan_volume.h"
 #include "shared/core/builder/store_build.h"
 
 namespace isosplat {
@@ -113,6 +114,18 @@ uint64_t min_memory(const VolumeSource& source, const BuildOptions& options) {
   return plan_memory(source.header(), source.resident_bytes(), thread_count(options), true,
                      UINT64_MAX)
       ->min_bytes;
+}
+
+Result<VoxelScan> scan_for_build(VolumeSource& source, const BuildOptions& options) {
+  try {
+    ThreadExecutor executor(thread_count(options));
+    return scan_volume(source, executor, scans_all(source.header(), options.max_error),
+                       [](uint64_t) {});
+  } catch (const std::bad_alloc&) {
+    return fail(Status::out_of_memory, "not enough memory to read the volume: free some");
+  } catch (const std::system_error& error) {
+    return fail(Status::out_of_memory, fmt::format("cannot start a thread: {}", error.what()));
+  }
 }
 
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {

@@ -18,6 +18,10 @@ struct BuildOptions : StoreOptions {
 /// The smallest memory_bytes with which a store of this volume can be built.
 uint64_t min_memory(const VolumeSource& source, const BuildOptions& options);
 
+/// Scans a volume for StoreOptions::scan, as a build without it would. Errors: those of the source;
+/// out_of_memory.
+Result<VoxelScan> scan_for_build(VolumeSource& source, const BuildOptions& options);
+
 /// Builds a store into a sink: StoreBuild, with threads and temporary files. Errors: those of
 /// StoreBuild; out_of_memory, also if the system refuses memory or threads.
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options);

@@ -4,14 +4,17 @@
 #include "native/cli/command.h"
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
+#include "native/cli/scene_building.h"
 #include "native/cli/terminal.h"
 #include "native/cli/thumbnail.h"
+#include "native/scene/scene_output.h"
 
 namespace isosplat::cli {
 namespace {
 
 struct BuildCall {
-  std::string volume, store;
+  std::vector<std::string> volumes;
+  std::string store, steps, time_unit;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
   bool quiet = false, force = false, no_thumbnail = false;
@@ -51,22 +54,78 @@ void print_result(const std::filesystem::path& store, const BuildReport& built) 
   }
 }
 
+bool is_folder(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
+Result<SceneInputs> scene_inputs(const BuildCall& call, const import::ImportOptions& options) {
+  if (!call.steps.empty()) return listed_steps(call.steps, options);
+  if (call.volumes.size() == 1) return volumes_of_file(call.volumes.front(), options);
+  return files_as_steps({call.volumes.begin(), call.volumes.end()}, options);
+}
+
+/// Builds several stores and their scene.
+int run_scene(const BuildCall& call, const import::ImportOptions& import_options,
+              const BuildOptions& build_options) {
+  const std::filesystem::path output = call.store;
+  if (output.extension() == ".isobundle") {
+    if (auto checked = check_replaceable(output, "\x89ISOB", "a bundle", call.force); !checked) {
+      return report(checked.error());
+    }
+  }
+  const auto inputs = scene_inputs(call, import_options);
+  if (!inputs) return report(inputs.error());
+  for (const std::string& text : inputs->notes) note(text);
+  SceneBuildOptions options;
+  options.build = build_options;
+  options.key = call.volume_flags.key() + '\n' + call.build_flags.key();
+  options.name = build_options.title.empty()
+                     ? (output.has_filename() ? output : output.parent_path()).stem().string()
+                     : build_options.title;
+  options.time_unit = call.time_unit;
+  options.force = call.force;
+  const auto built = build_scene(*inputs, output, options);
+  if (!built) return report(built.error());
+  if (!call.quiet) {
+    fmt::print("{}: {} layer{}, {} time step{}, {}, built in {}{}\n", call.store, built->layers,
+               built->layers == 1 ? "" : "s", built->steps, built->steps == 1 ? "" : "s",
+               format_bytes(built->bytes), format_seconds(built->seconds),
+               built->kept > 0 ? fmt::format(" ({} stores were complete before)", built->kept)
+                               : std::string());
+  }
+  return kSuccess;
+}
+
 int run(const BuildCall& call) {
   if (call.quiet) set_quiet();
   auto import_options = call.volume_flags.options();
   if (!import_options) return report(import_options.error());
   auto build_options = call.build_flags.options();
   if (!build_options) return report(build_options.error());
-  const std::filesystem::path store =
-      call.store.empty() ? default_store(call.volume) : std::filesystem::path(call.store);
   import_options->memory_bytes = build_options->memory_bytes;
-  const auto opened = import::open_volume(call.volume, *import_options);
+  const bool has_steps = call.volumes.size() != 1;
+  const bool is_scene = !call.store.empty() &&
+                        (SceneOutput::is_scene(call.store) || (has_steps && is_folder(call.store)));
+  if (call.volumes.empty() == call.steps.empty()) {
+    return report({Status::invalid_argument, "expected volumes, or a list of them after --steps"});
+  }
+  if (is_scene) return run_scene(call, *import_options, *build_options);
+  if (has_steps) {
+    return report({Status::invalid_argument,
+                   "expected one volume for a store, found several steps: name a bundle with -o "
+                   "NAME.isobundle, or a folder with -o NAME/"});
+  }
+  const std::string& volume = call.volumes.front();
+  const std::filesystem::path store =
+      call.store.empty() ? default_store(volume) : std::filesystem::path(call.store);
+  const auto opened = import::open_volume(volume, *import_options);
   if (!opened) return report(opened.error());
   if (auto other = check_not_input(store, opened->source->files()); !other) {
     return report(other.error());
   }
-  build_options->source_file = file_name(call.volume);
-  build_options->source_path_hash = source_path_hash(call.volume, store);
+  build_options->source_file = file_name(volume);
+  build_options->source_path_hash = source_path_hash(volume, store);
   if (auto replaceable =
           check_replaceable_store(store, build_options->source_path_hash, call.force);
       !replaceable) {
@@ -87,14 +146,17 @@ int run(const BuildCall& call) {
 void add_build_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("build", "Build a store from a volume");
   auto call = std::make_shared<BuildCall>();
-  command
-      ->add_option("volume", call->volume,
-                   "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, VTK, TIFF or raw file, or a "
-                   "folder of DICOM or TIFF slices")
-      ->required();
+  command->add_option("volume", call->volumes,
+                      "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, VTK, TIFF or raw file, or a "
+                      "folder of DICOM or TIFF slices; several are the time steps of a scene");
   command->add_option(
       "-o,--output", call->store,
-      "The store to write (default: NAME.isosplat in the folder of the volume NAME)");
+      "The store to write (default: NAME.isosplat in the folder of the volume NAME), or a scene: "
+      "NAME.isobundle, or a folder NAME/");
+  command->add_option("--steps", call->steps,
+                      "List of the time steps of a scene: a text file with a time, a blank and a "
+                      "path in each line");
+  command->add_option("--time-unit", call->time_unit, "Unit of the times of a scene, such as s");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
                     "Replace the output file even if it is a store of another volume, or no store");
@@ -108,6 +170,12 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build scans/ct -o ct.isosplat --units HU\n"
       "  isosplat build foot.raw --dims 256x256x256 --type u8 --spacing 1,1,1.5\n"
       "  isosplat build huge.nrrd --memory 4G --threads 8\n"
+      "  isosplat build step_*.nrrd -o run.isobundle --time-unit s\n"
+      "  isosplat build cells.tif -o cells.isobundle\n"
+      "A scene has a layer for each channel and a store for each time step. The steps of a layer\n"
+      "have the same quantized values. An interrupted build goes on where it was when it is "
+      "called\n"
+      "again, and a folder takes further steps.\n"
       "The output appears under its name only when it is complete. It replaces an older store of\n"
       "the same volume, but never an input file.\n"
       "\n"

@@ -8,6 +8,12 @@
 
 namespace isosplat {
 
+/// Whether a scan for a build must read all voxels. The quantization of integers of up to 16 bits
+/// is usually known after a few slices, unless the caller allows an error.
+inline bool scans_all(const VolumeHeader& header, double max_error) {
+  return voxel_bytes(header.type) > 2 || max_error > 0;
+}
+
 /// Scans the values of a volume, front to back, some MB at a time, in parallel.
 /// Unless `scan_all`, stops as soon as the quantization is known (VoxelScan::is_settled). Calls
 /// progress(voxels read since the last call). Errors: those of the source.

@@ -72,17 +72,22 @@ Result<void> StoreBuild::begin() {
   plan_ = std::move(*plan);
   pending_.resize(levels_);
   values_.resize(executor_.threads());
-  // The quantization of integers of up to 16 bits is usually known after a few slices, unless the
-  // caller allows an error.
-  const bool reads_range = voxel_bytes(header_.type) > 2 || options_.max_error > 0;
+  if (options_.scan && options_.scan->type() != header_.type) {
+    return fail(Status::invalid_argument, "expected a scan of volumes of this volume's type");
+  }
+  const bool reads_range = !options_.scan && scans_all(header_, options_.max_error);
   range_work_ = reads_range ? product(n) : 0;
   work_total_ = range_work_;
   for (uint32_t l = 0; l < levels_; ++l) work_total_ += product(level_grid(n, l).cells);
 
-  const auto scan = scan_volume(source_, executor_, reads_range, [&](uint64_t voxels) {
-    report("reading the value range", reads_range ? voxels : 0);
-  });
-  if (!scan) return tl::unexpected(scan.error());
+  std::shared_ptr<const VoxelScan> scan = options_.scan;
+  if (!scan) {
+    auto scanned = scan_volume(source_, executor_, reads_range, [&](uint64_t voxels) {
+      report("reading the value range", reads_range ? voxels : 0);
+    });
+    if (!scanned) return tl::unexpected(scanned.error());
+    scan = std::make_shared<const VoxelScan>(std::move(*scanned));
+  }
   auto quantization = choose_quantization(header_, *scan, options_.max_error);
   if (!quantization) return tl::unexpected(quantization.error());
   quantization_ = std::move(*quantization);

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "shared/core/preprocess/voxel_scan.h"
 #include "shared/core/store/store_reader.h"
 
 namespace isosplat {
@@ -33,6 +35,9 @@ struct StoreOptions {
   /// Largest difference between a stored value and the voxel's, in the volume's units. 0: lossless
   /// if 16 bits allow it, else with the precision of 16 bits. See choose_quantization.
   double max_error = 0;
+  /// The values of all volumes that get the same quantized values, such as the steps of a series:
+  /// of this volume too, whose type it has. Null: this volume alone decides.
+  std::shared_ptr<const VoxelScan> scan;
   /// Memory limit of the build in bytes, including the memory of the source.
   uint64_t memory_bytes = uint64_t{1} << 30;
   /// Called at most every 50 ms, one call at a time, from whichever thread reads or adds a block.

@@ -1,0 +1,207 @@
+#include "native/cli/scene_building.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "native/cli/outputs.h"
+#include "native/cli/terminal.h"
+#include "native/headless/scene_picture.h"
+#include "native/scene/scene_output.h"
+#include "shared/system/store_file/store_file.h"
+
+namespace isosplat::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Identifies the content of a file without reading it.
+std::string version_of(const fs::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return "none";
+  return fmt::format("{} {}.{:09}", status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+}
+
+std::string which(const SceneInput& input) {
+  return fmt::format("{}, channel {}, step {}", input.file.string(), input.layer, input.step);
+}
+
+/// A build of a scene, one volume after the other.
+class SceneBuild {
+ public:
+  SceneBuild(const SceneInputs& inputs, const fs::path& output, const SceneBuildOptions& options)
+      : inputs_(inputs), output_path_(output), options_(options) {}
+
+  Result<SceneReport> run();
+
+ private:
+  Result<import::OpenVolume> open(const SceneInput& input);
+  Result<std::shared_ptr<const VoxelScan>> scan(size_t layer);
+  Result<void> build(const SceneInput& input, const std::shared_ptr<const VoxelScan>& scan);
+  std::string store_name(const SceneInput& input) const;
+  Result<Scene> scene() const;
+  size_t steps() const { return inputs_.times.size(); }
+  bool has_time() const { return steps() > 1; }
+
+  const SceneInputs& inputs_;
+  const fs::path& output_path_;
+  const SceneBuildOptions& options_;
+  std::optional<SceneOutput> output_;
+  std::optional<ProgressLine> progress_;
+  std::set<std::string> notes_;
+  size_t built_ = 0;
+  SceneReport report_;
+};
+
+std::string SceneBuild::store_name(const SceneInput& input) const {
+  std::string name = inputs_.layers.size() > 1 ? fmt::format("layer_{:04}", input.layer) : "volume";
+  if (has_time()) name += fmt::format("_{:05}", input.step);
+  return name;
+}
+
+/// Opens a volume, and prints those of its notes that are new.
+Result<import::OpenVolume> SceneBuild::open(const SceneInput& input) {
+  auto opened = import::open_volume(input.file, input.options);
+  if (!opened) return opened;
+  if (auto other = check_not_input(output_path_, opened->source->files()); !other) {
+    return tl::unexpected(other.error());
+  }
+  for (const std::string& text : opened->notes) {
+    if (!notes_.insert(text).second) continue;
+    progress_->clear();
+    note(text);
+  }
+  return opened;
+}
+
+/// The values of all steps of a layer. Null: each volume has its own quantized values.
+Result<std::shared_ptr<const VoxelScan>> SceneBuild::scan(size_t layer) {
+  if (!has_time()) return nullptr;
+  std::optional<VoxelScan> all;
+  std::optional<VolumeHeader> first;
+  for (const SceneInput& input : inputs_.volumes) {
+    if (input.layer != layer) continue;
+    progress_->show(0.2 * static_cast<double>(input.step) / static_cast<double>(steps()),
+                    fmt::format("reading the values of step {}", input.step));
+    const auto opened = open(input);
+    if (!opened) return tl::unexpected(opened.error());
+    const VolumeHeader& header = opened->source->header();
+    if (first && (header.type != first->type || header.slope != first->slope ||
+                  header.intercept != first->intercept)) {
+      progress_->clear();
+      note(
+          fmt::format("{} has another type or scale of values than the first step: each step is "
+                      "rounded by itself",
+                      which(input)));
+      return nullptr;
+    }
+    if (!first) first = header;
+    const auto values = scan_for_build(*opened->source, options_.build);
+    if (!values) return tl::unexpected(values.error());
+    if (all) {
+      all->add(*values);
+    } else {
+      all = *values;
+    }
+    // More steps cannot change the choice.
+    if (all->is_settled() && options_.build.max_error == 0) break;
+  }
+  return std::make_shared<const VoxelScan>(std::move(*all));
+}
+
+Result<void> SceneBuild::build(const SceneInput& input,
+                               const std::shared_ptr<const VoxelScan>& scan) {
+  const std::string name = store_name(input);
+  const size_t count = inputs_.volumes.size();
+  const auto show = [&](double of_this, std::string_view detail) {
+    const double done = (static_cast<double>(built_) + of_this) / static_cast<double>(count);
+    progress_->show(0.2 + 0.8 * done, fmt::format("store {} of {}{}", built_ + 1, count, detail));
+  };
+  show(0, "");
+  auto opened = open(input);
+  if (!opened) return tl::unexpected(opened.error());
+  std::string key = options_.key;
+  for (const fs::path& file : opened->source->files()) {
+    key += fmt::format("\n{} {}", file.string(), version_of(file));
+  }
+  key += fmt::format("\n{} {}", input.layer, input.step);
+  if (scan) {
+    key += fmt::format("\n{} {} {} {}", scan->is_settled(), scan->missing() > 0,
+                       scan->is_settled() ? 0 : scan->min(), scan->is_settled() ? 0 : scan->max());
+  }
+  if (output_->has(name, key)) {
+    ++report_.kept;
+  } else {
+    BuildOptions build = options_.build;
+    build.scan = scan;
+    build.notes = opened->notes;
+    build.source_file = input.file.filename().string();
+    build.progress = [&](const BuildProgress& progress) { show(progress.fraction, ""); };
+    const auto built = build_store_file(*opened->source, output_->store_file(name), build);
+    if (!built) return tl::unexpected(built.error());
+    if (auto kept = output_->completed(name, key); !kept) return kept;
+  }
+  ++built_;
+  return {};
+}
+
+/// The scene of the stores. The surface of a layer is at the first suggestion of its middle step.
+Result<Scene> SceneBuild::scene() const {
+  Scene scene;
+  scene.name = options_.name;
+  if (has_time()) scene.time = SceneTime{inputs_.times, options_.time_unit};
+  for (const std::string& name : inputs_.layers) scene.layers.emplace_back().name = name;
+  for (const SceneInput& input : inputs_.volumes) {
+    SceneLayer& layer = scene.layers[input.layer];
+    const std::string store = store_name(input);
+    layer.stores.push_back(SceneOutput::store_path(store));
+    if (input.step != steps() / 2) continue;
+    const auto opened = StoreFile::open(output_->store_file(store));
+    if (!opened) return tl::unexpected(opened.error());
+    if (const auto isovalue = suggested_isovalue((*opened)->info())) {
+      SceneSurface& surface = layer.surfaces.emplace_back();
+      surface.isovalue = *isovalue;
+      const Vec3f colour = kSurfaceColours[input.layer % kSurfaceColours.size()];
+      if (inputs_.layers.size() > 1) surface.colour = {colour.x, colour.y, colour.z};
+    }
+  }
+  return scene;
+}
+
+Result<SceneReport> SceneBuild::run() {
+  const auto begin = std::chrono::steady_clock::now();
+  auto output = SceneOutput::create(output_path_, options_.force);
+  if (!output) return tl::unexpected(output.error());
+  output_ = std::move(*output);
+  progress_.emplace(fmt::format("Building {}", output_path_.string()));
+  for (size_t layer = 0; layer < inputs_.layers.size(); ++layer) {
+    const auto values = scan(layer);
+    if (!values) return tl::unexpected(values.error());
+    for (const SceneInput& input : inputs_.volumes) {
+      if (input.layer != layer) continue;
+      if (auto built = build(input, *values); !built) return tl::unexpected(built.error());
+    }
+  }
+  const auto made = scene();
+  if (!made) return tl::unexpected(made.error());
+  const auto bytes = output_->finish(*made);
+  if (!bytes) return tl::unexpected(bytes.error());
+  progress_->clear();
+  report_.layers = inputs_.layers.size();
+  report_.steps = steps();
+  report_.bytes = *bytes;
+  report_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report_;
+}
+
+}  // namespace
+
+Result<SceneReport> build_scene(const SceneInputs& inputs, const fs::path& output,
+                                const SceneBuildOptions& options) {
+  return SceneBuild(inputs, output, options).run();
+}
+
+}  // namespace isosplat::cli

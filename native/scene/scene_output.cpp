@@ -1,0 +1,106 @@
+#include "native/scene/scene_output.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "native/files/output_file.h"
+#include "native/scene/scene_file.h"
+#include "native/scene/scene_text.h"
+
+namespace isosplat {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kBundleExtension = ".isobundle";
+/// The keys of the complete stores, JSON: {"name": "key", …}.
+constexpr const char* kKeys = ".isosplat-build.json";
+
+std::map<std::string, std::string> read_keys(const fs::path& file) {
+  std::ifstream in(file);
+  const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
+  std::map<std::string, std::string> keys;
+  if (!json.is_object()) return keys;
+  for (const auto& [name, key] : json.items()) {
+    if (key.is_string()) keys[name] = key.get<std::string>();
+  }
+  return keys;
+}
+
+Result<void> write_text(const fs::path& path, const std::string& text) {
+  auto file = OutputFile::create(path);
+  if (!file) return tl::unexpected(file.error());
+  if (auto written = file->write(0, std::as_bytes(std::span(text))); !written) return written;
+  return file->publish();
+}
+
+}  // namespace
+
+bool SceneOutput::is_scene(const fs::path& path) {
+  return path.extension() == kBundleExtension || !path.has_filename();
+}
+
+Result<SceneOutput> SceneOutput::create(const fs::path& path, bool force) {
+  SceneOutput output;
+  output.path_ = path;
+  output.is_bundle_ = path.extension() == kBundleExtension;
+  output.folder_ = output.is_bundle_
+                       ? path.parent_path() / fmt::format(".{}.parts", path.filename().string())
+                       : path;
+  const bool is_own = fs::exists(output.folder_ / kKeys);
+  if (!output.is_bundle_ && !force && !is_own && fs::exists(path / kSceneName)) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected no scene, or one of isosplat build, found another: "
+                            "choose another folder with -o, or replace the scene with --force",
+                            (path / kSceneName).string()));
+  }
+  std::error_code failed;
+  fs::create_directories(output.folder_ / "stores", failed);
+  if (failed) {
+    return fail(Status::io_error, fmt::format("{}: cannot create the folder: {}",
+                                              output.folder_.string(), failed.message()));
+  }
+  output.keys_ = read_keys(output.folder_ / kKeys);
+  return output;
+}
+
+std::string SceneOutput::store_path(const std::string& name) {
+  return "stores/" + name + ".isosplat";
+}
+
+fs::path SceneOutput::store_file(const std::string& name) const {
+  return folder_ / store_path(name);
+}
+
+bool SceneOutput::has(const std::string& name, const std::string& key) const {
+  const auto found = keys_.find(name);
+  return found != keys_.end() && found->second == key && StoreFile::open(store_file(name));
+}
+
+Result<void> SceneOutput::completed(const std::string& name, const std::string& key) {
+  keys_[name] = key;
+  return write_text(folder_ / kKeys, nlohmann::json(keys_).dump(1));
+}
+
+Result<uint64_t> SceneOutput::finish(const Scene& scene) {
+  const fs::path document = folder_ / kSceneName;
+  const std::string text = scene_text(scene);
+  if (auto written = write_text(document, text); !written) return tl::unexpected(written.error());
+  if (!is_bundle_) {
+    uint64_t bytes = text.size();
+    for (const std::string& store : store_paths(scene)) bytes += fs::file_size(folder_ / store);
+    return bytes;
+  }
+  const auto file = SceneFile::open(document);
+  if (!file) return tl::unexpected(file.error());
+  const auto bytes = write_bundle(*file, path_);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::error_code ignored;  // what is left is used by the next build
+  fs::remove_all(folder_, ignored);
+  return *bytes;
+}
+
+}  // namespace isosplat
