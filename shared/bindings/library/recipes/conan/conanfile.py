@@ -20,7 +20,7 @@ class IsosplatConan(ConanFile):
 
     @property
     def _clone(self):
-        return os.path.join(self.recipe_folder, "..", "..", "..", "..")
+        return os.path.join(self.recipe_folder, "..", "..", "..", "..", "..")
 
     def set_version(self):
         with open(os.path.join(self._clone, "package.json"), encoding="utf-8") as file:

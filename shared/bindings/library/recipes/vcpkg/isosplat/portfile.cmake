@@ -1,6 +1,6 @@
 # An overlay port for the clone that contains it:
 #   vcpkg install isosplat --overlay-ports=CLONE/shared/bindings/library/recipes/vcpkg
-get_filename_component(SOURCE_PATH "${CURRENT_PORT_DIR}/../../../../.." REALPATH)
+get_filename_component(SOURCE_PATH "${CURRENT_PORT_DIR}/../../../../../.." REALPATH)
 
 vcpkg_cmake_configure(
   SOURCE_PATH "${SOURCE_PATH}"
