@@ -5,7 +5,7 @@
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
-#include "native/scene/scene_file.h"
+#include "native/scene/bundle.h"
 
 namespace isosplat::cli {
 namespace {

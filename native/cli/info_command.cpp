@@ -10,8 +10,8 @@
 #include "native/cli/info_scene.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
-#include "native/scene/scene_file.h"
 #include "shared/core/builder/metadata.h"
+#include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat::cli {
 namespace {

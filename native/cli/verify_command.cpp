@@ -6,7 +6,7 @@
 #include "native/cli/numbers.h"
 #include "native/cli/options.h"
 #include "native/cli/terminal.h"
-#include "native/scene/scene_file.h"
+#include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat::cli {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "native/scene/scene_file.h"
 #include "shared/render/renderer.h"
+#include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat {
 

@@ -1,10 +1,13 @@
+#include "native/scene/bundle.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
+#include <system_error>
+#include <vector>
 
 #include "native/files/output_file.h"
-#include "native/scene/scene_file.h"
+#include "shared/system/scene_file/bundle_bytes.h"
 
 namespace isosplat {
 namespace {
@@ -13,14 +16,15 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kCopyBytes = uint64_t{1} << 20;
 
-/// Copies a range of a store to a place in the output.
-Result<void> copy(const FileParts& from, uint64_t offset, uint64_t bytes, OutputFile& to,
-                  uint64_t to_offset) {
-  std::vector<std::byte> buffer(std::min(bytes, kCopyBytes));
-  for (uint64_t done = 0; done < bytes; done += buffer.size()) {
-    const auto part = std::span(buffer).first(std::min<uint64_t>(buffer.size(), bytes - done));
-    if (auto read = from.read(offset + done, part); !read) return read;
-    if (auto written = to.write(to_offset + done, part); !written) return written;
+/// Copies all bytes of a store or a bundle.
+template <class Bytes>
+Result<void> copy(const Bytes& from, OutputFile& to) {
+  std::vector<std::byte> buffer(std::min(from.bytes(), kCopyBytes));
+  for (uint64_t done = 0; done < from.bytes(); done += buffer.size()) {
+    const auto part =
+        std::span(buffer).first(std::min<uint64_t>(buffer.size(), from.bytes() - done));
+    if (auto read = from.read(done, part); !read) return read;
+    if (auto written = to.write(done, part); !written) return written;
   }
   return {};
 }
@@ -35,56 +39,13 @@ Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) 
 }  // namespace
 
 Result<uint64_t> write_bundle(const SceneFile& scene, const fs::path& output) {
-  std::vector<BundleStore> stores;
-  std::vector<FileParts> sources;
-  for (const std::string& path : store_paths(scene.scene())) {
-    if (!is_path_below(path) || path == kSceneName) {
-      return fail(Status::malformed_header,
-                  fmt::format("store {}: expected a store in the folder of the scene or below: "
-                              "copy the store there, and name it by its relative path",
-                              path));
-    }
-    auto bytes = scene.store_bytes(path);
-    if (!bytes) return tl::unexpected(bytes.error());
-    const auto opened = scene.open_store(path);  // checks the header and the size
-    if (!opened) return tl::unexpected(opened.error());
-    const StoreFile& store = **opened;
-    BundleStore entry;
-    entry.path = path;
-    entry.file_bytes = store.info().file_bytes;
-    entry.header_bytes = store.info().header_bytes;
-    entry.bootstrap_offset = store.bootstrap().offset;
-    entry.bootstrap_bytes = store.bootstrap().bytes;
-    entry.content_id = store.info().content_id;
-    stores.push_back(std::move(entry));
-    sources.push_back(std::move(*bytes));
-  }
-  const auto header = plan_bundle(scene.text(), std::move(stores));
-  if (!header) return tl::unexpected(header.error());
+  const auto bundle = BundleBytes::plan(scene);
+  if (!bundle) return tl::unexpected(bundle.error());
   auto file = OutputFile::create(output);
   if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, encode_bundle_header(*header)); !written) {
-    return tl::unexpected(written.error());
-  }
-  // In the order of the bundle: the coarse parts of all stores, then the fine parts.
-  struct Copy {
-    size_t store;
-    BundlePiece piece;
-  };
-  std::vector<Copy> copies;
-  for (size_t i = 0; i < header->stores.size(); ++i) {
-    for (const BundlePiece& piece : header->stores[i].pieces()) copies.push_back({i, piece});
-  }
-  std::sort(copies.begin(), copies.end(), [](const Copy& a, const Copy& b) {
-    return a.piece.bundle_offset < b.piece.bundle_offset;
-  });
-  for (const auto& [store, piece] : copies) {
-    const auto copied =
-        copy(sources[store], piece.store_offset, piece.bytes, *file, piece.bundle_offset);
-    if (!copied) return tl::unexpected(copied.error());
-  }
+  if (auto copied = copy(*bundle, *file); !copied) return tl::unexpected(copied.error());
   if (auto published = file->publish(); !published) return tl::unexpected(published.error());
-  return header->file_bytes;
+  return bundle->bytes();
 }
 
 Result<size_t> unbundle(const SceneFile& bundle, const fs::path& folder, bool force) {
@@ -113,7 +74,7 @@ Result<size_t> unbundle(const SceneFile& bundle, const fs::path& folder, bool fo
     if (!bytes) return tl::unexpected(bytes.error());
     auto file = OutputFile::create(folder / store.path);
     if (!file) return tl::unexpected(file.error());
-    if (auto copied = copy(*bytes, 0, bytes->bytes(), *file, 0); !copied) {
+    if (auto copied = copy(*bytes, *file); !copied) {
       return tl::unexpected(copied.error());
     }
     if (auto published = file->publish(); !published) return tl::unexpected(published.error());

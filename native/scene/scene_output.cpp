@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "native/files/output_file.h"
-#include "native/scene/scene_file.h"
+#include "native/scene/bundle.h"
 #include "native/scene/scene_text.h"
 
 namespace isosplat {

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "native/scene/scene_file.h"
 #include "native/scene/scene_text.h"
+#include "shared/system/scene_file/scene_file.h"
 #include "tests/native/cli_program.h"
 
 namespace isosplat {

@@ -36,6 +36,10 @@ class SceneFile {
   /// Requires is_bundle().
   const BundleHeader& bundle() const { return *bundle_; }
 
+  const std::filesystem::path& path() const { return path_; }
+  /// The opened file: the document, or the bundle.
+  const std::shared_ptr<const PosixFile>& file() const { return file_; }
+
   /// The bytes of a store of the scene. Errors: io_error, not_found. malformed_header for addresses
   /// (https://…): the program reads files only.
   Result<FileParts> store_bytes(const std::string& path) const;
@@ -52,15 +56,5 @@ class SceneFile {
   std::shared_ptr<const PosixFile> file_;  // of the bundle
   std::map<std::string, size_t> in_bundle_;
 };
-
-/// Puts a scene and its stores into a bundle. Returns its size in bytes. Errors: those of
-/// SceneFile and OutputFile; malformed_header if a store is not below the scene's folder. The
-/// output must not be one of the inputs.
-Result<uint64_t> write_bundle(const SceneFile& scene, const std::filesystem::path& output);
-
-/// Writes the scene of a bundle (as scene.json) and its stores into a folder, byte for byte as they
-/// were. Nothing is replaced unless `force`. Returns the number of files. Errors: io_error,
-/// invalid_argument.
-Result<size_t> unbundle(const SceneFile& bundle, const std::filesystem::path& folder, bool force);
 
 }  // namespace isosplat

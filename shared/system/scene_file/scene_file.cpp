@@ -1,10 +1,10 @@
-#include "native/scene/scene_file.h"
+#include "shared/system/scene_file/scene_file.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "native/files/output_file.h"
+#include <array>
+#include <string_view>
+#include <utility>
 
 namespace isosplat {
 namespace {
@@ -32,7 +32,12 @@ bool is_address(const std::string& path) {
 }  // namespace
 
 SceneKind scene_kind(const fs::path& path) {
-  const std::string first = first_bytes(path, 256);
+  std::array<char, 256> begin{};
+  const auto file = PosixFile::open(path);
+  if (!file) return SceneKind::none;
+  const auto got = file->read_some(0, std::as_writable_bytes(std::span(begin)));
+  if (!got) return SceneKind::none;
+  const std::string_view first(begin.data(), *got);
   if (is_bundle(std::as_bytes(std::span(first)))) return SceneKind::bundle;
   return looks_like_scene(first) ? SceneKind::scene : SceneKind::none;
 }
