@@ -1,6 +1,6 @@
 // The page of a scene that changes with time: its bar, keys, address, undo and films.
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -57,6 +57,27 @@ async function open(page: Page, more = "", file = "run.isobundle"): Promise<void
 }
 const value = (page: Page) => page.locator(".time-value");
 const timeOf = (page: Page) => new URL(page.url()).searchParams.get("time");
+
+test("the bundle that isosplat build makes of files is shown with their times", async ({
+  page,
+}) => {
+  const files = [3, 20, 100].map((time, i) => {
+    const file = join(folder, `part_${time}.nrrd`);
+    copyFileSync(join(folder, `moves${i}.nrrd`), file);
+    return file;
+  });
+  const output = join(folder, "built.isobundle");
+  execFileSync(program, ["build", ...files, "-o", output, "--time-unit", "s", "--quiet"]);
+  await open(page, "", "built.isobundle");
+  await expect(value(page)).toHaveText("3 s");
+  await page.getByRole("application").focus();
+  await page.keyboard.press(".");
+  await page.keyboard.press(".");
+  await expect(value(page)).toHaveText("100 s");
+  await settled(page);
+  expect(timeOf(page)).toBe("100");
+  await expect(page.getByRole("alert")).toHaveCount(0);
+});
 
 test("keys, slider, address and undo are of the same step", async ({ page }) => {
   await open(page);

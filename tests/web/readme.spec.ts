@@ -1,5 +1,13 @@
 import { execFileSync, spawn } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
+import {
+  existsSync,
+  mkdtempSync,
+  readdirSync,
+  readFileSync,
+  rmSync,
+  statSync,
+  writeFileSync,
+} from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -42,6 +50,7 @@ describe("the README's commands", () => {
   beforeAll(() => {
     folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
     writeFileSync(join(folder, "head.nii.gz"), header());
+    for (const step of [1, 2]) writeFileSync(join(folder, `step_${step}.nii.gz`), header());
     const layer = { store: "head.isosplat", surfaces: [{ isovalue: 100 }] };
     const scene = { format: "isosplat-scene", version: 1, layers: [layer] };
     writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
@@ -65,7 +74,14 @@ describe("the README's commands", () => {
   it.each(finite.map((args) => [args.join(" "), args] as const))(
     "isosplat %s",
     (_, args) => {
-      const printed = execFileSync(program, args, { cwd: folder, encoding: "utf8", env });
+      const files = readdirSync(folder);
+      const expanded = args.flatMap((word) => {
+        const [begin = "", end] = word.split("*");
+        return end === undefined
+          ? word
+          : files.filter((file) => file.startsWith(begin) && file.endsWith(end));
+      });
+      const printed = execFileSync(program, expanded, { cwd: folder, encoding: "utf8", env });
       const output = args[args.indexOf("-o") + 1];
       const site = args[args.indexOf("--to") + 1];
       if (args.includes("-o") && output) {
