@@ -101,6 +101,15 @@ test("a bundle at an address shows all its layers, with few requests", async ({ 
   await expect(page.getByRole("alert")).toHaveCount(0);
 });
 
+test("the default view depends on the window, so a link does not have it", async ({ page }) => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
+  await complete(page);
+  await settled(page);
+  expect(new URL(page.url()).searchParams.get("isovalue")).not.toBeNull();
+  expect(new URL(page.url()).searchParams.get("camera")).toBeNull();
+});
+
 test("changes of a scene's layers are in the link", async ({ page }) => {
   await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
   await complete(page);

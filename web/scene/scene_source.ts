@@ -61,7 +61,7 @@ export function publishedScene({
     name: scene,
     open: async (core, signal) => {
       const bytes = await transferWhole(url, {}, new Traffic(), signal);
-      const file = fileOf(JSON.parse(new TextDecoder().decode(bytes)), scene);
+      const file = fileOf(new TextDecoder().decode(bytes), scene);
       if (file !== undefined) return sceneAt(new URL(file, url).href).open(core, signal);
       throw new StreamError("not-found", `${url}: has no scene ${scene}`);
     },
@@ -69,9 +69,15 @@ export function publishedScene({
 }
 
 /** The file of a scene in a site's catalog. */
-function fileOf(catalog: { scenes?: unknown }, scene: string): string | undefined {
-  const scenes = Array.isArray(catalog?.scenes) ? catalog.scenes : [];
-  const found = scenes.find((each) => each?.name === scene) as { file?: unknown } | undefined;
+function fileOf(catalog: string, scene: string): string | undefined {
+  let scenes: unknown[] = [];
+  try {
+    const { scenes: found } = JSON.parse(catalog) as { scenes?: unknown };
+    if (Array.isArray(found)) scenes = found;
+  } catch {} // as if it had none
+  const found = scenes.find((each) => (each as { name?: unknown } | null)?.name === scene) as
+    | { file?: unknown }
+    | undefined;
   return typeof found?.file === "string" ? found.file : undefined;
 }
 

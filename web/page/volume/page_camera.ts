@@ -37,11 +37,18 @@ export class PageCamera {
   }
 
   /**
-   * Called when a volume is open. `asked`: the result of `toOpen`; `before`: `moved` at that time.
+   * Called when a volume is open. `asked`: the result of `toOpen`; `before`: `moved` at that time; `isOfScene`:
+   * opening a scene has set its camera.
    * Returns whether the viewer shows another camera than `asked`; false for a view that was kept.
    */
-  opened(asked: Camera | undefined, before: Camera | null, keepsView: boolean): boolean {
+  opened(
+    asked: Camera | undefined,
+    before: Camera | null,
+    keepsView: boolean,
+    isOfScene: boolean,
+  ): boolean {
     const shown = this.#viewer.camera;
+    if (!asked && isOfScene) this.#moved = null;
     if (!asked && !this.#moved) this.#first = shown;
     if (keepsView || this.#moved !== before || !asked || !shown) return false;
     if (writeCamera(asked) === writeCamera(shown)) return false;
