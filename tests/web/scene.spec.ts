@@ -232,6 +232,25 @@ describe("a scene of files", () => {
     expect(fault(() => opened?.source("tiny.isosplat"))).toContain("choose it too");
   });
 
+  it("beside each other tells stores of one name apart by their folders", async () => {
+    const layers = ["a/x.isosplat", "b/x.isosplat"].map((store) => ({ store }));
+    const json = new Blob([JSON.stringify({ ...example, layers })]);
+    const [first, second] = stores.map(({ file }) => file);
+    if (!first || !second) throw new Error("expected two stores");
+    const open = (...files: { path: string; file: Blob }[]) =>
+      sceneOfFiles([{ path: "s/scene.json", file: json }, ...files])?.open(instance, signal);
+    const folder = await open(
+      { path: "s/a/x.isosplat", file: first },
+      { path: "s/b/x.isosplat", file: second },
+    );
+    const found = await folder?.source("b/x.isosplat").header(signal);
+    expect(found).toEqual(await new BlobSource(second, "x").header(signal));
+    const one = await open({ path: "x.isosplat", file: first });
+    for (const { store } of layers) {
+      expect(fault(() => one?.source(store))).toContain("more than once");
+    }
+  });
+
   it("is not found among other files", () => {
     expect(sceneOfFiles(stores)).toBeNull();
   });

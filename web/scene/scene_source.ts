@@ -161,16 +161,23 @@ async function openFiles(
     throw tooLarge(document.size);
   }
   const folder = at.replace(/[^/]*$/, "");
+  const scene = parseScene(new Uint8Array(await document.arrayBuffer()));
+  const paths = [...new Set(scene.layers.flatMap(({ stores }) => stores))];
   return {
-    document: parseScene(new Uint8Array(await document.arrayBuffer())),
+    document: scene,
     source: (path) => {
+      const hasName = (each: string) => nameOf(each) === nameOf(path);
+      const named = files.filter((each) => hasName(each.path));
+      // Files that were chosen one by one have no folders, so that only their names tell them apart.
+      const isOnly = named.length === 1 && paths.filter(hasName).length <= 1;
       const found =
-        files.find((each) => each.path === folder + path) ??
-        files.find((each) => nameOf(each.path) === nameOf(path));
+        files.find((each) => each.path === folder + path) ?? (isOnly ? named[0] : undefined);
       if (found) return new BlobSource(found.file, nameOf(found.path));
       throw new StreamError(
         "not-found",
-        `${nameOf(at)}: expected the store ${path} among the chosen files, found none: choose it too`,
+        named.length > 0
+          ? `${nameOf(at)}: expected the store ${path} at its path, found its name more than once: drop the scene's folder`
+          : `${nameOf(at)}: expected the store ${path} among the chosen files, found none: choose it too`,
       );
     },
     fetchFirst: async () => {},
