@@ -13,6 +13,4 @@ export {
   type SceneSource,
   sceneAt,
   sceneOfFiles,
-  servedScene,
 } from "./scene_source.ts";
-export type { ServedSceneOptions } from "./served_bundle.ts";

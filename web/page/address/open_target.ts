@@ -1,5 +1,5 @@
 import { FileSource } from "../../stream/file_source.ts";
-import { sceneSource, volumeSource } from "../shell/site.ts";
+import { volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
 import type { UrlState } from "./url_state.ts";
 
@@ -11,16 +11,11 @@ const volumeEnding =
 const sceneEnding = /(\.isobundle|\.scene\.json|(^|\/)scene\.json)$/i;
 
 /**
- * The target of the page's address: a volume or a scene of its server or site, or a store or a scene on any
+ * The target of the page's address: a volume of its server or site, or a store or a scene on any
  * host. Undefined for everything else: see start.ts.
  */
-export function openTarget({
-  volume,
-  scene,
-  src,
-}: Pick<UrlState, "volume" | "scene" | "src">): Target | undefined {
+export function openTarget({ volume, src }: Pick<UrlState, "volume" | "src">): Target | undefined {
   if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
-  if (scene !== undefined) return { name: scene, scene: () => sceneSource(scene) };
   const address = src === undefined ? undefined : addressIn(src);
   if (!address || isOfVolume(address)) return undefined;
   if (sceneEnding.test(address.pathname)) {
