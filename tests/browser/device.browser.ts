@@ -103,6 +103,7 @@ test("a ZIP opens as what it contains", async ({ page }) => {
   expect(searchParams.get("src")).toBe(`device:${program.info.contentId}`);
   program.close();
   await drop(page, [series]);
+  await page.getByRole("button", { name: "Open instead" }).click();
   await expect(page.locator(".volume-name")).not.toHaveText("bucky");
   await complete(page);
   await openStartPage(page);

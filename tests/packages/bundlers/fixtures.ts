@@ -187,7 +187,7 @@ export const fixtures: readonly Fixture[] = [
   react(
     18,
     { react: "18.3.1", "react-dom": "18.3.1" },
-    "attributes, and listeners by `addEventListener`: it sets no properties of elements",
+    "attributes, and listeners by `addEventListener`, since React 18 sets no properties of elements",
   ),
   {
     name: "typescript",
