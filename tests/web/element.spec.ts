@@ -180,7 +180,7 @@ describe("the address of a volume", () => {
 });
 
 it("the reference is that of the code: npm run reference", () => {
-  const script = join(root, ".ci/element-reference.mjs");
+  const script = join(root, "web/bundle/element_reference.mjs");
   const printed = execFileSync(process.execPath, [script, "--print"], { encoding: "utf8" });
   expect(readFileSync(join(root, "web/element/REFERENCE.md"), "utf8")).toBe(printed);
   for (const part of ["`src`", "`isovaluechange`", "`screenshot(): Promise<Blob>`"]) {

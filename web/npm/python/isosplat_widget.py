@@ -1,4 +1,4 @@
-"""Isosurfaces of a volume in a notebook that knows anywidget, such as Jupyter.
+"""Isosurfaces of a volume in a notebook that supports anywidget, such as Jupyter.
 
     from isosplat_widget import IsosplatWidget
 
@@ -38,7 +38,7 @@ def _plain(value):
 
 
 class _Plain:
-    """A trait that takes NumPy's arrays and numbers as well, and keeps what JSON has."""
+    """A trait that takes NumPy's arrays and numbers as well, and stores values that JSON can represent."""
 
     def validate(self, obj, value):
         return super().validate(obj, _plain(value))
@@ -60,7 +60,8 @@ class IsosplatWidget(anywidget.AnyWidget):
     """A view of a volume. Traits are those of the element <isosplat-viewer>.
 
     src: the address of a volume of a server, or of a store on any host that answers Range requests.
-    module: the address of isosplat-anywidget.js. Only a volume of a server needs none: it has its own.
+    module: the address of isosplat-anywidget.js. Required unless src is a volume of
+        an Isosplat server, which serves the module itself.
     """
 
     _esm = traitlets.Unicode().tag(sync=True)
@@ -86,7 +87,7 @@ class IsosplatWidget(anywidget.AnyWidget):
     controls = _Bool(True).tag(sync=True)
     #: The overlays above the picture, some of "axes,scale,box,clip".
     show = traitlets.Unicode().tag(sync=True)
-    #: Widgets with the same name move together.
+    #: Widgets with the same name share camera, isovalues, clipping and slices.
     link = traitlets.Unicode().tag(sync=True)
     #: As in CSS: "30rem". Empty: three quarters of the width.
     height = traitlets.Unicode().tag(sync=True)
@@ -108,7 +109,7 @@ class IsosplatWidget(anywidget.AnyWidget):
         super().__init__(src=src, _esm=module or _module_beside(src), **traits)
 
     def __setattr__(self, name, value):
-        # A typing error would do nothing, silently.
+        # Otherwise a misspelt name would have no effect, and raise no error.
         if not name.startswith("_") and not hasattr(self, name):
             raise AttributeError(f"expected a trait of IsosplatWidget ({_settable()}), found {name}")
         super().__setattr__(name, value)
