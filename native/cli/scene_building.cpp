@@ -11,6 +11,7 @@
 #include "native/cli/terminal.h"
 #include "native/headless/scene_picture.h"
 #include "native/scene/scene_output.h"
+#include "shared/core/preprocess/quantization.h"
 #include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
@@ -29,6 +30,12 @@ std::string which(const SceneInput& input) {
   return fmt::format("{}, channel {}, step {}", input.file.string(), input.layer, input.step);
 }
 
+/// The quantized values that the steps of a layer share.
+struct SharedValues {
+  std::shared_ptr<const VoxelScan> scan;  ///< null: each volume has its own
+  std::string key;                        ///< what of them determines the bytes of a store
+};
+
 /// A build of a scene, one volume after the other.
 class SceneBuild {
  public:
@@ -39,9 +46,10 @@ class SceneBuild {
 
  private:
   Result<import::OpenVolume> open(const SceneInput& input);
-  Result<std::shared_ptr<const VoxelScan>> scan(size_t layer);
-  Result<void> build(const SceneInput& input, const std::shared_ptr<const VoxelScan>& scan);
+  Result<SharedValues> shared_values(size_t layer);
+  Result<void> build(const SceneInput& input, const SharedValues& values);
   std::string store_name(const SceneInput& input) const;
+  Scene without_surfaces() const;
   Result<Scene> scene() const;
   size_t steps() const { return inputs_.times.size(); }
   bool has_time() const { return steps() > 1; }
@@ -77,9 +85,10 @@ Result<import::OpenVolume> SceneBuild::open(const SceneInput& input) {
   return opened;
 }
 
-/// The values of all steps of a layer. Null: each volume has its own quantized values.
-Result<std::shared_ptr<const VoxelScan>> SceneBuild::scan(size_t layer) {
-  if (!has_time()) return nullptr;
+/// Reads all steps of a layer, as far as they matter.
+Result<SharedValues> SceneBuild::shared_values(size_t layer) {
+  if (!has_time()) return SharedValues{};
+  const double max_error = options_.build.max_error;
   std::optional<VoxelScan> all;
   std::optional<VolumeHeader> first;
   for (const SceneInput& input : inputs_.volumes) {
@@ -96,9 +105,11 @@ Result<std::shared_ptr<const VoxelScan>> SceneBuild::scan(size_t layer) {
           fmt::format("{} has another type or scale of values than the first step: each step is "
                       "rounded by itself",
                       which(input)));
-      return nullptr;
+      return SharedValues{};
     }
     if (!first) first = header;
+    // More voxels cannot change the choice. The headers of the other steps still can.
+    if (all && all->is_settled() && max_error == 0) continue;
     const auto values = scan_for_build(*opened->source, options_.build);
     if (!values) return tl::unexpected(values.error());
     if (all) {
@@ -106,14 +117,21 @@ Result<std::shared_ptr<const VoxelScan>> SceneBuild::scan(size_t layer) {
     } else {
       all = *values;
     }
-    // More steps cannot change the choice.
-    if (all->is_settled() && options_.build.max_error == 0) break;
   }
-  return std::make_shared<const VoxelScan>(std::move(*all));
+  const auto quantization = choose_quantization(*first, *all, max_error);
+  if (!quantization) return tl::unexpected(quantization.error());
+  const ValueMapping& mapping = quantization->mapping();
+  SharedValues values;
+  values.key = fmt::format("{} {} {} {} {}", mapping.offset, mapping.scale, mapping.max_error,
+                           mapping.bits, mapping.has_missing);
+  if (!all->is_settled() || max_error > 0) {
+    values.key += fmt::format(" {} {}", all->min(), all->max());
+  }
+  values.scan = std::make_shared<const VoxelScan>(std::move(*all));
+  return values;
 }
 
-Result<void> SceneBuild::build(const SceneInput& input,
-                               const std::shared_ptr<const VoxelScan>& scan) {
+Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& values) {
   const std::string name = store_name(input);
   const size_t count = inputs_.volumes.size();
   const auto show = [&](double of_this, std::string_view detail) {
@@ -127,16 +145,12 @@ Result<void> SceneBuild::build(const SceneInput& input,
   for (const fs::path& file : opened->source->files()) {
     key += fmt::format("\n{} {}", file.string(), version_of(file));
   }
-  key += fmt::format("\n{} {}", input.layer, input.step);
-  if (scan) {
-    key += fmt::format("\n{} {} {} {}", scan->is_settled(), scan->missing() > 0,
-                       scan->is_settled() ? 0 : scan->min(), scan->is_settled() ? 0 : scan->max());
-  }
+  key += fmt::format("\n{} {}\n{}", input.layer, input.step, values.key);
   if (output_->has(name, key)) {
     ++report_.kept;
   } else {
     BuildOptions build = options_.build;
-    build.scan = scan;
+    build.scan = values.scan;
     build.notes = opened->notes;
     build.source_file = input.file.filename().string();
     build.progress = [&](const BuildProgress& progress) { show(progress.fraction, ""); };
@@ -148,18 +162,24 @@ Result<void> SceneBuild::build(const SceneInput& input,
   return {};
 }
 
-/// The scene of the stores. The surface of a layer is at the first suggestion of its middle step.
-Result<Scene> SceneBuild::scene() const {
+Scene SceneBuild::without_surfaces() const {
   Scene scene;
   scene.name = options_.name;
   if (has_time()) scene.time = SceneTime{inputs_.times, options_.time_unit};
   for (const std::string& name : inputs_.layers) scene.layers.emplace_back().name = name;
   for (const SceneInput& input : inputs_.volumes) {
-    SceneLayer& layer = scene.layers[input.layer];
-    const std::string store = store_name(input);
-    layer.stores.push_back(SceneOutput::store_path(store));
+    scene.layers[input.layer].stores.push_back(SceneOutput::store_path(store_name(input)));
+  }
+  return scene;
+}
+
+/// The scene of the stores. The surface of a layer is at the first suggestion of its middle step.
+Result<Scene> SceneBuild::scene() const {
+  Scene scene = without_surfaces();
+  for (const SceneInput& input : inputs_.volumes) {
     if (input.step != steps() / 2) continue;
-    const auto opened = StoreFile::open(output_->store_file(store));
+    SceneLayer& layer = scene.layers[input.layer];
+    const auto opened = StoreFile::open(output_->store_file(store_name(input)));
     if (!opened) return tl::unexpected(opened.error());
     if (const auto isovalue = suggested_isovalue((*opened)->info())) {
       SceneSurface& surface = layer.surfaces.emplace_back();
@@ -173,12 +193,15 @@ Result<Scene> SceneBuild::scene() const {
 
 Result<SceneReport> SceneBuild::run() {
   const auto begin = std::chrono::steady_clock::now();
+  if (auto valid = SceneOutput::check(without_surfaces()); !valid) {
+    return tl::unexpected(valid.error());
+  }
   auto output = SceneOutput::create(output_path_, options_.force);
   if (!output) return tl::unexpected(output.error());
   output_ = std::move(*output);
   progress_.emplace(fmt::format("Building {}", output_path_.string()));
   for (size_t layer = 0; layer < inputs_.layers.size(); ++layer) {
-    const auto values = scan(layer);
+    const auto values = shared_values(layer);
     if (!values) return tl::unexpected(values.error());
     for (const SceneInput& input : inputs_.volumes) {
       if (input.layer != layer) continue;

@@ -27,8 +27,8 @@ struct SceneReport {
 /// Builds the stores of several volumes and their scene: a bundle or a folder (SceneOutput). The
 /// steps of a layer have the same quantized values, which follow from all of them, so that an
 /// isovalue selects the same voxels throughout. Prints notes and progress on stderr. Errors: those
-/// of open_volume, build_store_file and SceneOutput; invalid_argument if the output is one of the
-/// inputs.
+/// of open_volume, build_store_file, choose_quantization and SceneOutput; invalid_argument if the
+/// output is one of the inputs.
 Result<SceneReport> build_scene(const SceneInputs& inputs, const std::filesystem::path& output,
                                 const SceneBuildOptions& options);
 

@@ -9,6 +9,7 @@
 #include "native/cli/numbers.h"
 #include "shared/core/scene/scene.h"
 #include "shared/import/slices/slice_files.h"
+#include "shared/import/volume/volume_choices.h"
 
 namespace isosplat::cli {
 namespace {
@@ -63,7 +64,7 @@ std::vector<double> indices(size_t count) {
 }
 
 /// The choices that a file leaves open, if it is one of channels or of time steps. Empty: it has
-/// one volume. Errors: those of open_volume.
+/// one volume. Errors: those of open_volume; invalid_argument if there are too many to list.
 Result<std::vector<VolumeChoice>> choices_of(const fs::path& file, ImportOptions options) {
   std::vector<VolumeChoice> choices;
   options.choices = &choices;
@@ -74,6 +75,13 @@ Result<std::vector<VolumeChoice>> choices_of(const fs::path& file, ImportOptions
   };
   const bool is_known =
       !choices.empty() && (all_have(&VolumeChoice::channel) || all_have(&VolumeChoice::time_step));
+  if (is_known && choices.size() >= import::kMaxOffered) {
+    // There may be more, which the list leaves out.
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected fewer than {} time steps or channels, found more: choose "
+                            "one with --time-step or --channel, or save parts as separate files",
+                            file.string(), import::kMaxOffered));
+  }
   if (is_known) return choices;
   if (!opened) return tl::unexpected(opened.error());
   return std::vector<VolumeChoice>{};

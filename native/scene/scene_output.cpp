@@ -1,6 +1,8 @@
 #include "native/scene/scene_output.h"
 
 #include <fmt/format.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,8 +18,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kBundleExtension = ".isobundle";
-/// The keys of the complete stores, JSON: {"name": "key", …}.
+/// The hashes of the keys of the complete stores, JSON: {"name": "hash", …}.
 constexpr const char* kKeys = ".isosplat-build.json";
+
+std::string hash(const std::string& key) {
+  const XXH128_hash_t found = XXH3_128bits(key.data(), key.size());
+  return fmt::format("{:016x}{:016x}", found.high64, found.low64);
+}
 
 std::map<std::string, std::string> read_keys(const fs::path& file) {
   std::ifstream in(file);
@@ -43,6 +50,16 @@ bool SceneOutput::is_scene(const fs::path& path) {
   return path.extension() == kBundleExtension || !path.has_filename();
 }
 
+Result<void> SceneOutput::check(const Scene& scene) {
+  if (const size_t count = store_paths(scene).size(); count > kMaxBundleStores) {
+    return fail(Status::invalid_argument,
+                fmt::format("expected a scene of at most {} stores, found {}: build fewer steps",
+                            kMaxBundleStores, count));
+  }
+  if (const auto read = parse_scene(scene_text(scene)); !read) return tl::unexpected(read.error());
+  return {};
+}
+
 Result<SceneOutput> SceneOutput::create(const fs::path& path, bool force) {
   SceneOutput output;
   output.path_ = path;
@@ -50,14 +67,14 @@ Result<SceneOutput> SceneOutput::create(const fs::path& path, bool force) {
   output.folder_ = output.is_bundle_
                        ? path.parent_path() / fmt::format(".{}.parts", path.filename().string())
                        : path;
-  const bool is_own = fs::exists(output.folder_ / kKeys);
-  if (!output.is_bundle_ && !force && !is_own && fs::exists(path / kSceneName)) {
+  std::error_code failed;
+  const bool is_own = fs::exists(output.folder_ / kKeys, failed);
+  if (!output.is_bundle_ && !force && !is_own && fs::exists(path / kSceneName, failed)) {
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected no scene, or one of isosplat build, found another: "
                             "choose another folder with -o, or replace the scene with --force",
                             (path / kSceneName).string()));
   }
-  std::error_code failed;
   fs::create_directories(output.folder_ / "stores", failed);
   if (failed) {
     return fail(Status::io_error, fmt::format("{}: cannot create the folder: {}",
@@ -77,17 +94,18 @@ fs::path SceneOutput::store_file(const std::string& name) const {
 
 bool SceneOutput::has(const std::string& name, const std::string& key) const {
   const auto found = keys_.find(name);
-  return found != keys_.end() && found->second == key && StoreFile::open(store_file(name));
+  return found != keys_.end() && found->second == hash(key) && StoreFile::open(store_file(name));
 }
 
 Result<void> SceneOutput::completed(const std::string& name, const std::string& key) {
-  keys_[name] = key;
+  keys_[name] = hash(key);
   return write_text(folder_ / kKeys, nlohmann::json(keys_).dump(1));
 }
 
 Result<uint64_t> SceneOutput::finish(const Scene& scene) {
   const fs::path document = folder_ / kSceneName;
   const std::string text = scene_text(scene);
+  if (auto valid = check(scene); !valid) return tl::unexpected(valid.error());
   if (auto written = write_text(document, text); !written) return tl::unexpected(written.error());
   if (!is_bundle_) {
     uint64_t bytes = text.size();

@@ -18,6 +18,11 @@ class SceneOutput {
   /// Whether a path names such an output rather than a store: it ends with .isobundle or "/".
   static bool is_scene(const std::filesystem::path& path);
 
+  /// Checks that a scene with the names, times and stores of this one can be read: before its
+  /// stores are built. Errors: those of parse_scene; invalid_argument (more stores than a bundle
+  /// may have).
+  static Result<void> check(const Scene& scene);
+
   /// `force`: replaces any file, and a scene that this class has not written. Errors:
   /// invalid_argument, io_error.
   static Result<SceneOutput> create(const std::filesystem::path& path, bool force);
@@ -27,13 +32,14 @@ class SceneOutput {
   /// The path of this store in the scene.
   static std::string store_path(const std::string& name);
 
-  /// Whether an earlier build has completed this store. `key`: all that determines its bytes.
+  /// Whether an earlier build has completed this store. `key`: all that determines its bytes. Only
+  /// its hash is written, since a folder may be published, and the key has paths.
   bool has(const std::string& name, const std::string& key) const;
   /// This store is complete. Errors: io_error.
   Result<void> completed(const std::string& name, const std::string& key);
 
   /// Writes the scene, whose stores are complete. It appears as a whole. Returns the bytes of all
-  /// files. Errors: io_error, those of write_bundle.
+  /// files. Errors: io_error, those of parse_scene and of write_bundle.
   Result<uint64_t> finish(const Scene& scene);
 
  private:
@@ -41,7 +47,7 @@ class SceneOutput {
 
   std::filesystem::path path_, folder_;
   bool is_bundle_ = false;
-  std::map<std::string, std::string> keys_;  ///< of the complete stores
+  std::map<std::string, std::string> keys_;  ///< hashes of those of the complete stores
 };
 
 }  // namespace isosplat

@@ -8,9 +8,6 @@
 namespace isosplat::import {
 namespace {
 
-/// A longer list is of no use to a user.
-constexpr uint64_t kMaxOffered = 10000;
-
 std::string with_name(std::string label, const std::string& name) {
   return name.empty() ? label : label + " (" + name + ")";
 }
@@ -23,7 +20,7 @@ void offer(const ImportOptions& options, std::vector<VolumeChoice> volumes) {
 
 void offer_steps(const ImportOptions& options, uint64_t count) {
   if (!options.choices) return;
-  std::vector<VolumeChoice> steps(static_cast<size_t>(std::min(count, kMaxOffered)));
+  std::vector<VolumeChoice> steps(static_cast<size_t>(std::min<uint64_t>(count, kMaxOffered)));
   for (size_t i = 0; i < steps.size(); ++i) {
     steps[i].label = "time step " + std::to_string(i);
     steps[i].time_step = static_cast<int64_t>(i);
@@ -34,7 +31,7 @@ void offer_steps(const ImportOptions& options, uint64_t count) {
 void offer_channels(const ImportOptions& options, uint64_t count,
                     const std::vector<std::string>& names) {
   if (!options.choices) return;
-  std::vector<VolumeChoice> channels(static_cast<size_t>(std::min(count, kMaxOffered)));
+  std::vector<VolumeChoice> channels(static_cast<size_t>(std::min<uint64_t>(count, kMaxOffered)));
   for (size_t i = 0; i < channels.size(); ++i) {
     if (i < names.size()) channels[i].name = names[i];
     channels[i].label = with_name("channel " + std::to_string(i), channels[i].name);

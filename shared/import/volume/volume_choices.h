@@ -8,6 +8,9 @@
 
 namespace isosplat::import {
 
+/// No more time steps or channels than this are offered: a longer list is of no use to a user.
+inline constexpr size_t kMaxOffered = 10000;
+
 /// Writes volumes to options.choices, unless that is null: see ImportOptions.
 void offer(const ImportOptions& options, std::vector<VolumeChoice> volumes);
 
