@@ -108,29 +108,11 @@ Result<BuildReport> build_on_threads(VolumeSource& source, ByteSink& sink,
   return build.finish(encoders[0].statistics);
 }
 
-}  // namespace
-
-uint64_t min_memory(const VolumeSource& source, const BuildOptions& options) {
-  return plan_memory(source.header(), source.resident_bytes(), thread_count(options), true,
-                     UINT64_MAX)
-      ->min_bytes;
-}
-
-Result<VoxelScan> scan_for_build(VolumeSource& source, const BuildOptions& options) {
+/// Runs a part of a build. Memory and threads that the system refuses become an error.
+template <class Part>
+auto with_refusals(Part&& part) -> decltype(part()) {
   try {
-    ThreadExecutor executor(thread_count(options));
-    return scan_volume(source, executor, scans_all(source.header(), options.max_error),
-                       [](uint64_t) {});
-  } catch (const std::bad_alloc&) {
-    return fail(Status::out_of_memory, "not enough memory to read the volume: free some");
-  } catch (const std::system_error& error) {
-    return fail(Status::out_of_memory, fmt::format("cannot start a thread: {}", error.what()));
-  }
-}
-
-Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {
-  try {
-    return build_on_threads(source, sink, options);
+    return part();
   } catch (const std::bad_alloc&) {
     return fail(Status::out_of_memory,
                 "the system refused memory while the store was built: close other programs, or "
@@ -140,6 +122,26 @@ Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const Buil
         Status::out_of_memory,
         fmt::format("cannot start the threads of the build ({}): reduce --threads", error.what()));
   }
+}
+
+}  // namespace
+
+uint64_t min_memory(const VolumeSource& source, const BuildOptions& options) {
+  return plan_memory(source.header(), source.resident_bytes(), thread_count(options), true,
+                     UINT64_MAX)
+      ->min_bytes;
+}
+
+Result<VoxelScan> scan_for_build(VolumeSource& source, const BuildOptions& options) {
+  return with_refusals([&] {
+    ThreadExecutor executor(thread_count(options));
+    return scan_volume(source, executor, scans_all(source.header(), options.max_error),
+                       [](uint64_t) {});
+  });
+}
+
+Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {
+  return with_refusals([&] { return build_on_threads(source, sink, options); });
 }
 
 Result<BuildReport> build_store_file(VolumeSource& source, const std::filesystem::path& target,

@@ -70,7 +70,7 @@ int run_scene(const BuildCall& call, const import::ImportOptions& import_options
               const BuildOptions& build_options) {
   const std::filesystem::path output = call.store;
   if (output.extension() == ".isobundle") {
-    if (auto checked = check_replaceable(output, "\x89ISOB", "a bundle", call.force); !checked) {
+    if (auto checked = check_replaceable_bundle(output, call.force); !checked) {
       return report(checked.error());
     }
   }

@@ -29,7 +29,7 @@ int run_bundle(const BundleCall& call) {
   std::vector<std::filesystem::path> inputs{call.input};
   for (const std::string& store : store_paths(scene->scene())) inputs.push_back(folder / store);
   if (auto checked = check_not_input(output, inputs); !checked) return report(checked.error());
-  if (auto checked = check_replaceable(output, "\x89ISOB", "a bundle", call.force); !checked) {
+  if (auto checked = check_replaceable_bundle(output, call.force); !checked) {
     return report(checked.error());
   }
   const auto bytes = write_bundle(*scene, output);

@@ -62,6 +62,10 @@ Result<void> check_replaceable(const std::filesystem::path& output, std::string_
                           output.string(), kind));
 }
 
+Result<void> check_replaceable_bundle(const std::filesystem::path& output, bool force) {
+  return check_replaceable(output, "\x89ISOB", "a bundle", force);
+}
+
 std::string source_path_hash(const std::filesystem::path& volume,
                              const std::filesystem::path& store) {
   std::error_code error;

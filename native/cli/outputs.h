@@ -22,6 +22,10 @@ Result<void> check_not_input(const std::filesystem::path& output,
 Result<void> check_replaceable(const std::filesystem::path& output, std::string_view beginning,
                                std::string_view kind, bool force);
 
+/// Checks that a bundle may be written: as check_replaceable, for files of isosplat bundle and
+/// build.
+Result<void> check_replaceable_bundle(const std::filesystem::path& output, bool force);
+
 /// The hash of a volume's path in a store's metadata (FORMAT.md, META): XXH3-64 of the path
 /// relative to the store's folder, with links resolved, as 16 hexadecimal digits.
 std::string source_path_hash(const std::filesystem::path& volume,

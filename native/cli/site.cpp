@@ -69,15 +69,8 @@ Result<std::string> read_text(const fs::path& path) {
   return text;
 }
 
-Result<void> write_bytes(const fs::path& path, std::span<const std::byte> bytes) {
-  auto file = OutputFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, bytes); !written) return written;
-  return file->publish();
-}
-
 Result<void> write_text(const fs::path& path, std::string_view text) {
-  return write_bytes(path, std::as_bytes(std::span(text)));
+  return write_whole_file(path, std::as_bytes(std::span(text)));
 }
 
 Result<void> create_folders(const fs::path& folder) {
@@ -158,7 +151,7 @@ Result<void> copy_thumbnails(const Site& site, std::span<server::PublishedVolume
     const auto picture = server::read_thumbnail(site.volumes[i].path, listed[i].content);
     if (!picture || picture_file(listed[i].file, *picture) != listed[i].thumbnail) {
       listed[i].thumbnail.clear();
-    } else if (auto written = write_bytes(to / listed[i].thumbnail, *picture); !written) {
+    } else if (auto written = write_whole_file(to / listed[i].thumbnail, *picture); !written) {
       return written;
     }
   }

@@ -121,11 +121,7 @@ Result<void> write_picture(const std::filesystem::path& path, const Image& image
                            std::string_view content) {
   const auto png = encode_png(image);
   if (!png) return fail(png.error().status, path.string() + ": " + png.error().message);
-  auto file = OutputFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, server::with_content_id(*png, content)); !written)
-    return written;
-  return file->publish();
+  return write_whole_file(path, server::with_content_id(*png, content));
 }
 
 bool is_refused_thumbnail(const std::filesystem::path& picture, const StoreFile& store) {

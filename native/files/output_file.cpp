@@ -107,6 +107,14 @@ std::string first_bytes(const std::filesystem::path& path, size_t count) {
   return bytes;
 }
 
+Result<void> write_whole_file(const std::filesystem::path& target,
+                              std::span<const std::byte> bytes) {
+  auto file = OutputFile::create(target);
+  if (!file) return tl::unexpected(file.error());
+  if (auto written = file->write(0, bytes); !written) return written;
+  return file->publish();
+}
+
 void remove_unfinished_files() {
   if (unfinished_of != ::getpid()) return;
   for (const auto& name : unfinished) {

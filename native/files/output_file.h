@@ -48,6 +48,10 @@ class OutputFile : public ByteSink {
   uint64_t pending_offset_ = 0;
 };
 
+/// Writes a file as a whole: OutputFile. Errors: those of OutputFile.
+Result<void> write_whole_file(const std::filesystem::path& target,
+                              std::span<const std::byte> bytes);
+
 /// The first bytes of an existing regular file, at most `count`, for detecting the kind of a file
 /// before it is replaced. Empty if there is no such file, or it cannot be read.
 std::string first_bytes(const std::filesystem::path& path, size_t count);

@@ -41,10 +41,7 @@ Result<std::vector<std::byte>> encode_png(const Image& image) {
 Result<void> write_png(const std::string& path, const Image& image) {
   const auto png = encode_png(image);
   if (!png) return fail(png.error().status, path + ": " + png.error().message);
-  auto file = OutputFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, *png); !written) return written;
-  return file->publish();
+  return write_whole_file(path, *png);
 }
 
 Result<Image> read_png(const std::string& path) {

@@ -29,13 +29,6 @@ Result<void> copy(const Bytes& from, OutputFile& to) {
   return {};
 }
 
-Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) {
-  auto output = OutputFile::create(path);
-  if (!output) return tl::unexpected(output.error());
-  if (auto written = output->write(0, bytes); !written) return written;
-  return output->publish();
-}
-
 }  // namespace
 
 Result<uint64_t> write_bundle(const SceneFile& scene, const fs::path& output) {
@@ -80,7 +73,7 @@ Result<size_t> unbundle(const SceneFile& bundle, const fs::path& folder, bool fo
     if (auto published = file->publish(); !published) return tl::unexpected(published.error());
   }
   // Last: a folder with a scene has all its stores.
-  if (auto written = write_file(folder / kSceneName, std::as_bytes(std::span(bundle.text())));
+  if (auto written = write_whole_file(folder / kSceneName, std::as_bytes(std::span(bundle.text())));
       !written) {
     return tl::unexpected(written.error());
   }

@@ -38,10 +38,7 @@ std::map<std::string, std::string> read_keys(const fs::path& file) {
 }
 
 Result<void> write_text(const fs::path& path, const std::string& text) {
-  auto file = OutputFile::create(path);
-  if (!file) return tl::unexpected(file.error());
-  if (auto written = file->write(0, std::as_bytes(std::span(text))); !written) return written;
-  return file->publish();
+  return write_whole_file(path, std::as_bytes(std::span(text)));
 }
 
 }  // namespace
@@ -109,7 +106,14 @@ Result<uint64_t> SceneOutput::finish(const Scene& scene) {
   if (auto written = write_text(document, text); !written) return tl::unexpected(written.error());
   if (!is_bundle_) {
     uint64_t bytes = text.size();
-    for (const std::string& store : store_paths(scene)) bytes += fs::file_size(folder_ / store);
+    for (const std::string& store : store_paths(scene)) {
+      std::error_code failed;
+      bytes += fs::file_size(folder_ / store, failed);
+      if (failed) {
+        return fail(Status::io_error, fmt::format("{}: cannot be read: {}",
+                                                  (folder_ / store).string(), failed.message()));
+      }
+    }
     return bytes;
   }
   const auto file = SceneFile::open(document);

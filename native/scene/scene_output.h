@@ -38,8 +38,9 @@ class SceneOutput {
   /// This store is complete. Errors: io_error.
   Result<void> completed(const std::string& name, const std::string& key);
 
-  /// Writes the scene, whose stores are complete. It appears as a whole. Returns the bytes of all
-  /// files. Errors: io_error, those of parse_scene and of write_bundle.
+  /// Writes the scene, whose stores are complete. A bundle, or the document in a folder, appears as
+  /// a whole; the stores in a folder have been replaced one by one. Returns the bytes of all files.
+  /// Errors: io_error, those of parse_scene and of write_bundle.
   Result<uint64_t> finish(const Scene& scene);
 
  private:
