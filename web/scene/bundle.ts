@@ -1,4 +1,5 @@
 import type { Core } from "../core/core.ts";
+import type { Source } from "../stream/source.ts";
 import { joined } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
 import {
@@ -8,24 +9,11 @@ import {
   parseBundleHeader,
 } from "./bundle_header.ts";
 
-/** The file of a bundle. */
-export interface BundleFile {
-  /** For messages. */
-  readonly name: string;
-  readonly concurrency: number;
-  readonly fresh: boolean;
+/** The file of a bundle: what a source of a store has for its bytes. */
+export interface BundleFile
+  extends Pick<Source, "name" | "concurrency" | "fresh" | "range" | "bypassCaches" | "forget"> {
   /** The first bytes: at least `count`, unless the file is shorter. */
   firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array>;
-  /** `arrived` is called in order, as parts arrive. */
-  range(
-    offset: number,
-    bytes: number,
-    signal: AbortSignal,
-    arrived: (part: Uint8Array, offset: number) => void,
-  ): Promise<void>;
-  bypassCaches(): void;
-  /** Forgets the identity of the file. The next `firstBytes` may be those of another one. */
-  forget(): void;
   /** The file that was read again is the same one. */
   isSame?(): void;
 }

@@ -50,8 +50,7 @@ export async function openScene(
   const { time, background } = document;
   const first = Math.min(Math.max(0, Math.trunc(step)), (time?.values.length ?? 1) - 1);
   viewer.setTime(time, first);
-  const { low, high, planes, caps } = document.clip;
-  viewer.setClip({ low, high, planes, caps });
+  viewer.setClip(document.clip);
   if (background) viewer.setLook({ background: background.slice(0, 7) });
   const shownPaths = document.layers
     .filter((layer) => layer.visible)

@@ -1,8 +1,9 @@
 import { StreamError } from "../stream/types.ts";
+import type { SceneTime } from "../viewer/time.ts";
+import type { Clip } from "../viewer/types.ts";
 import { Member, sceneError } from "./member.ts";
 import {
   type CameraDocument,
-  type ClipDocument,
   type JsonObject,
   type LayerDocument,
   maxLayers,
@@ -12,7 +13,6 @@ import {
   maxSurfacesOfLayer,
   type SceneDocument,
   type SurfaceDocument,
-  type TimeDocument,
 } from "./scene_document.ts";
 
 /**
@@ -24,7 +24,8 @@ export function parseScene(bytes: Uint8Array): SceneDocument {
   if (bytes.length > maxSceneBytes) {
     throw sceneError(`expected at most ${maxSceneBytes} bytes, found ${bytes.length}`);
   }
-  const root = new Member(jsonOf(bytes));
+  const json = jsonOf(bytes);
+  const root = new Member(json);
   const format = root.at("format");
   if (!format.is("isosplat-scene")) format.refuse('"isosplat-scene"');
   const version = root.at("version").number(1);
@@ -44,7 +45,7 @@ export function parseScene(bytes: Uint8Array): SceneDocument {
     camera: optional(root.at("camera"), readCamera, null),
     clip: readClip(root.at("clip")),
     background: optional(root.at("background"), (colour) => colour.colour(true), null),
-    json: jsonOf(bytes) as JsonObject,
+    json: json as JsonObject,
   };
 }
 
@@ -103,7 +104,7 @@ function readTransform(transform: Member): number[] {
   return numbers;
 }
 
-function readTime(time: Member): TimeDocument {
+function readTime(time: Member): Required<SceneTime> {
   const values: number[] = [];
   for (const step of time.at("steps").list(1, maxSteps)) {
     const value = step.number();
@@ -129,7 +130,7 @@ function readCamera(camera: Member): CameraDocument {
   };
 }
 
-function readClip(clip: Member): ClipDocument {
+function readClip(clip: Member): Required<Clip> {
   const box = clip.at("box");
   return {
     low: box.exists ? box.at("low").vector(0, 1) : [0, 0, 0],

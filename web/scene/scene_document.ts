@@ -1,13 +1,14 @@
-import type { Triple } from "../core/types.ts";
+import type { SceneTime } from "../viewer/time.ts";
+import type { Camera, Clip } from "../viewer/types.ts";
 
 /** Scenes as documents (shared/core/scene/SCENE.md), with the defaults of absent members. */
 export interface SceneDocument {
   name: string;
   layers: readonly LayerDocument[];
   /** Null: the scene does not change with time. */
-  time: TimeDocument | null;
+  time: Required<SceneTime> | null;
   camera: CameraDocument | null;
-  clip: ClipDocument;
+  clip: Required<Clip>;
   /** #rrggbb or #rrggbbaa. */
   background: string | null;
   /** The document as it was read, with the members that are unknown here. */
@@ -35,29 +36,8 @@ export interface SurfaceDocument {
   opacity: number;
 }
 
-export interface TimeDocument {
-  /** Ascending, one for each step. */
-  values: readonly number[];
-  unit: string;
-}
-
-/** World, and degrees. */
-export interface CameraDocument {
-  target: Triple;
-  distance: number;
-  azimuth: number;
-  elevation: number;
-  roll: number;
-  fieldOfView: number;
+export interface CameraDocument extends Omit<Camera, "projection"> {
   isOrthographic: boolean;
-}
-
-export interface ClipDocument {
-  /** Fractions of the extent of the first layer's volume. */
-  low: Triple;
-  high: Triple;
-  planes: readonly { normal: Triple; offset: number }[];
-  caps: boolean;
 }
 
 /** The limits of shared/core/scene/scene.h. */

@@ -9,6 +9,7 @@ import { BundledSource } from "./bundled_source.ts";
 import { sceneError } from "./member.ts";
 import { parseScene } from "./parse_scene.ts";
 import { maxSceneBytes, type SceneDocument } from "./scene_document.ts";
+import { isBundleName, isDocumentName } from "./scene_name.ts";
 
 /** A scene that has been read: its document, and the bytes of its stores. */
 export interface OpenedScene {
@@ -47,9 +48,9 @@ export interface SceneFile {
 
 /** Files of this device: a bundle, or a document with its stores. Null: there is no scene among them. */
 export function sceneOfFiles(files: readonly SceneFile[]): SceneSource | null {
-  const bundle = files.find(({ path }) => /\.isobundle$/i.test(path));
+  const bundle = files.find(({ path }) => isBundleName(path));
   if (bundle) return bundleScene(new BlobSource(bundle.file, nameOf(bundle.path)));
-  const document = files.find(({ path }) => /(^|[/.])scene\.json$/i.test(path));
+  const document = files.find(({ path }) => isDocumentName(path));
   if (!document) return null;
   return { name: nameOf(document.path), open: () => openFiles(document, files) };
 }

@@ -1,3 +1,10 @@
+/** Whether this is a phone or a tablet: it is touched, and has no pointer that can hover. */
+export function isHandheld(): boolean {
+  return (
+    typeof matchMedia === "function" && matchMedia("(pointer: coarse) and (hover: none)").matches
+  );
+}
+
 /**
  * The sample budget (16 bytes each) for the class of this device: from 32 MB of GPU memory on small
  * devices to 384 MB.
@@ -6,9 +13,7 @@ export function defaultSampleBudget(): number {
   if (typeof navigator === "undefined") return 8_000_000;
   // Chromium reports at most 8 GB. Other browsers report nothing.
   const { deviceMemory } = navigator as { deviceMemory?: number };
-  const isHandheld =
-    typeof matchMedia === "function" && matchMedia("(pointer: coarse) and (hover: none)").matches;
   if (deviceMemory !== undefined && deviceMemory <= 2) return 2_000_000;
-  if (isHandheld) return 4_000_000;
+  if (isHandheld()) return 4_000_000;
   return deviceMemory === undefined || deviceMemory >= 8 ? 24_000_000 : 12_000_000;
 }

@@ -1,3 +1,5 @@
+import { isHandheld } from "./device.ts";
+
 interface Part {
   owner: object;
   offset: number;
@@ -6,9 +8,7 @@ interface Part {
 
 /** The limit of `KeptBytes` for the class of this device. */
 export function defaultKeptBytes(): number {
-  const isHandheld =
-    typeof matchMedia === "function" && matchMedia("(pointer: coarse) and (hover: none)").matches;
-  return (isHandheld ? 32 : 128) * 1024 * 1024;
+  return (isHandheld() ? 32 : 128) * 1024 * 1024;
 }
 
 /**

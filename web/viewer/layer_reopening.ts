@@ -4,6 +4,7 @@ import type { LayerEntry, LayerList } from "./layer_list.ts";
 import type { LayersHost } from "./layers.ts";
 import { RendererError } from "./renderer_error.ts";
 import { abortOf, type RendererLife } from "./renderer_life.ts";
+import { isSameGrid } from "./transform.ts";
 import type { ViewCamera } from "./view_camera.ts";
 
 /** The functions that reopening needs from the list of layers. */
@@ -98,15 +99,4 @@ export class LayerReopening {
 /** Whether the viewer tells of an error by an event. */
 function isReported(error: unknown): error is StreamError | RendererError {
   return error instanceof StreamError || error instanceof RendererError;
-}
-
-function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
-  const numbers = ({ voxels, spacing, origin, direction }: StoreInfo): number[] => [
-    ...voxels,
-    ...spacing,
-    ...origin,
-    ...direction,
-  ];
-  const other = numbers(b);
-  return numbers(a).every((number, i) => number === other[i]);
 }

@@ -135,3 +135,15 @@ export function coverage(info: StoreInfo, viewProjection: ArrayLike<number>): nu
     Math.max(0, Math.min(1, high[row] ?? 0) - Math.max(-1, low[row] ?? 0)) / 2;
   return extent(0) * extent(1);
 }
+
+/** Whether both grids cover the same part of the world with the same voxels. */
+export function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
+  const numbers = ({ voxels, spacing, origin, direction }: StoreInfo): number[] => [
+    ...voxels,
+    ...spacing,
+    ...origin,
+    ...direction,
+  ];
+  const other = numbers(b);
+  return numbers(a).every((number, i) => number === other[i]);
+}

@@ -1,3 +1,4 @@
+import { isSceneName } from "../../scene/scene_name.ts";
 import { FileSource } from "../../stream/file_source.ts";
 import { volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
@@ -7,9 +8,6 @@ import type { UrlState } from "./url_state.ts";
 const volumeEnding =
   /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
 
-/** The endings of URLs of scenes: of their documents, and of bundles. */
-const sceneEnding = /(\.isobundle|\.scene\.json|(^|\/)scene\.json)$/i;
-
 /**
  * The target of the page's address: a volume of its server or site, or a store or a scene on any
  * host. Undefined for everything else: see start.ts.
@@ -18,7 +16,7 @@ export function openTarget({ volume, src }: Pick<UrlState, "volume" | "src">): T
   if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
   const address = src === undefined ? undefined : addressIn(src);
   if (!address || isOfVolume(address)) return undefined;
-  if (sceneEnding.test(address.pathname)) {
+  if (isSceneName(address.pathname)) {
     const open = async () => (await import("../../scene/scene_source.ts")).sceneAt(address.href);
     return { name: fileName(address), scene: open };
   }

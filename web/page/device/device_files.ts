@@ -20,6 +20,7 @@ import {
 } from "../../device/reading.ts";
 import { RemoteFiles } from "../../device/remote_files.ts";
 import { addressOfScale, isZarr, openZarr, zarrVolume } from "../../device/zarr_volume.ts";
+import { isSceneName } from "../../scene/scene_name.ts";
 import { contentIdOf } from "../../stream/file_source.ts";
 import { beginsAsStore } from "../../stream/transfer.ts";
 import { StreamError } from "../../stream/types.ts";
@@ -164,7 +165,7 @@ export class DeviceFiles {
       if (first && found.length === 1 && /\.json$/i.test(first.path)) {
         const { openSession } = await import("../address/open_session.ts");
         await openSession(first.file);
-      } else if (isScene(found)) {
+      } else if (found.some(({ path }) => isSceneName(path))) {
         await this.#openScene(found);
       } else {
         const chosen = manner ?? (await this.#chooseManner(task));
@@ -331,11 +332,6 @@ export class DeviceFiles {
     }
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
   }
-}
-
-/** Whether there is a bundle, or the document of a scene with its stores. */
-function isScene(files: readonly InputFile[]): boolean {
-  return files.some(({ path }) => /(\.isobundle|(^|[/.])scene\.json)$/i.test(path));
 }
 
 /** The version is that of a single file. Several files would have to be checked one by one. */

@@ -1,5 +1,6 @@
 import type { StoreInfo, Triple } from "../../core/types.ts";
 import { layersTexts } from "../../texts/layers.ts";
+import { isSameGrid } from "../../viewer/transform.ts";
 
 /** A layer whose store has been read, and which nobody has put elsewhere by a transform. */
 export interface PlacedLayer {
@@ -46,18 +47,6 @@ export function hasPlace({ origin, direction }: StoreInfo): boolean {
   const isAtOrigin = origin.every((n) => n === 0);
   const isUnturned = direction.every((n, i) => n === (i % 4 === 0 ? 1 : 0));
   return !(isAtOrigin && isUnturned);
-}
-
-/** Whether both grids cover the same part of the world with the same voxels. */
-function isSameGrid(a: StoreInfo, b: StoreInfo): boolean {
-  const numbers = ({ voxels, spacing, origin, direction }: StoreInfo) => [
-    ...voxels,
-    ...spacing,
-    ...origin,
-    ...direction,
-  ];
-  const other = numbers(b);
-  return numbers(a).every((n, i) => n === other[i]);
 }
 
 /** The box along the axes of the world around a grid. */

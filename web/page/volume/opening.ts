@@ -19,7 +19,6 @@ export interface Opened {
   info: StoreInfo;
   /** The layers of a scene; null: it is missing. */
   layers?: readonly (Layer | null)[];
-  isScene: boolean;
   /** The viewer has the scene's surfaces. */
   hasSurfaces: boolean;
   /** Of a scene; empty: that of its first layer. */
@@ -58,7 +57,7 @@ async function openStoreIn(
     ...(camera ? { camera } : {}),
     ...(projection && { projection }),
   });
-  return { info, isScene: false, hasSurfaces: false, title: "", notes: [] };
+  return { info, hasSurfaces: false, title: "", notes: [] };
 }
 
 /** The settings of the address come before those of the scene. */
@@ -90,7 +89,6 @@ async function openSceneIn(
   return {
     info,
     layers,
-    isScene: true,
     hasSurfaces: surfaces.length === 0,
     title: document.name || target.name,
     notes: notes.slice(0, 3),

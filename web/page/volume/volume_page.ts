@@ -196,7 +196,7 @@ export class VolumePage {
       if (this.#info !== opened.info || opened.title) this.#onOpened(opened.info);
       const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
       void this.layers.opened(opened.layers);
-      const isElsewhere = this.#camera.opened(camera, before, keepsView, opened.isScene);
+      const isElsewhere = this.#camera.opened(camera, before, keepsView, "scene" in this.#target);
       if (keepsView) return;
       notes.unshift(...(this.#url.notes ?? []));
       if (isElsewhere) notes.push(pageTexts.viewTooFar);
