@@ -1,35 +1,15 @@
 // Several volumes in one viewer: one picture, one sample budget, and no volume disturbs another.
 import { expect, type Page, test } from "@playwright/test";
-import { createServer, type Plugin, type ViteDevServer } from "vite";
 import type * as StreamModule from "../../web/stream/index.ts";
 import type * as ViewerModule from "../../web/viewer/index.ts";
+import { type ServedModules, serveModules } from "./support/empty_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
-/** Serves /empty, a page with only a canvas. */
-const emptyPages: Plugin = {
-  name: "empty-pages",
-  configureServer: ({ middlewares }) => {
-    middlewares.use("/empty", (_request, response) => {
-      response.setHeader("Content-Type", "text/html");
-      response.end("<!doctype html><canvas></canvas>");
-    });
-  },
-};
-
 let server: RunningServer;
-let modules: ViteDevServer;
-let origin: string;
+let modules: ServedModules;
 test.beforeAll(async () => {
   server = await serve([demoFolder]);
-  modules = await createServer({
-    configFile: "vite.config.ts",
-    server: { port: 0, hmr: false, proxy: { "/v1": server.url } },
-    plugins: [emptyPages],
-    // The viewer needs no packages; those of the page are not loaded.
-    optimizeDeps: { noDiscovery: true, include: [] },
-  });
-  await modules.listen();
-  origin = modules.resolvedUrls?.local[0] ?? "";
+  modules = await serveModules(server.url);
 });
 test.afterAll(async () => {
   await modules.close();
@@ -55,7 +35,7 @@ declare global {
 }
 
 async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): Promise<void> {
-  await page.goto(`${origin}empty`);
+  await page.goto(`${modules.origin}/empty`);
   await page.evaluate(
     async ({ base, options }) => {
       const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
@@ -110,7 +90,7 @@ async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): 
         return count;
       };
     },
-    { base: origin.replace(/\/$/, ""), options },
+    { base: modules.origin, options },
   );
 }
 

@@ -1,11 +1,10 @@
 // Scenes in the page: a bundle by its address, and files of this device.
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createServer, type Server } from "node:http";
-import type { AddressInfo } from "node:net";
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, test } from "@playwright/test";
+import { type RangeHost, rangeHost } from "../support/range_host.ts";
 import { ballIsovalue, buildBall } from "../support/series.ts";
 import { program, type RunningServer, serve } from "./support/server.ts";
 import { complete, settled } from "./support/view.ts";
@@ -13,10 +12,7 @@ import { complete, settled } from "./support/view.ts";
 const look = "kind=exact&shading=exact";
 let folder: string;
 let server: RunningServer;
-let host: Server;
-let origin: string;
-/** The requests to the host: path and range. */
-const asked: string[] = [];
+let host: RangeHost;
 
 const surfaces = (colour: string) => [{ isovalue: ballIsovalue, colour }];
 const scene = {
@@ -56,30 +52,13 @@ test.beforeAll(async () => {
     join(folder, "two.isobundle"),
   ]);
   server = await serve([folder]);
-  host = createServer((request, response) => {
-    const path = new URL(request.url ?? "", "http://host").pathname;
-    asked.push(`${path} ${request.headers.range ?? ""}`.trim());
-    response.setHeader("Access-Control-Allow-Origin", "*");
-    response.setHeader("Access-Control-Allow-Headers", "Range");
-    response.setHeader("Access-Control-Expose-Headers", "Content-Range");
-    if (request.method === "OPTIONS") return response.end();
-    let file: Buffer;
-    try {
-      file = readFileSync(join(folder, path));
-    } catch {
-      return response.writeHead(404).end();
-    }
-    const [, first, last] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "") ?? [];
-    if (first === undefined) return response.end(file);
-    const end = Math.min(Number(last) + 1, file.length);
-    response.writeHead(206, { "Content-Range": `bytes ${first}-${end - 1}/${file.length}` });
-    response.end(file.subarray(Number(first), end));
+  host = await rangeHost((path) => {
+    const file = join(folder, path);
+    return existsSync(file) ? readFileSync(file) : undefined;
   });
-  await new Promise<void>((listening) => host.listen(0, "127.0.0.1", listening));
-  origin = `http://127.0.0.1:${(host.address() as AddressInfo).port}`;
 });
 test.afterAll(async () => {
-  host?.close();
+  host?.stop();
   await server?.stop();
   rmSync(folder, { recursive: true, force: true });
 });
@@ -87,23 +66,23 @@ test.afterAll(async () => {
 const names = ".layer-name";
 
 test("a bundle at an address shows all its layers, with few requests", async ({ page }) => {
-  asked.length = 0;
-  await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
+  host.asked.length = 0;
+  await page.goto(`${server.url}?src=${host.origin}/two.isobundle&${look}`);
   await complete(page);
   await settled(page);
   await expect(page.locator(names)).toHaveText(["left", "right", "hidden"]);
   await expect(page).toHaveTitle("Two balls · Isosplat");
-  const ranges = asked.filter((each) => each.startsWith("/two.isobundle bytes="));
+  const ranges = host.asked.filter((each) => each.startsWith("/two.isobundle bytes="));
   expect(ranges[0]).toBe("/two.isobundle bytes=0-65535");
   // All of this bundle's coarse parts follow the header, and the rest is read by ranges.
   expect(ranges.length).toBeLessThan(12);
-  expect(new URL(page.url()).searchParams.get("src")).toBe(`${origin}/two.isobundle`);
+  expect(new URL(page.url()).searchParams.get("src")).toBe(`${host.origin}/two.isobundle`);
   await expect(page.getByRole("alert")).toHaveCount(0);
 });
 
 test("the default view depends on the window, so a link does not have it", async ({ page }) => {
   await page.setViewportSize({ width: 390, height: 844 });
-  await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
+  await page.goto(`${server.url}?src=${host.origin}/two.isobundle&${look}`);
   await complete(page);
   await settled(page);
   expect(new URL(page.url()).searchParams.get("isovalue")).not.toBeNull();
@@ -111,7 +90,7 @@ test("the default view depends on the window, so a link does not have it", async
 });
 
 test("changes of a scene's layers are in the link", async ({ page }) => {
-  await page.goto(`${server.url}?src=${origin}/two.isobundle&${look}`);
+  await page.goto(`${server.url}?src=${host.origin}/two.isobundle&${look}`);
   await complete(page);
   await page
     .locator(".layer-row")
@@ -133,13 +112,13 @@ test("changes of a scene's layers are in the link", async ({ page }) => {
 test("a document at an address shows the layers whose stores exist, and names the others", async ({
   page,
 }) => {
-  await page.goto(`${server.url}?src=${origin}/missing.scene.json&${look}`);
+  await page.goto(`${server.url}?src=${host.origin}/missing.scene.json&${look}`);
   await complete(page);
   await expect(page.getByText("Layer lost cannot be shown")).toBeVisible();
 });
 
 test("a scene that cannot be read is named with its fault", async ({ page }) => {
-  await page.goto(`${server.url}?src=${origin}/broken.scene.json`);
+  await page.goto(`${server.url}?src=${host.origin}/broken.scene.json`);
   await expect(page.getByRole("alert").first()).toContainText(
     "layers: expected a list of 1 to 4096",
   );

@@ -6,7 +6,7 @@ import { expect, type Page, test } from "@playwright/test";
 import type * as StreamModule from "../../web/stream/index.ts";
 import type * as ViewerModule from "../../web/viewer/index.ts";
 import { ballIsovalue, buildBall } from "../support/series.ts";
-import { serveModules } from "./support/empty_page.ts";
+import { type ServedModules, serveModules } from "./support/empty_page.ts";
 import { type RunningServer, serve } from "./support/server.ts";
 
 const steps = 8;
@@ -14,7 +14,7 @@ const centre = (step: number) => 0.25 + (0.5 * step) / (steps - 1);
 
 let folder: string;
 let server: RunningServer;
-let modules: { origin: string; close(): Promise<void> };
+let modules: ServedModules;
 test.beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "isosplat-time-"));
   for (let step = 0; step < steps; ++step) {

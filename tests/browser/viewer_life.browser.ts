@@ -1,35 +1,15 @@
 // The viewer embedded in another page: it may be disposed at any time, and its workers may crash.
 import { expect, type Page, test } from "@playwright/test";
-import { createServer, type Plugin, type ViteDevServer } from "vite";
 import type * as StreamModule from "../../web/stream/index.ts";
 import type * as ViewerModule from "../../web/viewer/index.ts";
+import { type ServedModules, serveModules } from "./support/empty_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
-/** Serves /empty, a page with only a canvas. */
-const emptyPages: Plugin = {
-  name: "empty-pages",
-  configureServer: ({ middlewares }) => {
-    middlewares.use("/empty", (_request, response) => {
-      response.setHeader("Content-Type", "text/html");
-      response.end("<!doctype html><canvas></canvas>");
-    });
-  },
-};
-
 let server: RunningServer;
-let modules: ViteDevServer;
-let origin: string;
+let modules: ServedModules;
 test.beforeAll(async () => {
   server = await serve([demoFolder]);
-  modules = await createServer({
-    configFile: "vite.config.ts",
-    server: { port: 0, hmr: false, proxy: { "/v1": server.url } },
-    plugins: [emptyPages],
-    // The viewer needs no packages; those of the page are not loaded.
-    optimizeDeps: { noDiscovery: true, include: [] },
-  });
-  await modules.listen();
-  origin = modules.resolvedUrls?.local[0] ?? "";
+  modules = await serveModules(server.url);
 });
 test.afterAll(async () => {
   await modules.close();
@@ -51,25 +31,22 @@ declare global {
 
 /** An empty page with a canvas and a viewer that has not opened anything. */
 async function emptyPage(page: Page): Promise<void> {
-  await page.goto(`${origin}empty`);
-  await page.evaluate(
-    async (base) => {
-      const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
-      const { ServerSource }: typeof StreamModule = await import(`${base}/stream/index.ts`);
-      const canvas = document.querySelector("canvas");
-      if (!canvas) throw new Error("no canvas");
-      canvas.style.cssText = "width: 300px; height: 300px";
-      const viewer = new Viewer(canvas);
-      const events: string[] = [];
-      viewer.on("opened", () => events.push("opened"));
-      viewer.on("error", (error) => events.push(`error: ${error.message}`));
-      viewer.on("progress", () => events.push("progress"));
-      const source = new ServerSource({ base, volume: "bucky" });
-      const unset = Promise.resolve("");
-      window.life = { viewer, source, events, opened: unset, complete: Promise.resolve() };
-    },
-    origin.replace(/\/$/, ""),
-  );
+  await page.goto(`${modules.origin}/empty`);
+  await page.evaluate(async (base) => {
+    const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
+    const { ServerSource }: typeof StreamModule = await import(`${base}/stream/index.ts`);
+    const canvas = document.querySelector("canvas");
+    if (!canvas) throw new Error("no canvas");
+    canvas.style.cssText = "width: 300px; height: 300px";
+    const viewer = new Viewer(canvas);
+    const events: string[] = [];
+    viewer.on("opened", () => events.push("opened"));
+    viewer.on("error", (error) => events.push(`error: ${error.message}`));
+    viewer.on("progress", () => events.push("progress"));
+    const source = new ServerSource({ base, volume: "bucky" });
+    const unset = Promise.resolve("");
+    window.life = { viewer, source, events, opened: unset, complete: Promise.resolve() };
+  }, modules.origin);
 }
 
 /** `disposes`: the viewer is disposed in the same task, before any response. */
@@ -116,32 +93,29 @@ test("a view that the sample budget keeps coarse is limited, and never complete"
   page,
 }) => {
   await emptyPage(page);
-  const seen = await page.evaluate(
-    async (base) => {
-      const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
-      window.life.viewer.dispose();
-      const canvas = document.createElement("canvas");
-      canvas.style.cssText = "width: 300px; height: 300px";
-      document.body.append(canvas);
-      // Level 0 has 92,772 active cells for this isovalue, level 1 about a quarter of that.
-      const viewer = new Viewer(canvas, { sampleBudget: 20_000 });
-      const states = new Set<string>();
-      const limited = new Promise<{ samples: number; limited: boolean }>((resolve) =>
-        viewer.on("progress", ({ state, samplesResident, limitedByBudget }) => {
-          states.add(state);
-          if (state === "limited") resolve({ samples: samplesResident, limited: limitedByBudget });
-        }),
-      );
-      await viewer.open(window.life.source);
-      viewer.setIsovalues([100]);
-      const end = await limited;
-      // Whatever a further look at the resting view finds, it stays limited.
-      for (let i = 0; i < 60; ++i) await new Promise((next) => requestAnimationFrame(next));
-      viewer.dispose();
-      return { ...end, states: [...states] };
-    },
-    origin.replace(/\/$/, ""),
-  );
+  const seen = await page.evaluate(async (base) => {
+    const { Viewer }: typeof ViewerModule = await import(`${base}/viewer/index.ts`);
+    window.life.viewer.dispose();
+    const canvas = document.createElement("canvas");
+    canvas.style.cssText = "width: 300px; height: 300px";
+    document.body.append(canvas);
+    // Level 0 has 92,772 active cells for this isovalue, level 1 about a quarter of that.
+    const viewer = new Viewer(canvas, { sampleBudget: 20_000 });
+    const states = new Set<string>();
+    const limited = new Promise<{ samples: number; limited: boolean }>((resolve) =>
+      viewer.on("progress", ({ state, samplesResident, limitedByBudget }) => {
+        states.add(state);
+        if (state === "limited") resolve({ samples: samplesResident, limited: limitedByBudget });
+      }),
+    );
+    await viewer.open(window.life.source);
+    viewer.setIsovalues([100]);
+    const end = await limited;
+    // Whatever a further look at the resting view finds, it stays limited.
+    for (let i = 0; i < 60; ++i) await new Promise((next) => requestAnimationFrame(next));
+    viewer.dispose();
+    return { ...end, states: [...states] };
+  }, modules.origin);
   expect(seen.limited).toBe(true);
   expect(seen.samples).toBeLessThanOrEqual(20_000);
   expect(seen.states).not.toContain("complete");

@@ -1,8 +1,6 @@
 /** Scenes and bundles of the browser: documents, headers, and the requests for them. */
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createServer, type Server } from "node:http";
-import type { AddressInfo } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -14,6 +12,7 @@ import { BlobSource } from "../../web/stream/blob_source.ts";
 import { joined } from "../../web/stream/transfer.ts";
 import { StreamError } from "../../web/stream/types.ts";
 import { Chance } from "../support/chance.ts";
+import { type RangeHost, rangeHost } from "../support/range_host.ts";
 import { core } from "./fixture.ts";
 
 const golden = new URL("../golden/bundle1.0/", import.meta.url);
@@ -257,9 +256,7 @@ describe("a scene of files", () => {
 });
 
 describe("a scene at an address", () => {
-  let server: Server;
-  let base = "";
-  const asked: string[] = [];
+  let host: RangeHost;
   const files = new Map<string, Uint8Array>([
     ["/golden.isobundle", bundle],
     ["/golden.scene.json", document],
@@ -268,25 +265,13 @@ describe("a scene at an address", () => {
   ]);
 
   beforeAll(async () => {
-    server = createServer((request, response) => {
-      const url = (request.url ?? "").replace(/\?.*/, "");
-      asked.push(`${url} ${request.headers.range ?? ""}`.trim());
-      const file = files.get(url);
-      if (!file) return response.writeHead(404).end();
-      const [, first, last] = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "") ?? [];
-      if (first === undefined) return response.end(file);
-      const end = Math.min(Number(last) + 1, file.length);
-      response.writeHead(206, { "Content-Range": `bytes ${first}-${end - 1}/${file.length}` });
-      response.end(file.subarray(Number(first), end));
-    });
-    await new Promise<void>((listening) => server.listen(0, "127.0.0.1", listening));
-    base = `http://127.0.0.1:${(server.address() as AddressInfo).port}`;
+    host = await rangeHost((path) => files.get(path));
   });
-  afterAll(() => server.close());
+  afterAll(() => host.stop());
 
   it("as a bundle takes at most three requests for its first picture", async () => {
-    asked.length = 0;
-    const opened = await sceneAt(`${base}/golden.isobundle`).open(instance, signal);
+    host.asked.length = 0;
+    const opened = await sceneAt(`${host.origin}/golden.isobundle`).open(instance, signal);
     const paths = opened.document.layers.flatMap(({ stores }) => stores);
     await opened.fetchFirst(paths);
     for (const path of paths) {
@@ -295,7 +280,7 @@ describe("a scene at an address", () => {
       await opened.source(path).range(offset, bytes, signal, () => {});
       store.close();
     }
-    expect(asked.length).toBeLessThanOrEqual(3);
+    expect(host.asked.length).toBeLessThanOrEqual(3);
     for (const path of paths) {
       const file = readFileSync(new URL(`../golden/v1.0/${path}`, import.meta.url));
       expect(Buffer.from(await wholeOf(opened.source(path)))).toEqual(file);
@@ -303,14 +288,14 @@ describe("a scene at an address", () => {
   });
 
   it("as a document names its stores relative to itself", async () => {
-    const opened = await sceneAt(`${base}/golden.scene.json`).open(instance, signal);
-    expect(opened.source("a/b.isosplat").name).toBe(`${base}/a/b.isosplat`);
+    const opened = await sceneAt(`${host.origin}/golden.scene.json`).open(instance, signal);
+    expect(opened.source("a/b.isosplat").name).toBe(`${host.origin}/a/b.isosplat`);
     expect(opened.source("https://other.example/b").name).toBe("https://other.example/b");
     expect(fault(() => opened.source("file:///etc/passwd"))).toContain("http or https");
   });
 
   it("is refused with the cause", async () => {
-    const open = (name: string) => sceneAt(`${base}/${name}`).open(instance, signal);
+    const open = (name: string) => sceneAt(`${host.origin}/${name}`).open(instance, signal);
     await expect(open("cut.isobundle")).rejects.toThrow(StreamError);
     await expect(open("page.isobundle")).rejects.toThrow("expected a file of isosplat bundle");
     await expect(open("none.isobundle")).rejects.toMatchObject({ kind: "not-found" });
@@ -319,12 +304,12 @@ describe("a scene at an address", () => {
 
   it("is read again after it was replaced, once for all of its stores", async () => {
     const before = files.get("/golden.isobundle") as Uint8Array;
-    const opened = await sceneAt(`${base}/golden.isobundle`).open(instance, signal);
+    const opened = await sceneAt(`${host.origin}/golden.isobundle`).open(instance, signal);
     const sources = ["u8.isosplat", "tiny.isosplat"].map((path) => opened.source(path));
     for (const source of sources) await source.header(signal);
-    asked.length = 0;
+    host.asked.length = 0;
     const ids = await Promise.all(sources.map((source) => source.contentId(signal)));
-    expect(asked.length).toBeLessThanOrEqual(2);
+    expect(host.asked.length).toBeLessThanOrEqual(2);
     expect(new Set(ids).size).toBe(2);
     for (const source of sources) source.forget();
     expect((await sources[0]?.header(signal))?.length).toBeGreaterThan(64);

@@ -12,10 +12,14 @@ const emptyPages: Plugin = {
   },
 };
 
-/** `server`: the address of the server whose /v1 the page reaches. Close it when all tests have ended. */
-export async function serveModules(
-  server: string,
-): Promise<{ origin: string; close(): Promise<void> }> {
+/** The address without a "/" at its end. Close it when all tests have ended. */
+export interface ServedModules {
+  origin: string;
+  close(): Promise<void>;
+}
+
+/** `server`: the address of the server whose /v1 the page reaches. */
+export async function serveModules(server: string): Promise<ServedModules> {
   const modules: ViteDevServer = await createServer({
     configFile: "vite.config.ts",
     server: { port: 0, hmr: false, proxy: { "/v1": server } },
