@@ -83,22 +83,29 @@ TEST(DicomPixels, BigEndianBytesInWordsAreSwapped) {
   expect_field(*volume, series, 8.5);
 }
 
-TEST(DicomPixels, FloatsAreReadUnchanged) {
+/// A series of slices with floating-point pixels.
+template <class Pixel>
+void expect_floats(uint32_t tag, const std::string& vr, VoxelType type) {
   const TempFolder folder;
   const BallSeries series;
   for (int z = 0; z < series.size.z; ++z) {
     DicomItem data = series.slice(z);
     data.erase(0x7fe00010);
-    std::vector<float> pixels;
-    for (const uint16_t pixel : series.pixels(z)) pixels.push_back(pixel);
-    data[0x00280100] = test::dicom_u16(32);
-    data[0x7fe00008] = test::dicom_numbers("OF", pixels);
+    const auto numbers = series.pixels(z);
+    const std::vector<Pixel> pixels(numbers.begin(), numbers.end());
+    data[0x00280100] = test::dicom_u16(8 * sizeof(Pixel));
+    data[tag] = test::dicom_numbers(vr, pixels);
     series.write_slice(folder, z, data);
   }
   auto volume = open_volume(folder.path(), {});
   ASSERT_TRUE(volume) << volume.error().message;
-  EXPECT_EQ(volume->source->header().type, VoxelType::f32);
+  EXPECT_EQ(volume->source->header().type, type);
   expect_field(*volume, series);
+}
+
+TEST(DicomPixels, FloatsAreReadUnchanged) {
+  expect_floats<float>(0x7fe00008, "OF", VoxelType::f32);
+  expect_floats<double>(0x7fe00009, "OD", VoxelType::f64);
 }
 
 TEST(DicomPixels, RunLengthsInASliceAndInFrames) {

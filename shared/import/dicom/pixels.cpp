@@ -95,7 +95,7 @@ class NativeReader {
   std::vector<std::byte> packed_;
 };
 
-/// The stored bits of a pixel. The bits above and below belong to overlays, or are unused.
+/// The stored bits of an integer pixel. The bits above and below belong to overlays, or are unused.
 ///
 ///   | allocated − high bit − 1: ignored | stored | high bit + 1 − stored: ignored |
 struct Bits {
@@ -114,26 +114,36 @@ struct Bits {
   }
 };
 
-template <class Word, class To>
-void convert(const FramePixels& frame, std::span<const std::byte> stored,
-             std::span<std::byte> out) {
+/// Calls value_of(word) for each stored pixel, and writes the results.
+template <class Word, class To, class ValueOf>
+void convert_each(std::span<const std::byte> stored, std::span<std::byte> out,
+                  const ValueOf& value_of) {
   const size_t count = stored.size() / sizeof(Word);
-  const double slope = frame.slope, intercept = frame.intercept;
-  const bool is_plain = slope == 1 && intercept == 0;
-  [[maybe_unused]] const Bits bits(*frame.image);
   for (size_t i = 0; i < count; ++i) {
     Word word;
     std::memcpy(&word, stored.data() + i * sizeof(Word), sizeof(Word));
-    To value;
-    if constexpr (std::is_floating_point_v<Word>) {
-      value = static_cast<To>(intercept + slope * static_cast<double>(word));
-    } else {
-      const int64_t number = bits.number(word);
-      value = frame.label ? static_cast<To>(number == *frame.label)
-              : is_plain  ? static_cast<To>(number)
-                          : static_cast<To>(intercept + slope * static_cast<double>(number));
-    }
+    const To value = value_of(word);
     std::memcpy(out.data() + i * sizeof(To), &value, sizeof(To));
+  }
+}
+
+template <class Word, class To>
+void convert(const FramePixels& frame, std::span<const std::byte> stored,
+             std::span<std::byte> out) {
+  const double slope = frame.slope, intercept = frame.intercept;
+  const bool is_plain = slope == 1 && intercept == 0;
+  if constexpr (std::is_floating_point_v<Word>) {
+    convert_each<Word, To>(stored, out, [&](Word word) {
+      return static_cast<To>(intercept + slope * static_cast<double>(word));
+    });
+  } else {
+    const Bits bits(*frame.image);
+    convert_each<Word, To>(stored, out, [&](Word word) {
+      const int64_t number = bits.number(word);
+      return frame.label ? static_cast<To>(number == *frame.label)
+             : is_plain  ? static_cast<To>(number)
+                         : static_cast<To>(intercept + slope * static_cast<double>(number));
+    });
   }
 }
 
