@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "native/headless/scene_picture.h"
+#include "native/scene/layer_surfaces.h"
 
 namespace isosplat::cli {
 namespace {

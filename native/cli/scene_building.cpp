@@ -9,7 +9,7 @@
 
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
-#include "native/headless/scene_picture.h"
+#include "native/scene/layer_surfaces.h"
 #include "native/scene/scene_output.h"
 #include "shared/core/preprocess/quantization.h"
 #include "shared/system/store_file/store_file.h"

@@ -9,8 +9,8 @@
 #include "native/files/output_file.h"
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
-#include "native/headless/scene_picture.h"
 #include "native/headless/store_scene.h"
+#include "native/scene/layer_surfaces.h"
 #include "server/catalog/thumbnail.h"
 
 namespace isosplat::cli {

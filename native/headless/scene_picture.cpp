@@ -3,18 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <nlohmann/json.hpp>
 
 #include "native/headless/store_scene.h"
+#include "native/scene/layer_surfaces.h"
 
 namespace isosplat {
 namespace {
-
-std::string name_of(const Scene& scene, size_t layer) {
-  const std::string& name = scene.layers[layer].name;
-  return name.empty() ? fmt::format("layer {}", layer) : fmt::format("layer {} ({})", layer, name);
-}
 
 /// The smallest box along the axes of the world around several grids.
 class WorldBox {
@@ -36,17 +30,6 @@ class WorldBox {
 };
 
 }  // namespace
-
-std::optional<double> suggested_isovalue(const StoreInfo& info) {
-  const auto metadata = nlohmann::json::parse(info.metadata, nullptr, false);
-  if (!metadata.is_object()) return std::nullopt;
-  const auto found = metadata.find("suggested_isovalues");
-  if (found == metadata.end() || !found->is_array() || found->empty() ||
-      !found->front().is_number()) {
-    return std::nullopt;
-  }
-  return found->front().get<double>();
-}
 
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& file, size_t step,
                                 std::optional<uint32_t> level, uint64_t sample_budget) {
@@ -79,25 +62,18 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
       if (!grid) return failed(grid.error());
       place.grid = *grid;
     }
-    std::vector<SceneSurface> surfaces = layer.surfaces;
+    const std::vector<SceneSurface> surfaces = surfaces_of(layer, store.info(), picture.layers);
     if (surfaces.empty()) {
-      if (const auto isovalue = suggested_isovalue(store.info())) {
-        surfaces.emplace_back().isovalue = *isovalue;
-      } else {
-        picture.notes.push_back(
-            name_of(scene, i) +
-            " has no surfaces, and its store suggests no isovalue: add a surface to the layer");
-      }
+      picture.notes.push_back(
+          name_of(scene, i) +
+          " has no surfaces, and its store suggests no isovalue: add a surface to the layer");
     }
     std::vector<double> isovalues;
-    for (size_t s = 0; s < surfaces.size(); ++s) {
-      isovalues.push_back(surfaces[s].isovalue);
-      const auto& colour = surfaces[s].colour;
+    for (const SceneSurface& surface : surfaces) {
+      isovalues.push_back(surface.isovalue);
+      const auto [red, green, blue] = *surface.colour;
       picture.isosurfaces.push_back(
-          {surfaces[s].isovalue,
-           colour ? Vec3f{(*colour)[0], (*colour)[1], (*colour)[2]}
-                  : kSurfaceColours[(picture.layers + s) % kSurfaceColours.size()],
-           surfaces[s].opacity, place.volume});
+          {surface.isovalue, {red, green, blue}, surface.opacity, place.volume});
     }
     const uint64_t budget = (sample_budget - std::min(picture.samples, sample_budget)) / left--;
     const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
