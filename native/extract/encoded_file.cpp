@@ -24,6 +24,11 @@ Result<void> EncodedFile::append(const MeshPart& part) {
   return tail_->append(part_.tail);
 }
 
+Result<void> EncodedFile::next_object() {
+  encoder_->next_object();
+  return {};
+}
+
 Result<void> EncodedFile::publish() {
   if (tail_) {
     auto copied = tail_->read([&](std::span<const std::byte> piece) {

@@ -20,6 +20,7 @@ class EncodedFile : public MeshFile {
 
   /// Errors: io_error, and those of the encoder.
   Result<void> append(const MeshPart& part) override;
+  Result<void> next_object() override;
   Result<void> publish() override;
   uint64_t bytes() const override { return end_; }
 

@@ -128,7 +128,7 @@ class PointExtraction {
 
   PointArrays points_of(unsigned thread, BlockKey block) {
     const DecodedCells& cells = cells_[thread];
-    const ChunkFrame frame{&store_.info().grid, &store_.info().mapping, block};
+    const ChunkFrame frame{&grid_of(store_, options_), &store_.info().mapping, block};
     if (gradients_.empty()) return project_samples(cells, frame, quantized_isovalue_, projection_);
     return borders_.project(cells, frame, quantized_isovalue_, projection_, gradients_[thread]);
   }

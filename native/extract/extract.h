@@ -16,7 +16,13 @@ struct ExtractOptions {
   unsigned threads = 0;                   ///< 0: one per core
   bool smooth_normals = true;             ///< of points; false: the gradient of each cell
   std::optional<CellRegion> region = {};  ///< only these cells are extracted
+  std::optional<VolumeGrid> grid = {};    ///< where the volume lies, if not where its store says
 };
+
+/// Where the volume of a store lies.
+inline const VolumeGrid& grid_of(const StoreFile& store, const ExtractOptions& options) {
+  return options.grid ? *options.grid : store.info().grid;
+}
 
 /// The samples of one chunk, in the GPU's layout.
 struct ChunkSamples {

@@ -18,7 +18,7 @@ class MeshExtraction {
         chunks_(std::move(chunks)),
         threads_(thread_count(options, chunks_.size())),
         workers_(threads_),
-        assembly_(store.info().grid, options.level) {
+        assembly_(grid_of(store, options), options.level) {
     std::ranges::sort(chunks_, {}, [](const ChunkRef& chunk) {
       const Index3 at = chunk.block.index;
       return std::array{at.z, at.y, at.x};

@@ -11,7 +11,9 @@
 #include "native/extract/npz_file.h"
 #include "native/extract/obj_file.h"
 #include "native/extract/three_mf_file.h"
+#include "shared/core/mesh_files/glb_encoder.h"
 #include "shared/core/mesh_files/ply_encoder.h"
+#include "shared/core/mesh_files/stl_encoder.h"
 
 namespace isosplat {
 namespace {
@@ -23,17 +25,24 @@ Result<std::unique_ptr<MeshFile>> encoded(const std::filesystem::path& path,
   return std::make_unique<EncodedFile>(std::move(*file));
 }
 
-template <MeshFormatId format>
-Result<std::unique_ptr<MeshFile>> create_encoded(const std::filesystem::path& path,
-                                                 const SurfaceDescription& surface) {
-  return encoded(path, make_mesh_encoder(format, surface.grid, surface.comment));
-}
-
 Result<std::unique_ptr<MeshFile>> create_ply(const std::filesystem::path& path,
                                              const SurfaceDescription& surface) {
   const auto content = surface.content == SurfaceContent::points ? PlyEncoder::Content::points
                                                                  : PlyEncoder::Content::triangles;
   return encoded(path, std::make_unique<PlyEncoder>(surface.grid, surface.comment, content));
+}
+
+Result<std::unique_ptr<MeshFile>> create_glb(const std::filesystem::path& path,
+                                             const SurfaceDescription& surface) {
+  if (surface.objects.empty()) {
+    return encoded(path, std::make_unique<GlbEncoder>(surface.grid, surface.comment));
+  }
+  return encoded(path, std::make_unique<GlbEncoder>(surface.objects, surface.comment));
+}
+
+Result<std::unique_ptr<MeshFile>> create_stl(const std::filesystem::path& path,
+                                             const SurfaceDescription& surface) {
+  return encoded(path, std::make_unique<StlEncoder>(surface.comment));
 }
 
 Result<std::unique_ptr<MeshFile>> create_npy(const std::filesystem::path& path,
@@ -49,16 +58,16 @@ Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path,
   return std::make_unique<File>(std::move(*file));
 }
 
-// extension, beginning, name, whether it has points, whether it has triangles, creation
+// extension, beginning, name; whether it has points, triangles, objects; creation
 constexpr std::array kFormats{
-    MeshFormat{".ply", "ply\n", "a PLY file", true, true, create_ply},
-    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true,
-               create_encoded<MeshFormatId::stl>},
-    MeshFormat{".obj", "# isosurface", "an OBJ file of this program", false, true, create<ObjFile>},
-    MeshFormat{".glb", "glTF", "a GLB file", false, true, create_encoded<MeshFormatId::glb>},
-    MeshFormat{".3mf", "PK", "a 3MF file", false, true, create<ThreeMfFile>},
-    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, create_npy},
-    MeshFormat{".npz", "PK", "an NPZ file", true, true, create<NpzFile>},
+    MeshFormat{".ply", "ply\n", "a PLY file", true, true, false, create_ply},
+    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true, false, create_stl},
+    MeshFormat{".obj", "# isosurface", "an OBJ file of this program", false, true, true,
+               create<ObjFile>},
+    MeshFormat{".glb", "glTF", "a GLB file", false, true, true, create_glb},
+    MeshFormat{".3mf", "PK", "a 3MF file", false, true, true, create<ThreeMfFile>},
+    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, false, create_npy},
+    MeshFormat{".npz", "PK", "an NPZ file", true, true, false, create<NpzFile>},
 };
 
 }  // namespace

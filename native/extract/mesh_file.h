@@ -2,9 +2,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "native/extract/extract_mesh.h"
+#include "shared/core/mesh_files/mesh_encoder.h"
 
 namespace isosplat {
 
@@ -16,6 +18,12 @@ class MeshFile {
   /// Parts are those of extract_mesh, in its order. Errors: io_error, and invalid_argument if the
   /// format cannot hold this number of vertices or triangles.
   virtual Result<void> append(const MeshPart& part) = 0;
+
+  /// The next parts are those of the next object of the description, and number their vertices from
+  /// 0. Only for formats with has_objects. Errors: io_error.
+  virtual Result<void> next_object() {
+    return fail(Status::invalid_argument, "this format holds a single surface");
+  }
 
   /// Completes the file, and renames it to its final name. Errors: io_error.
   virtual Result<void> publish() = 0;
@@ -38,6 +46,8 @@ struct SurfaceDescription {
   double isovalue;
   std::string_view comment;  ///< one line for the file's header
   SurfaceContent content = SurfaceContent::triangles;
+  /// The surfaces of a file with has_objects, in order; empty: one without a name.
+  std::span<const MeshObject> objects = {};
 };
 
 /// A format of meshes, of points, or of both.
@@ -47,6 +57,7 @@ struct MeshFormat {
       beginning;          ///< the first bytes of all files of this format that the program writes
   std::string_view name;  ///< for messages: "a PLY file"
   bool has_points, has_triangles;
+  bool has_objects;  ///< several surfaces of triangles, with names
 
   /// Creates a file. Errors: those of OutputFile.
   Result<std::unique_ptr<MeshFile>> (*create)(const std::filesystem::path& path,

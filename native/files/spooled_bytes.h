@@ -22,6 +22,9 @@ class SpooledBytes {
 
   uint64_t size() const { return size_; }
 
+  /// Forgets all bytes. Later ones use their space.
+  void clear() { size_ = 0; }
+
   /// Calls `use` for pieces of all bytes, in order. Errors: io_error, and the first error of `use`.
   Result<void> read(const std::function<Result<void>(std::span<const std::byte>)>& use) const;
 

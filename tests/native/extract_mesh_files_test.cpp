@@ -56,6 +56,26 @@ class MeshFiles : public testing::Test {
     return bytes;
   }
 
+  /// The content of a file of a tetrahedron, nothing, and a tetrahedron elsewhere.
+  std::string write_objects(const char* name) {
+    const std::array<MeshObject, 3> objects{{{"first <one>", {1, 0, 0}, 1, {{2, 2, 2}}},
+                                             {"empty", {0, 1, 0}, 1, {{2, 2, 2}}},
+                                             {"Sch\u00e4del \"2\"", {0, 0, 1}, 0.5f, {{2, 2, 2}}}}};
+    const auto format = mesh_format(path(name), SurfaceContent::triangles);
+    EXPECT_TRUE((*format)->has_objects);
+    auto file = (*format)->create(
+        path(name), {objects[0].grid, 1.5, "isosurfaces", SurfaceContent::triangles, objects});
+    EXPECT_TRUE(file);
+    for (const Vec3d at : {Vec3d{}, Vec3d{7, 0, 0}}) {
+      for (const MeshPart& part : tetrahedron(at)) EXPECT_TRUE((*file)->append(part));
+      if (at.x > 0) break;
+      EXPECT_TRUE((*file)->next_object());
+      EXPECT_TRUE((*file)->next_object());
+    }
+    EXPECT_TRUE((*file)->publish());
+    return content_of(path(name));
+  }
+
   TemporaryFolder folder_;
 };
 
@@ -121,6 +141,65 @@ TEST_F(MeshFiles, GlbWithoutTrianglesHasAScene) {
   EXPECT_TRUE(data.empty());
 }
 
+TEST_F(MeshFiles, GlbHasANodeForEachObjectWithTriangles) {
+  const auto [scene, data] = parse_glb(write_objects("a.glb"));
+  ASSERT_EQ(scene["nodes"].size(), 3u);
+  EXPECT_EQ(scene["nodes"][0]["children"], nlohmann::json({1, 2}));
+  EXPECT_EQ(scene["nodes"][1]["name"], "first <one>");
+  EXPECT_EQ(scene["nodes"][2]["name"], "Sch\u00e4del \"2\"");
+  EXPECT_EQ(scene["nodes"][2]["mesh"], 1);
+  const auto& surface = scene["meshes"][1]["primitives"][0];
+  EXPECT_EQ(scene["meshes"].size(), 2u);
+  const auto& positions = scene["accessors"][surface["attributes"]["POSITION"].get<size_t>()];
+  EXPECT_EQ(positions["min"], nlohmann::json({7, 0, 0}));
+  EXPECT_EQ(positions["count"], 4);
+  const size_t at = positions["byteOffset"];
+  EXPECT_EQ(value_at<Vec3f>(data, at + 24), (Vec3f{8, 0, 0}));
+  const auto& triangles = scene["accessors"][surface["indices"].get<size_t>()];
+  const size_t first =
+      scene["bufferViews"][1]["byteOffset"].get<size_t>() + triangles["byteOffset"].get<size_t>();
+  EXPECT_EQ(triangles["count"], 12);
+  EXPECT_EQ(value_at<uint32_t>(data, first + 4), 2u);  // numbered within the object
+  const auto& material = scene["materials"][surface["material"].get<size_t>()];
+  EXPECT_EQ(material["alphaMode"], "BLEND");
+  EXPECT_EQ(material["pbrMetallicRoughness"]["baseColorFactor"], nlohmann::json({0, 0, 1, 0.5}));
+  EXPECT_FALSE(scene["materials"][0].contains("alphaMode"));
+}
+
+/// The text of a GLB file has its space before the first vertex: the longest names fit.
+TEST_F(MeshFiles, GlbHasSpaceForManyLongNames) {
+  std::vector<MeshObject> objects;
+  for (int i = 0; i < 300; ++i) {
+    objects.push_back({std::string(400, i % 2 ? '\x01' : '"'),
+                       {0.1f, 0.2f, 0.3f},
+                       0.7f,
+                       {{10, 10, 10}, {0.01, 0.01, 0.01}, {400000.123, 5000000.123, 1e6}}});
+  }
+  const auto format = mesh_format("a.glb", SurfaceContent::triangles);
+  auto file = (*format)->create(path("a.glb"),
+                                {objects[0].grid, 1, "", SurfaceContent::triangles, objects});
+  ASSERT_TRUE(file);
+  for (size_t i = 0; i < objects.size(); ++i) {
+    if (i > 0) {
+      ASSERT_TRUE((*file)->next_object());
+    }
+    for (const MeshPart& part : tetrahedron({400000.1234, 5000000.1234, 1e6})) {
+      ASSERT_TRUE((*file)->append(part));
+    }
+  }
+  ASSERT_TRUE((*file)->publish());
+  const auto [scene, data] = parse_glb(content_of(path("a.glb")));
+  EXPECT_EQ(scene["meshes"].size(), 300u);
+}
+
+TEST_F(MeshFiles, ObjHasAGroupForEachObject) {
+  const std::string text = write_objects("a.obj");
+  EXPECT_NE(text.find("o first_<one>\ng first_<one>\nv 0 0 0\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("o empty\ng empty\no Sch\u00e4del_\"2\"\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("v 8 0 0\n"), std::string::npos);
+  EXPECT_NE(text.find("f 5//5 7//7 6//6\n"), std::string::npos);  // numbered within the file
+}
+
 /// The files of a ZIP archive, by name.
 std::map<std::string, std::string> unzip(const std::string& content) {
   std::map<std::string, std::string> files;
@@ -153,6 +232,22 @@ TEST_F(MeshFiles, ThreeMfIsAnArchiveWithAModel) {
   EXPECT_NE(model.find("<vertex x=\"1.125\" y=\"0\" z=\"0\"/>"), std::string::npos);
   EXPECT_NE(model.find("<triangle v1=\"2\" v2=\"0\" v3=\"3\"/>\n</triangles>"), std::string::npos);
   EXPECT_TRUE(model.ends_with("</model>\n"));
+}
+
+TEST_F(MeshFiles, ThreeMfHasANamedObjectInItsColour) {
+  auto files = unzip(write_objects("a.3mf"));
+  const std::string& model = files["3D/3dmodel.model"];
+  const auto expect = [&](const std::string& text) {
+    EXPECT_NE(model.find(text), std::string::npos) << text << " in " << model;
+  };
+  expect("<base name=\"first &lt;one&gt;\" displaycolor=\"#FF0000FF\"/>");
+  expect("<base name=\"Sch\u00e4del &quot;2&quot;\" displaycolor=\"#0000FF80\"/>");
+  expect("<object id=\"2\" type=\"model\" name=\"first &lt;one&gt;\" pid=\"1\" pindex=\"0\">");
+  expect(
+      "<object id=\"4\" type=\"model\" name=\"Sch\u00e4del &quot;2&quot;\" pid=\"1\" pindex=\"2\">"
+      "<mesh><vertices>\n<vertex x=\"7\"");
+  expect("<build><item objectid=\"2\"/><item objectid=\"4\"/></build>");
+  EXPECT_EQ(model.find("id=\"3\""), std::string::npos);
 }
 
 TEST_F(MeshFiles, ThreeMfWithoutTrianglesHasNoObject) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -11,6 +13,14 @@
 #include "shared/core/mesh/mesh_part.h"
 
 namespace isosplat {
+
+/// One of several surfaces in a file.
+struct MeshObject {
+  std::string name;               ///< UTF-8, for people; may be empty
+  std::array<float, 3> colour{};  ///< sRGB, 0 … 1
+  float opacity = 1;
+  VolumeGrid grid;  ///< of the volume, in the world of the file
+};
 
 /// The bytes that a part of a mesh adds to a file: those after the header, and those at the end.
 struct EncodedPart {
@@ -27,6 +37,10 @@ class MeshEncoder {
   /// Appends a part to `out`. Parts are those of MeshAssembly, in its order. Errors:
   /// invalid_argument if the format cannot hold this number of vertices or triangles.
   virtual Result<void> append(const MeshPart& part, EncodedPart& out) = 0;
+
+  /// The next parts are those of the next object, and number their vertices from 0. Formats without
+  /// objects are never called so.
+  virtual void next_object() {}
 
   /// The size of the header of a mesh that has triangles.
   virtual size_t header_bytes() const = 0;

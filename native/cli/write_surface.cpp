@@ -1,4 +1,4 @@
-#include "native/cli/write_mesh.h"
+#include "native/cli/write_surface.h"
 
 #include "native/extract/mesh_components.h"
 #include "native/extract/simplify_mesh.h"
@@ -38,26 +38,28 @@ Result<void> write_changed(const StoreFile& store, double isovalue, const Extrac
 
 }  // namespace
 
-Result<WrittenMesh> write_mesh(const StoreFile& store, double isovalue,
-                               const ExtractOptions& options, const MeshChanges& changes,
-                               const std::filesystem::path& path, const std::string& comment) {
-  const auto format = mesh_format(path, SurfaceContent::triangles);
-  if (!format) return tl::unexpected(format.error());
-  const auto file = (*format)->create(path, {store.info().grid, isovalue, comment});
-  if (!file) return tl::unexpected(file.error());
+Result<WrittenMesh> append_mesh(const StoreFile& store, double isovalue,
+                                const ExtractOptions& options, const MeshChanges& changes,
+                                MeshFile& file) {
   WrittenMesh written;
   if (changes.any()) {
-    auto done = write_changed(store, isovalue, options, changes, **file, written);
+    auto done = write_changed(store, isovalue, options, changes, file, written);
     if (!done) return tl::unexpected(done.error());
-  } else {
-    const auto counts = extract_mesh(store, isovalue, options,
-                                     [&](const MeshPart& part) { return (*file)->append(part); });
-    if (!counts) return tl::unexpected(counts.error());
-    written.counts = *counts;
+    return written;
   }
-  if (auto published = (*file)->publish(); !published) return tl::unexpected(published.error());
-  written.bytes = (*file)->bytes();
+  const auto counts = extract_mesh(store, isovalue, options,
+                                   [&](const MeshPart& part) { return file.append(part); });
+  if (!counts) return tl::unexpected(counts.error());
+  written.counts = *counts;
   return written;
+}
+
+Result<uint64_t> append_points(const StoreFile& store, double isovalue,
+                               const ProjectionOptions& projection, const ExtractOptions& options,
+                               MeshFile& file) {
+  return extract_points(store, isovalue, projection, options, [&](const PointArrays& batch) {
+    return file.append({batch, {}});
+  });
 }
 
 }  // namespace isosplat::cli

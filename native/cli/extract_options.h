@@ -1,0 +1,43 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "native/cli/write_surface.h"
+
+namespace isosplat::cli {
+
+/// The arguments of isosplat extract.
+struct ExtractCall {
+  std::string input, output;
+  std::optional<double> isovalue;   ///< of a store
+  uint64_t step = 0;                ///< of a scene
+  std::vector<std::string> layers;  ///< of a scene: names or indices; empty: all that are visible
+  uint32_t level = 0;
+  unsigned threads = 0;
+  ProjectionOptions projection;
+  std::string shading = "smooth";
+  std::vector<double> box;
+  bool mesh = false;
+  MeshChanges changes;
+  bool force = false;
+
+  SurfaceContent content() const {
+    return mesh ? SurfaceContent::triangles : SurfaceContent::points;
+  }
+};
+
+void add_extract_options(CLI::App* command, ExtractCall* call);
+
+/// The options for a volume that lies there, with the cells of --box. Errors: invalid_argument.
+Result<ExtractOptions> extract_options(const ExtractCall& call, const VolumeGrid& grid);
+
+/// Prints why there is no surface.
+void explain_no_surface(const StoreInfo& info, double isovalue, const ExtractCall& call);
+
+/// Prints what the changes of a mesh have done.
+void explain_changes(const WrittenMesh& mesh, const ExtractCall& call);
+
+}  // namespace isosplat::cli

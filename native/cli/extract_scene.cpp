@@ -1,0 +1,275 @@
+#include "native/cli/extract_scene.h"
+
+#include <fmt/format.h>
+#include <isosplat/version.h>
+
+#include <algorithm>
+#include <set>
+
+#include "native/cli/command.h"
+#include "native/cli/outputs.h"
+#include "native/cli/terminal.h"
+#include "native/scene/layer_surfaces.h"
+#include "shared/system/scene_file/scene_file.h"
+
+namespace isosplat::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A surface of a layer.
+struct Part {
+  size_t layer = 0;
+  double isovalue = 0;
+};
+
+/// The surfaces of a scene at a step of time. Stores are opened once for the list, and once more
+/// when their surface is extracted: a scene may have thousands.
+class SceneExtraction {
+ public:
+  SceneExtraction(const SceneFile& scene, const ExtractCall& call) : file_(scene), call_(call) {}
+
+  Result<void> run();
+
+ private:
+  const Scene& scene() const { return file_.scene(); }
+  Result<std::vector<size_t>> chosen_layers() const;
+  Result<std::shared_ptr<StoreFile>> open_store(size_t layer) const;
+  Result<void> list_parts();
+  std::vector<fs::path> paths(const fs::path& output, const MeshFormat& format) const;
+  Result<void> check_outputs(std::span<const fs::path> outputs, const MeshFormat& format) const;
+  Result<void> append(size_t part, MeshFile& file);
+  Result<void> write_one(const fs::path& path, const MeshFormat& format);
+  Result<void> write_each(std::span<const fs::path> outputs, const MeshFormat& format);
+  std::string comment(const std::string& of_what) const;
+
+  const SceneFile& file_;
+  const ExtractCall& call_;
+  std::vector<Part> parts_;
+  std::vector<MeshObject> objects_;  ///< of the parts
+  MeshCounts counts_;  ///< of what was written since they were reset; vertices: points
+};
+
+Error with_name(const Scene& scene, size_t layer, Error error) {
+  error.message = name_of(scene, layer) + ": " + error.message;
+  return error;
+}
+
+/// The layers with this name, or the one of this index.
+std::vector<size_t> layers_named(const Scene& scene, const std::string& name) {
+  std::vector<size_t> found;
+  for (size_t i = 0; i < scene.layers.size(); ++i) {
+    if (scene.layers[i].name == name) found.push_back(i);
+  }
+  for (size_t i = 0; found.empty() && i < scene.layers.size(); ++i) {
+    if (std::to_string(i) == name) found.push_back(i);
+  }
+  return found;
+}
+
+Result<std::vector<size_t>> SceneExtraction::chosen_layers() const {
+  std::set<size_t> chosen;
+  for (const std::string& name : call_.layers) {
+    const auto found = layers_named(scene(), name);
+    if (found.empty()) {
+      return fail(Status::not_found,
+                  fmt::format("--layer: expected the name or the index of a layer, found '{}': "
+                              "isosplat info lists the layers",
+                              printable(name)));
+    }
+    chosen.insert(found.begin(), found.end());
+  }
+  for (size_t i = 0; call_.layers.empty() && i < scene().layers.size(); ++i) {
+    if (scene().layers[i].visible) chosen.insert(i);
+  }
+  if (chosen.empty()) {
+    return fail(Status::not_found, "expected a visible layer, found none: choose one with --layer");
+  }
+  return std::vector<size_t>(chosen.begin(), chosen.end());
+}
+
+Result<std::shared_ptr<StoreFile>> SceneExtraction::open_store(size_t layer) const {
+  const std::vector<std::string>& stores = scene().layers[layer].stores;
+  auto store = file_.open_store(stores[std::min<size_t>(call_.step, stores.size() - 1)]);
+  if (!store) return tl::unexpected(with_name(scene(), layer, store.error()));
+  return store;
+}
+
+Result<void> SceneExtraction::list_parts() {
+  const auto layers = chosen_layers();
+  if (!layers) return tl::unexpected(layers.error());
+  for (const size_t i : *layers) {
+    const SceneLayer& layer = scene().layers[i];
+    const auto store = open_store(i);
+    if (!store) return tl::unexpected(store.error());
+    const StoreInfo& info = (*store)->info();
+    VolumeGrid grid = info.grid;
+    if (layer.transform) {
+      const auto placed = transformed(grid, *layer.transform);
+      if (!placed) return tl::unexpected(with_name(scene(), i, placed.error()));
+      grid = *placed;
+    }
+    const auto number = static_cast<size_t>(
+        std::count_if(scene().layers.begin(), scene().layers.begin() + static_cast<ptrdiff_t>(i),
+                      [](const SceneLayer& before) { return before.visible; }));
+    const auto surfaces = surfaces_of(layer, info, number);
+    if (surfaces.empty()) {
+      note(name_of(scene(), i) +
+           " has no surfaces, and its store suggests no isovalue: add a surface to the layer");
+    }
+    const std::string name = layer.name.empty() ? fmt::format("layer {}", i) : layer.name;
+    for (const SceneSurface& surface : surfaces) {
+      parts_.push_back({i, surface.isovalue});
+      objects_.push_back({surfaces.size() > 1 ? fmt::format("{} {}", name, surface.isovalue) : name,
+                          *surface.colour, surface.opacity, grid});
+    }
+  }
+  if (!parts_.empty()) return {};
+  return fail(Status::not_found,
+              "expected a surface, found none: add surfaces to the layers of the scene");
+}
+
+/// A name as a part of a file's name: letters, digits, "-", "_", "." and what is not ASCII.
+std::string for_file(std::string_view name) {
+  constexpr size_t kMaxBytes = 80;
+  std::string text;
+  for (const char c : name) {
+    const bool stays = c < 0 || std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '.';
+    text += stays ? c : '_';
+  }
+  if (text.size() <= kMaxBytes) return text;
+  size_t end = kMaxBytes;  // not within a character of UTF-8
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end);
+}
+
+/// The output files: one, or one for each part.
+std::vector<fs::path> SceneExtraction::paths(const fs::path& output,
+                                             const MeshFormat& format) const {
+  if (parts_.size() == 1 || (call_.mesh && format.has_objects)) return {output};
+  std::vector<fs::path> paths;
+  std::set<std::string> used;
+  for (const MeshObject& object : objects_) {
+    const std::string name = for_file(object.name);
+    std::string unique = name;
+    for (int i = 2; !used.insert(unique).second; ++i) unique = fmt::format("{}-{}", name, i);
+    paths.push_back(output);
+    paths.back().replace_filename(
+        fmt::format("{}-{}{}", output.stem().string(), unique, output.extension().string()));
+  }
+  return paths;
+}
+
+Result<void> SceneExtraction::check_outputs(std::span<const fs::path> outputs,
+                                            const MeshFormat& format) const {
+  std::vector<fs::path> inputs{file_.path()};
+  for (const std::string& store : store_paths(scene())) {
+    inputs.push_back(file_.path().parent_path() / store);
+  }
+  for (const fs::path& output : outputs) {
+    if (auto checked = check_not_input(output, inputs); !checked) return checked;
+    auto checked = check_replaceable(output, format.beginning, format.name, call_.force);
+    if (!checked) return checked;
+  }
+  return {};
+}
+
+Result<void> SceneExtraction::append(size_t i, MeshFile& file) {
+  const auto [layer, isovalue] = parts_[i];
+  const auto store = open_store(layer);
+  if (!store) return tl::unexpected(store.error());
+  const auto options = extract_options(call_, objects_[i].grid);
+  if (!options) return tl::unexpected(options.error());
+  bool is_empty = false;
+  if (call_.mesh) {
+    const auto mesh = append_mesh(**store, isovalue, *options, call_.changes, file);
+    if (!mesh) return tl::unexpected(with_name(scene(), layer, mesh.error()));
+    explain_changes(*mesh, call_);
+    is_empty = mesh->counts.triangles == 0;
+    counts_.vertices += mesh->counts.vertices;
+    counts_.triangles += mesh->counts.triangles;
+  } else {
+    const auto points = append_points(**store, isovalue, call_.projection, *options, file);
+    if (!points) return tl::unexpected(with_name(scene(), layer, points.error()));
+    is_empty = *points == 0;
+    counts_.vertices += *points;
+  }
+  if (is_empty) {
+    note(name_of(scene(), layer) + " is empty:");
+    explain_no_surface((*store)->info(), isovalue, call_);
+  }
+  return {};
+}
+
+std::string SceneExtraction::comment(const std::string& of_what) const {
+  return fmt::format("{} of {}, level {}, by isosplat " ISOSPLAT_VERSION, of_what,
+                     file_.path().filename().string(), call_.level);
+}
+
+Result<void> SceneExtraction::write_one(const fs::path& path, const MeshFormat& format) {
+  const auto file = format.create(path, {objects_[0].grid, parts_[0].isovalue,
+                                         comment("isosurfaces"), call_.content(), objects_});
+  if (!file) return tl::unexpected(file.error());
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    if (i > 0) {
+      if (auto begun = (*file)->next_object(); !begun) return begun;
+    }
+    if (auto done = append(i, **file); !done) return done;
+  }
+  if (auto published = (*file)->publish(); !published) return published;
+  fmt::print("{}: {} surfaces, {} triangles, {} vertices, {}\n", path.string(),
+             with_commas(parts_.size()), with_commas(counts_.triangles),
+             with_commas(counts_.vertices), format_bytes((*file)->bytes()));
+  return {};
+}
+
+Result<void> SceneExtraction::write_each(std::span<const fs::path> outputs,
+                                         const MeshFormat& format) {
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    counts_ = {};
+    const std::string what =
+        fmt::format("isosurface {} of {}", parts_[i].isovalue, name_of(scene(), parts_[i].layer));
+    const auto file = format.create(
+        outputs[i], {objects_[i].grid, parts_[i].isovalue, comment(what), call_.content()});
+    if (!file) return tl::unexpected(file.error());
+    if (auto done = append(i, **file); !done) return done;
+    if (auto published = (*file)->publish(); !published) return published;
+    const std::string count =
+        call_.mesh ? fmt::format("{} triangles, {} vertices", with_commas(counts_.triangles),
+                                 with_commas(counts_.vertices))
+                   : with_commas(counts_.vertices) + " points with normals";
+    fmt::print("{}: {}, {}\n", outputs[i].string(), count, format_bytes((*file)->bytes()));
+  }
+  return {};
+}
+
+Result<void> SceneExtraction::run() {
+  const size_t steps = scene().time ? scene().time->values.size() : 1;
+  if (call_.step >= steps) {
+    return fail(
+        Status::not_found,
+        fmt::format("expected a time step from 0 to {}, found {}: choose another step with --step",
+                    steps - 1, call_.step));
+  }
+  const fs::path output = call_.output.empty()
+                              ? file_.path().stem().string() + (call_.mesh ? ".glb" : ".ply")
+                              : call_.output;
+  const auto format = mesh_format(output, call_.content());
+  if (!format) return tl::unexpected(format.error());
+  if (auto listed = list_parts(); !listed) return listed;
+  const auto outputs = paths(output, **format);
+  if (auto checked = check_outputs(outputs, **format); !checked) return checked;
+  const bool in_one_file = call_.mesh && (*format)->has_objects;
+  return in_one_file ? write_one(output, **format) : write_each(outputs, **format);
+}
+
+}  // namespace
+
+int extract_scene(const ExtractCall& call) {
+  const auto scene = SceneFile::open(call.input);
+  if (!scene) return report(scene.error());
+  if (auto done = SceneExtraction(*scene, call).run(); !done) return report(done.error());
+  return kSuccess;
+}
+
+}  // namespace isosplat::cli
