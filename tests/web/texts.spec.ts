@@ -153,7 +153,7 @@ describe("texts for visitors are in web/texts alone", () => {
     ...["Isosplat", "isosplat build VOLUME", "Full HD", "CSV", "JSON"],
     ...["Viridis", "Magma", "Cividis", "Turbo"],
     // Classes, properties, keys, headers, and a note that a store has.
-    ...["icon-button minor", "surface active", "swatch chosen"],
+    ...["icon-button minor", "surface active", "swatch chosen", "button play"],
     ...["Home", "End", "Delete", "Enter", "Backspace", "Escape", "Files", "Authorization", "Range"],
     "left and right may be swapped",
     "(prefers-color-scheme: dark)",
@@ -166,6 +166,10 @@ describe("texts for visitors are in web/texts alone", () => {
     ...['what show="…" names could not be loaded: …', "some of …"],
     "the renderer has not arrived for … s; still waiting for it",
     "the http or https address of a store",
+    "the http or https address of a scene",
+    "a whole number from 0",
+    "16 numbers of an affine transform, row by row, the last row 0,0,0,1",
+    "the layer … is missing: …",
     ...["a colour as rrggbb", "a finite number"],
     "There are no volumes here.", // of the element's example page
   ];

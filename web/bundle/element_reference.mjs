@@ -1,5 +1,5 @@
 /**
- * Writes web/element/REFERENCE.md from the comments and declarations of the element's class.
+ * Writes web/element/REFERENCE.md from the comments and declarations of the elements' classes.
  *
  *     npm run reference            writes the file
  *     npm run reference -- --print prints it instead
@@ -12,20 +12,25 @@ import { fileURLToPath } from "node:url";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
 
-/** The description of the class by the analyzer of custom elements. */
-function declaration() {
+/** The elements, and the files of their classes. */
+const elements = {
+  "isosplat-viewer": "isosplat_viewer.ts",
+  "isosplat-layer": "isosplat_layer.ts",
+};
+
+/** The description of an element's class by the analyzer of custom elements. */
+function declaration(name, source) {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-reference-"));
   try {
     const analyzer = join(root, "node_modules/.bin/custom-elements-manifest");
     // Runs in a separate folder, since it writes the name of its output into the package.json there.
-    const source = "isosplat_viewer.ts";
     copyFileSync(join(root, "web/element", source), join(folder, source));
     execFileSync(analyzer, ["analyze", "--quiet", "--globs", source, "--outdir", "."], {
       cwd: folder,
       stdio: ["ignore", "ignore", "inherit"],
     });
     const manifest = JSON.parse(readFileSync(join(folder, "custom-elements.json"), "utf8"));
-    return manifest.modules[0].declarations.find(({ tagName }) => tagName === "isosplat-viewer");
+    return manifest.modules[0].declarations.find(({ tagName }) => tagName === name);
   } finally {
     rmSync(folder, { recursive: true, force: true });
   }
@@ -35,8 +40,9 @@ const cell = (text) => (text ?? "").replaceAll(/\s+/g, " ").replaceAll("|", "\\|
 const code = (text) => `\`${cell(text)}\``;
 
 function table(title, head, rows) {
+  if (rows.length === 0) return [];
   const line = (cells) => `| ${cells.join(" | ")} |`;
-  return [`## ${title}`, "", line(head), line(head.map(() => "---")), ...rows.map(line), ""];
+  return [`### ${title}`, "", line(head), line(head.map(() => "---")), ...rows.map(line), ""];
 }
 
 function reference(element) {
@@ -48,14 +54,12 @@ function reference(element) {
   const signature = ({ name, parameters = [], return: result }) =>
     `${name}(${parameters.map((p) => p.name).join(", ")})${result ? `: ${result.type.text}` : ""}`;
   return [
-    "# `<isosplat-viewer>`: reference",
-    "",
-    "`npm run reference` writes this page from `web/element/isosplat_viewer.ts`. [README](README.md) explains the element.",
+    `## \`<${element.tagName}>\``,
     "",
     ...table(
       "Attributes",
       ["attribute", "type", ""],
-      element.attributes
+      (element.attributes ?? [])
         .filter(({ description }) => description)
         .map(({ name, type, description }) => [code(name), type?.text ?? "", cell(description)]),
     ),
@@ -76,28 +80,37 @@ function reference(element) {
     ...table(
       "Events",
       ["event", "type", ""],
-      element.events
+      (element.events ?? [])
         .filter(({ description }) => description)
         .map(({ name, type, description }) => [code(name), code(type?.text), cell(description)]),
     ),
     ...table(
       "Slots",
       ["slot", ""],
-      element.slots.map(({ name, description }) => [name ? code(name) : "", cell(description)]),
+      (element.slots ?? []).map(({ name, description }) => [
+        name ? code(name) : "",
+        cell(description),
+      ]),
     ),
     ...table(
       "CSS parts",
       ["part", ""],
-      element.cssParts.map(({ name, description }) => [code(name), cell(description)]),
+      (element.cssParts ?? []).map(({ name, description }) => [code(name), cell(description)]),
     ),
     ...table(
       "CSS custom properties",
       ["property", ""],
-      element.cssProperties.map(({ name, description }) => [code(name), cell(description)]),
+      (element.cssProperties ?? []).map(({ name, description }) => [code(name), cell(description)]),
     ),
-  ].join("\n");
+  ];
 }
 
-const text = `${reference(declaration()).trimEnd()}\n`;
+const text = [
+  "# The elements: reference",
+  "",
+  "`npm run reference` writes this page from `web/element/isosplat_viewer.ts` and `isosplat_layer.ts`. [README](README.md) explains the elements.",
+  "",
+  ...Object.entries(elements).flatMap((element) => reference(declaration(...element))),
+].join("\n");
 if (process.argv.includes("--print")) process.stdout.write(text);
 else writeFileSync(join(root, "web/element/REFERENCE.md"), text);

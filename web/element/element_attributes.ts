@@ -7,6 +7,7 @@ import {
   readProjection,
 } from "../viewer/setting_text.ts";
 import { surfacesAt } from "../viewer/surfaces.ts";
+import { checkedTransform, type Transform } from "../viewer/transform.ts";
 import type { Camera, Projection, Surface } from "../viewer/types.ts";
 
 /** The isovalues of the attribute; undefined without it. */
@@ -14,11 +15,15 @@ export function isovaluesOf(element: Element): readonly number[] | undefined {
   return readNumbers(element.getAttribute("isovalue"));
 }
 
-/** Surfaces at these isovalues, with the colours and opacities of the attributes. */
-export function surfacesOf(element: Element, isovalues: readonly number[]): readonly Surface[] {
+/** Surfaces at these isovalues, with the colours and opacities of the attributes. `first`: see surfacesAt. */
+export function surfacesOf(
+  element: Element,
+  isovalues: readonly number[],
+  first = 0,
+): readonly Surface[] {
   const colours = readColours(element.getAttribute("colour") ?? "");
   const opacities = readOpacities(element.getAttribute("opacity") ?? "");
-  return surfacesAt(isovalues, colours, opacities);
+  return surfacesAt(isovalues, colours, opacities, first);
 }
 
 export function projectionOf(element: Element): Projection {
@@ -29,6 +34,26 @@ export function projectionOf(element: Element): Projection {
 export function cameraOf(element: Element): Camera | undefined {
   const camera = readCamera(element.getAttribute("camera"));
   return camera && { ...camera, projection: projectionOf(element) };
+}
+
+/** The step of the attribute; undefined if it has none that is valid. */
+export function stepOf(element: Element): number | undefined {
+  const text = element.getAttribute("step") ?? "";
+  return /^\d{1,9}$/.test(text) ? Number(text) : undefined;
+}
+
+/**
+ * The transform of the attribute, 16 numbers with commas; undefined if it is not valid. Null: there is no
+ * attribute.
+ */
+export function transformOf(element: Element): Transform | null | undefined {
+  const text = element.getAttribute("transform");
+  if (text === null) return null;
+  try {
+    return checkedTransform(readNumbers(text) ?? []);
+  } catch {
+    return undefined;
+  }
 }
 
 /** The fault for an attribute with an invalid value. */

@@ -3,7 +3,7 @@ import type { Progress, StreamError } from "../stream/types.ts";
 import type { RendererError } from "../viewer/renderer_error.ts";
 import type { Camera, Clip, Slices } from "../viewer/types.ts";
 
-/** The events of the element, by name. They are CustomEvents, and do not bubble. */
+/** The events of `<isosplat-viewer>`, by name. They are CustomEvents, and do not bubble. */
 export interface IsosplatViewerEvents {
   opened: CustomEvent<StoreInfo>;
   progress: CustomEvent<Progress>;
@@ -12,5 +12,13 @@ export interface IsosplatViewerEvents {
   isovaluechange: CustomEvent<readonly number[]>;
   clipchange: CustomEvent<Clip>;
   sliceschange: CustomEvent<Slices>;
+  stepchange: CustomEvent<number>;
+  fault: CustomEvent<StreamError | RendererError>;
+}
+
+/** The events of `<isosplat-layer>`, by name. They are CustomEvents, and do not bubble. */
+export interface IsosplatLayerEvents {
+  opened: CustomEvent<StoreInfo>;
+  isovaluechange: CustomEvent<readonly number[]>;
   fault: CustomEvent<StreamError | RendererError>;
 }

@@ -5,12 +5,16 @@ import { ControlsBar } from "./controls_bar.ts";
 import { languageOf } from "./element_language.ts";
 import { OverlayArea } from "./overlay_area.ts";
 import { PictureArea } from "./picture_area.ts";
+import { TimeControls } from "./time_controls.ts";
 
 /** Actions of visitors on the parts of an element. */
 export interface ElementPartsActions {
   setIsovalue(isovalue: number): void;
   /** A face of the clip box was dragged. */
   changeClip(clip: Clip): void;
+  setStep(step: number): void;
+  /** Plays the scene, or stops it. */
+  togglePlay(): void;
   /** Returns to the first view. */
   reset(): void;
   /** The overlays above the picture could not be loaded. */
@@ -22,6 +26,7 @@ export class ElementParts {
   readonly picture: PictureArea;
   readonly overlays: OverlayArea;
   readonly controls: ControlsBar;
+  readonly time: TimeControls;
   readonly #element: HTMLElement;
   readonly #poster = document.createElement("slot");
   readonly #message = document.createElement("div");
@@ -36,6 +41,8 @@ export class ElementParts {
       reset: actions.reset,
       toggleFullScreen: () => void toggleFullScreen(element),
     });
+    this.time = new TimeControls(actions);
+    this.controls.element.prepend(this.time.element);
     this.#poster.name = "poster";
     this.#poster.className = "poster";
     this.#message.className = "message";
@@ -60,6 +67,7 @@ export class ElementParts {
     const { element, overlay } = await elementTextsIn(language);
     if (language !== this.#language) return; // another was set in the meantime
     this.controls.translate(language, element);
+    this.time.translate(language, element);
     this.picture.translate(element);
     this.overlays.translate(overlay);
   }

@@ -3,11 +3,20 @@ import { wholeVolume } from "../viewer/clipping.ts";
 import { writeCamera } from "../viewer/setting_text.ts";
 import { noSlices } from "../viewer/slices.ts";
 import { firstSurface } from "../viewer/surfaces.ts";
-import type { Camera, Clip, Look, Slices, Surface } from "../viewer/types.ts";
+import type { Time } from "../viewer/time.ts";
+import {
+  type Camera,
+  type Clip,
+  defaultLook,
+  type Look,
+  type Slices,
+  type Surface,
+} from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type { OpenOptions } from "../viewer/viewer_events.ts";
-import { cameraOf, isovaluesOf, projectionOf, surfacesOf } from "./element_attributes.ts";
+import { cameraOf, isovaluesOf, projectionOf, stepOf, surfacesOf } from "./element_attributes.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
+import { ElementTime } from "./element_time.ts";
 import type { LinkedElement, LinkedView } from "./link_groups.ts";
 import { groups } from "./page_resources.ts";
 import { sameValue } from "./same_value.ts";
@@ -24,17 +33,25 @@ export interface ElementViewHost {
   wake(): void;
   surfacesChanged(): void;
   clipChanged(): void;
+  /** Null: the content does not change with time. */
+  timeShown(time: Time | null): void;
 }
 
+/** What an element shows: the store of `src`, a scene, or only the layers of its child elements. */
+export type ContentKind = "store" | "scene" | "layers";
+
 /**
- * The content of an element: the surfaces of its volume, and the camera, clipping, slices and look
- * of its picture. Keeps them even without a viewer, passes them to the viewer, reports their
+ * The view of an element: the surfaces of its first volume, the camera, clipping, slices and look of its
+ * picture, and the step of its scene. Keeps them even without a viewer, passes them to the viewer, reports their
  * changes as events, and shares them with the group of the element.
  */
 export class ElementView {
   readonly #element: HTMLElement;
   readonly #host: ElementViewHost;
   readonly #linked: LinkedElement = { receive: (view) => this.#receive(view) };
+  readonly time: ElementTime;
+  /** Whether the present change shows a default. */
+  #isDefault = false;
   #isAttached = false;
   /** Not 0 while the viewer is being set to a view of the group, which must not be sent back. */
   #receiving = 0;
@@ -53,6 +70,13 @@ export class ElementView {
   constructor(element: HTMLElement, host: ElementViewHost) {
     this.#element = element;
     this.#host = host;
+    this.time = new ElementTime({
+      viewer: () => host.viewer(),
+      wake: () => host.wake(),
+      shown: (time) => host.timeShown(time),
+      changed: (step, time) =>
+        this.#changed("stepchange", step, time === undefined ? {} : { time }),
+    });
   }
 
   // ---- The surfaces of the volume ----
@@ -88,6 +112,11 @@ export class ElementView {
     const inside = Math.max(low, Math.min(high, isovalue));
     this.isovalues = [inside, ...this.isovalues.slice(1)];
     this.#host.surfacesChanged();
+  }
+
+  /** The first layer of the viewer has other surfaces, or another layer is the first one. */
+  followSurfaces(viewer: Viewer): void {
+    if (!sameValue(viewer.surfaces, this.#surfaces)) this.surfaces = viewer.surfaces;
   }
 
   /** Returns the isovalues of the attribute. Without it, the surfaces stay as they are. */
@@ -136,6 +165,14 @@ export class ElementView {
     this.#changed("camerachange", camera, { camera });
   }
 
+  /** Shows all layers whole, as the default view: the group does not follow. */
+  showWhole(viewer: Viewer): void {
+    if (this.#chosen.camera || viewer.layers.length < 2) return;
+    this.#isDefault = true;
+    viewer.reset();
+    this.#isDefault = false;
+  }
+
   get clip(): Clip {
     return this.#clip;
   }
@@ -176,6 +213,12 @@ export class ElementView {
     viewer.setLook(this.#look);
     viewer.setClip(this.#clip);
     viewer.setSlices(this.#slices);
+    this.time.attach(viewer);
+  }
+
+  /** Clipping that is the scene's, unless it was chosen. */
+  get chosenClip(): Clip | undefined {
+    return this.#chosen.clip;
   }
 
   /** The view in which a volume is opened. */
@@ -188,17 +231,33 @@ export class ElementView {
   }
 
   /**
-   * Called when a volume is open. Values that were not set become the volume's; values that were
-   * set meanwhile become the viewer's.
+   * Called when the content is open. Values that were not set become those of the volume or of the scene;
+   * values that were set meanwhile become the viewer's. Child elements have surfaces of their own.
    */
-  opened(viewer: Viewer): void {
-    if (this.#surfaces.length > 0) viewer.setSurfaces(this.#surfaces);
+  opened(viewer: Viewer, kind: ContentKind): void {
+    if (kind === "layers") this.#surfaces = viewer.surfaces;
+    else if (this.#surfaces.length > 0) viewer.setSurfaces(this.#surfaces);
+    else if (kind === "scene") this.surfaces = viewer.surfaces;
     else this.isovalues = viewer.surfaces.map(({ isovalue }) => isovalue);
+    if (kind === "scene") this.#openedScene(viewer);
     const { camera } = viewer;
     if (!this.#camera) this.#camera = camera;
     else if (writeCamera(this.#camera) !== (camera && writeCamera(camera))) {
       viewer.setCamera(this.#camera);
     }
+    // The group may have changed meanwhile, or lack the time of this scene.
+    if (kind !== "store") this.#join();
+  }
+
+  /** The clipping of a scene is that of the viewer already. */
+  #openedScene(viewer: Viewer): void {
+    if (!sameValue(viewer.clip, this.#clip)) {
+      this.#clip = viewer.clip;
+      this.#host.clipChanged();
+      this.#changed("clipchange", viewer.clip, { clip: viewer.clip });
+    }
+    const { chosenValue } = this.time;
+    if (chosenValue !== undefined) this.#chosen.time = chosenValue;
   }
 
   /**
@@ -216,7 +275,16 @@ export class ElementView {
       this.#slices = planes;
       this.#host.viewer()?.setSlices(planes);
     }
+    // Background and clipping may be those of the previous scene.
+    const { background } = defaultLook;
+    this.#host.viewer()?.setLook({ background, ...this.#look });
     const { clip } = this.#chosen;
+    if (!clip && !sameValue(this.#clip, wholeVolume)) {
+      this.#clip = wholeVolume;
+      this.#host.viewer()?.setClip(wholeVolume);
+      this.#host.clipChanged();
+    }
+    this.time.reset(stepOf(this.#element));
     const slices = this.#chosen.slices && this.#slices;
     this.#chosen = {
       ...(camera && { camera }),
@@ -257,13 +325,14 @@ export class ElementView {
     }
   }
 
-  #receive({ camera, isovalues, clip, slices }: LinkedView): void {
+  #receive({ camera, isovalues, clip, slices, time }: LinkedView): void {
     this.#receiving++;
     try {
       if (camera) this.camera = camera;
       if (isovalues) this.isovalues = isovalues;
       if (clip) this.clip = clip;
       if (slices) this.slices = slices;
+      if (time !== undefined) this.time.receive(time);
     } finally {
       this.#receiving--;
     }
@@ -278,7 +347,7 @@ export class ElementView {
     detail: IsosplatViewerEvents[K]["detail"],
     view: LinkedView,
   ): void {
-    if (!this.#host.isOpening()) {
+    if (!this.#host.isOpening() && !this.#isDefault) {
       Object.assign(this.#chosen, view);
       const group = this.#group;
       if (group && this.#receiving === 0) groups.send(group, this.#linked, view);

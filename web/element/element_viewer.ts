@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../core/types.ts";
+import type { SceneSource } from "../scene/scene_source.ts";
 import { faults, slowWait } from "../stream/faults.ts";
 import type { Source } from "../stream/source.ts";
 import { type Progress, StreamError } from "../stream/types.ts";
@@ -6,8 +7,10 @@ import { RendererError } from "../viewer/renderer_error.ts";
 import { compiledRenderer } from "../viewer/renderer_program.ts";
 import { Viewer } from "../viewer/viewer.ts";
 import type { ContextUser } from "./context_pool.ts";
+import { ElementLayers } from "./element_layers.ts";
+import { type Content, openContent } from "./element_opening.ts";
 import type { ElementParts } from "./element_parts.ts";
-import type { ElementView } from "./element_view.ts";
+import type { ContentKind, ElementView } from "./element_view.ts";
 import { contexts, sharedWorkers } from "./page_resources.ts";
 import { stillOf } from "./picture_area.ts";
 
@@ -16,7 +19,7 @@ const startLimitMs = 4000;
 
 /**
  * The viewer of an element. It exists while the pool grants the element a WebGL context. Opens the
- * source with the element's view, retries after faults, reports events, and leaves a still picture
+ * source or the scene with the element's view, adds the child elements, retries after faults, reports events, and leaves a still picture
  * behind.
  */
 export class ElementViewer {
@@ -31,14 +34,19 @@ export class ElementViewer {
   #viewer: Viewer | null = null;
   #sampleBudget = 0;
   #source: Source | null = null;
+  #scene: (() => Promise<SceneSource>) | null = null;
+  readonly #layers: ElementLayers;
   #opening: AbortController | null = null;
   #reopenTimer = 0;
   #failures = 0;
   #isVisible = false;
   #hasPicture = false;
   #wasComplete = false;
-  /** Whether the volume of the last `#open()` is open and has the element's view. */
+  /** Whether the content of the last `#open()` is open and has the element's view. */
   #isOpen = false;
+  #hasFailed = false;
+  /** The layers of the scene that cannot be shown. */
+  #missing: readonly Error[] = [];
   #info: StoreInfo | null = null;
   #progress: Progress | null = null;
 
@@ -47,6 +55,11 @@ export class ElementViewer {
     this.#root = root;
     this.#parts = parts;
     this.#view = view;
+    this.#layers = new ElementLayers(element, {
+      added: (viewer) => this.#onLayerAdded(viewer),
+      fault: (error) => this.fault(error),
+      wake: () => this.#layersChanged(),
+    });
   }
 
   /** Null while the element has no WebGL context. */
@@ -70,28 +83,60 @@ export class ElementViewer {
 
   /** Whether the viewer has opened a volume that does not have the element's view yet. */
   get isOpening(): boolean {
-    return this.#viewer?.info != null && !this.#isOpen;
+    const viewer = this.#viewer;
+    return viewer !== null && !this.#isOpen && (viewer.info !== null || viewer.layers.length > 0);
   }
 
   /** Sets another source, or none. */
   setSource(source: Source | null): void {
-    const isFirst = this.#source === null;
+    const isFirst = this.#isEmpty;
     this.#source = source;
+    // A scene is shown instead.
+    if (!this.#scene) this.#contentChanged(isFirst);
+  }
+
+  /** Sets another scene, or none. It is shown instead of the source. */
+  setScene(scene: (() => Promise<SceneSource>) | null): void {
+    const isFirst = this.#isEmpty;
+    this.#scene = scene;
+    this.#contentChanged(isFirst);
+  }
+
+  get #content(): Content {
+    if (this.#scene) return { scene: this.#scene };
+    return this.#source && { source: this.#source };
+  }
+
+  get #kind(): ContentKind {
+    if (this.#scene) return "scene";
+    return this.#source ? "store" : "layers";
+  }
+
+  get #isEmpty(): boolean {
+    return !this.#content && !this.#layers.hasAny;
+  }
+
+  #contentChanged(isFirst: boolean): void {
     this.#info = null;
     if (!isFirst) {
       this.#hasPicture = false;
       this.#parts.showPoster();
       this.#view.reset();
     }
-    if (!source) this.#viewer?.close();
-    else {
-      if (this.#viewer) void this.#open();
-      this.wake();
-    }
+    if (this.#viewer) void this.#open();
+    this.wake();
+  }
+
+  /** Child elements were added, removed or changed. */
+  #layersChanged(): void {
+    // The first ones open the picture. To others, the viewer adds them.
+    if (this.#viewer && !this.#opening && this.#layers.hasAny) void this.#open();
+    this.wake();
   }
 
   /** The element was added to a document. It gets a viewer once it is visible. */
   attach(): void {
+    this.#layers.attach();
     this.#sight.observe(this.#element);
   }
 
@@ -100,6 +145,7 @@ export class ElementViewer {
     this.#sight.disconnect();
     this.#isVisible = false;
     this.#close();
+    this.#layers.detach();
     this.#parts.clear();
     this.#hasPicture = false;
     contexts.release(this.#user);
@@ -107,13 +153,15 @@ export class ElementViewer {
 
   /** Requests a draw, also when a visitor is about to use the element (isUrgent). */
   wake(isUrgent = false): void {
-    if (this.#isVisible && this.#source) contexts.request(this.#user, isUrgent);
+    if (this.#isVisible && !this.#isEmpty) contexts.request(this.#user, isUrgent);
   }
 
   /** Retries at once everything that waits for its next attempt. */
   retry(): void {
-    if (this.#info || !this.#viewer) this.#viewer?.retry();
+    const isShown = this.#info !== null && !this.#hasFailed && this.#missing.length === 0;
+    if (isShown || !this.#viewer) this.#viewer?.retry();
     else void this.#open();
+    this.#layers.retry();
   }
 
   /** Shows a fault, and reports it. */
@@ -186,9 +234,13 @@ export class ElementViewer {
       contexts.request(this.#user);
       this.#view.moved(camera);
     });
-    viewer.on("opened", (info) => this.#onOpened(info));
+    viewer.on("opened", (info) => this.#onOpened(viewer, info));
     viewer.on("busy", () => contexts.changed());
     viewer.on("error", (error) => this.fault(error));
+    const follow = () => this.#isOpen && this.#view.followSurfaces(viewer);
+    viewer.on("layerchange", ({ property }) => property === "surfaces" && follow());
+    viewer.on("layerremove", follow);
+    this.#layers.listen(viewer);
     return viewer;
   }
 
@@ -211,6 +263,8 @@ export class ElementViewer {
     clearTimeout(this.#reopenTimer);
     this.#opening?.abort();
     this.#opening = null;
+    this.#isOpen = false;
+    this.#layers.hide();
     const viewer = this.#viewer;
     this.#viewer = null;
     if (!viewer) return;
@@ -223,29 +277,66 @@ export class ElementViewer {
     this.#parts.picture.setFocusable(true);
   }
 
-  // ---- The volume ----
+  // ---- The content ----
 
   async #open(): Promise<void> {
     const viewer = this.#viewer;
-    const source = this.#source;
-    if (!viewer || !source) return;
     clearTimeout(this.#reopenTimer);
     this.#opening?.abort();
-    const opening = new AbortController();
-    this.#opening = opening;
+    this.#opening = null;
     this.#wasComplete = false;
     this.#isOpen = false;
-    source.forget();
-    this.#reportLateRenderer(opening.signal);
-    try {
-      await viewer.open(source, { ...this.#view.openOptions, signal: opening.signal });
-    } catch (error) {
-      if (opening.signal.aborted) return;
-      const fault = faultOf(error);
-      this.fault(fault);
-      if (faults[fault.kind].retry === "never") return;
-      this.#reopenTimer = window.setTimeout(() => void this.#open(), slowWait(this.#failures++));
+    this.#hasFailed = false;
+    this.#missing = [];
+    this.#layers.hide();
+    if (!viewer) return;
+    if (this.#isEmpty) {
+      viewer.close();
+      return;
     }
+    const opening = new AbortController();
+    this.#opening = opening;
+    const { signal } = opening;
+    this.#reportLateRenderer(signal);
+    let hasCamera = this.#view.camera !== null;
+    try {
+      const opened = await openContent(viewer, this.#content, this.#view, signal);
+      if (signal.aborted) return;
+      const { info, missing } = opened;
+      hasCamera ||= opened.hasCamera;
+      this.#missing = missing;
+      if (this.#scene) this.#onOpened(viewer, info);
+      for (const error of missing) this.fault(faultOf(error));
+    } catch (error) {
+      if (signal.aborted) return;
+      this.#onFailed(faultOf(error));
+    }
+    await this.#layers.show(viewer);
+    // The first view shows all layers.
+    if (!signal.aborted && !hasCamera && this.#layers.hasAny) this.#view.showWhole(viewer);
+  }
+
+  #onFailed(fault: StreamError | RendererError): void {
+    this.#hasFailed = true;
+    this.fault(fault);
+    if (faults[fault.kind].retry === "never") return;
+    const wait = slowWait(this.#failures++);
+    this.#reopenTimer = window.setTimeout(() => void this.#reopen(), wait);
+  }
+
+  /** Opens content that could not be opened. The child elements stay in the picture until this succeeds. */
+  async #reopen(): Promise<void> {
+    const { signal } = this.#opening ?? {};
+    const source = this.#scene ? null : this.#source;
+    if (source && signal && this.#layers.hasAny) {
+      try {
+        await source.header(signal);
+      } catch (error) {
+        if (!signal.aborted) this.#onFailed(faultOf(error));
+        return;
+      }
+    }
+    void this.#open();
   }
 
   /** Reports a renderer that arrives late: a request that is never answered causes no error. */
@@ -259,15 +350,29 @@ export class ElementViewer {
     compiledRenderer().then(end, end);
   }
 
-  #onOpened(info: StoreInfo): void {
+  /** info: null if all layers are hidden. */
+  #onOpened(viewer: Viewer, info: StoreInfo | null): void {
     this.#info = info;
     this.#failures = 0;
-    this.#parts.hideMessage();
-    this.#parts.controls.opened(info);
-    if (this.#viewer) this.#view.opened(this.#viewer);
+    this.#settleMessage();
+    if (info) this.#parts.controls.opened(info);
+    this.#view.opened(viewer, this.#hasFailed ? "layers" : this.#kind);
     this.#isOpen = true;
     this.#parts.controls.show(this.#view.isovalues[0]);
-    this.#report("opened", info);
+    if (info) this.#report("opened", info);
+  }
+
+  /** The first child element opens a picture that has no other content. */
+  #onLayerAdded(viewer: Viewer): void {
+    const hasContent = this.#content !== null && !this.#hasFailed;
+    if (!this.#isOpen && !hasContent && viewer.info) this.#onOpened(viewer, viewer.info);
+  }
+
+  /** Shows why a part of the picture is missing, if one is. */
+  #settleMessage(): void {
+    const error = this.#missing[0] ?? this.#layers.presentFault;
+    if (error) this.#parts.showMessage(error.message);
+    else if (!this.#hasFailed) this.#parts.hideMessage();
   }
 
   #onProgress(progress: Progress): void {
@@ -275,7 +380,7 @@ export class ElementViewer {
     this.#report("progress", progress);
     if (progress.complete && !this.#wasComplete) this.#report("complete", progress);
     this.#wasComplete = progress.complete;
-    if (!progress.fault) this.#parts.hideMessage();
+    if (!progress.fault) this.#settleMessage();
   }
 }
 

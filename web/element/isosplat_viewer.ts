@@ -1,13 +1,17 @@
 import type { StoreInfo } from "../core/types.ts";
 import type { SavedSurface, SaveSurfaceOptions } from "../mesh/save_surface.ts";
+import type { SceneSource } from "../scene/scene_source.ts";
 import type { Source } from "../stream/source.ts";
 import { type Progress, StreamError } from "../stream/types.ts";
 import { RendererError } from "../viewer/renderer_error.ts";
 import { readColour } from "../viewer/setting_text.ts";
+import type { Time } from "../viewer/time.ts";
 import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
-import { cameraOf, expected, projectionOf, surfacesOf } from "./element_attributes.ts";
+import { cameraOf, expected, projectionOf, stepOf, surfacesOf } from "./element_attributes.ts";
+import type { IsosplatViewerEvents } from "./element_events.ts";
 import { ElementParts } from "./element_parts.ts";
+import { sceneOf } from "./element_scene.ts";
 import { sourceOf } from "./element_source.ts";
 import { ElementView } from "./element_view.ts";
 import { ElementViewer } from "./element_viewer.ts";
@@ -17,18 +21,24 @@ import { sharedSheet } from "./page_resources.ts";
 
 /** Properties that may have been set before the element was defined. */
 const ownProperties =
-  "src source isovalues surfaces camera projection clip slices look controls show link".split(" ");
+  "src source scene sceneSource isovalues surfaces camera projection clip slices look step controls show link".split(
+    " ",
+  );
 
 /**
- * Shows isosurfaces of a volume.
+ * Shows isosurfaces of a volume, or of several: the layers of a scene, and those of the child elements
+ * `<isosplat-layer>`.
  *
  *     <isosplat-viewer src="head.isosplat" isovalue="60.5" controls></isosplat-viewer>
+ *     <isosplat-viewer scene="run.isobundle" step="3" controls></isosplat-viewer>
  *
  * Several elements of a page share their workers, their memory, and at most four WebGL contexts: an
  * element without one shows its last picture until it is seen or used again.
  *
  * @attr {string} src - The address of a store (any host that answers Range requests), or of a volume of a server: `https://host/v1/volumes/head`.
- * @attr {string} isovalue - One or more isovalues, with commas. Default: the volume's first suggestion. The element does not change it.
+ * @attr {string} scene - The address of a scene, which is shown instead of `src`: a bundle, or a document `scene.json`.
+ * @attr {string} step - The number of the first step of a scene that changes with time. Default: 0. The element does not change it.
+ * @attr {string} isovalue - One or more isovalues, with commas. Default: the volume's first suggestion, or as in the scene. The element does not change it. Of several volumes, `isovalue`, `colour` and `opacity` are those of `src`, or of the first layer of `scene`.
  * @attr {string} colour - The colours of the surfaces: `d9ccb3,c8553d`.
  * @attr {string} opacity - The opacities of the surfaces, 0 to 1: `0.4,1`.
  * @attr {string} camera - The first camera: `azimuth,elevation,distance,x,y,z[,roll[,field of view]]`, as in the address of the page. Default: the whole volume.
@@ -37,18 +47,19 @@ const ownProperties =
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
  * @attr {string} show - The overlays above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
  * @attr {string} lang - The language of the element: `en` or `de`. Default: that of the nearest enclosing element with this attribute, when the element is added to the page. Messages of faults are in English.
- * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues, clipping and slices.
+ * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues, clipping, slices and time.
  *
- * @fires {CustomEvent<StoreInfo>} opened - A volume is open. Its first surface follows.
+ * @fires {CustomEvent<StoreInfo>} opened - The volume, or the scene, is open. Its first surface follows. `detail` is of the first volume.
  * @fires {CustomEvent<Progress>} progress - The streaming progress has changed.
  * @fires {CustomEvent<Progress>} complete - Everything visible is drawn at the level that the view resolves.
  * @fires {CustomEvent<Camera>} camerachange - The camera has moved: by a gesture, by a call, or by the group.
  * @fires {CustomEvent<readonly number[]>} isovaluechange - The isovalues have changed: by the controls, by a call, or by the group.
  * @fires {CustomEvent<Clip>} clipchange - The clipping has changed: by a call, or by the group.
  * @fires {CustomEvent<Slices>} sliceschange - The slices have changed: by a call, or by the group.
+ * @fires {CustomEvent<number>} stepchange - Another step is shown: by the controls, by playing, by a call, or by the group.
  * @fires {CustomEvent<StreamError | RendererError>} fault - Something failed. `detail.message` states the expected value, the found value, and the remedy; the element retries where this can help.
  *
- * @slot - Shown above the picture, such as a caption.
+ * @slot - The elements `<isosplat-layer>`, which are not displayed themselves. Others are shown above the picture, such as a caption.
  * @slot poster - Shown until the first surface.
  *
  * @csspart canvas - The picture.
@@ -58,14 +69,19 @@ const ownProperties =
  * @csspart field - The field of the isovalue.
  * @csspart units - The units of the isovalue.
  * @csspart button - Each of the buttons.
+ * @csspart play - The button that plays a scene.
+ * @csspart step - The slider of the steps.
+ * @csspart time - The time of the step.
  *
  * @cssprop --isosplat-text - The colour of text.
  * @cssprop --isosplat-panel - The background of controls and messages.
  * @cssprop --isosplat-accent - The colour of the slider and of the focus.
  */
-export class IsosplatViewerElement extends EventElement {
+export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
   static readonly observedAttributes = [
     "src",
+    "scene",
+    "step",
     "isovalue",
     "colour",
     "opacity",
@@ -78,12 +94,17 @@ export class IsosplatViewerElement extends EventElement {
     "lang",
   ];
 
+  #sceneSource: SceneSource | null = null;
   readonly #root = this.attachShadow({ mode: "open" });
   readonly #parts = new ElementParts(this, this.#root, {
     setIsovalue: (isovalue) => this.#view.moveFirst(isovalue),
     changeClip: (clip) => {
       this.clip = clip;
     },
+    setStep: (step) => {
+      this.step = step;
+    },
+    togglePlay: () => this.#view.time.togglePlay(),
     reset: () => this.reset(),
     overlaysFailed: (error) => {
       const text = `what show="${this.show}" names could not be loaded: ${String(error)}`;
@@ -97,6 +118,7 @@ export class IsosplatViewerElement extends EventElement {
     wake: () => this.#viewer.wake(),
     surfacesChanged: () => this.#parts.controls.show(this.isovalues[0]),
     clipChanged: () => this.#parts.overlays.clipChanged(),
+    timeShown: (time) => this.#parts.time.show(time),
   });
   readonly #viewer = new ElementViewer(this, this.#root, this.#parts, this.#view);
 
@@ -111,7 +133,7 @@ export class IsosplatViewerElement extends EventElement {
   }
 
   connectedCallback(): void {
-    for (const name of ownProperties) this.#takeProperty(name);
+    this.takeProperties(ownProperties);
     this.#parts.picture.setFocusable(true);
     void this.#parts.translate();
     this.#viewer.attach();
@@ -125,7 +147,9 @@ export class IsosplatViewerElement extends EventElement {
 
   attributeChangedCallback(name: string, before: string | null, now: string | null): void {
     if (before === now) return;
-    if (name === "src") this.#viewer.setSource(now === null ? null : this.#sourceOf(now));
+    if (name === "src") this.#readSource(now);
+    else if (name === "scene") this.#readScene(now);
+    else if (name === "step") this.#readStep(now);
     else if (name === "camera") this.#readCamera(now);
     else if (name === "projection") this.#view.readProjection();
     else if (name === "background") this.look = { background: readColour(now) ?? "#ffffff" };
@@ -142,8 +166,7 @@ export class IsosplatViewerElement extends EventElement {
     return this.getAttribute("src") ?? "";
   }
   set src(value: string | null | undefined) {
-    if (typeof value === "string") this.setAttribute("src", value);
-    else this.removeAttribute("src");
+    this.setText("src", value);
   }
 
   /** The source of the bytes. Set it instead of `src` for requests with tokens and headers. */
@@ -152,6 +175,45 @@ export class IsosplatViewerElement extends EventElement {
   }
   set source(source: Source | null | undefined) {
     this.#viewer.setSource(source ?? null);
+  }
+
+  /** The address of the scene: the attribute. */
+  get scene(): string {
+    return this.getAttribute("scene") ?? "";
+  }
+  set scene(value: string | null | undefined) {
+    this.setText("scene", value);
+  }
+
+  /**
+   * The source of the scene: of `sceneAt`, `sceneOfFiles` or `bundleScene` of `isosplat/scene`. Set it instead
+   * of `scene` for requests with tokens and headers, and for files of the visitor.
+   */
+  get sceneSource(): SceneSource | null {
+    return this.#sceneSource;
+  }
+  set sceneSource(source: SceneSource | null | undefined) {
+    this.#sceneSource = source ?? null;
+    this.#viewer.setScene(source ? () => Promise.resolve(source) : null);
+  }
+
+  /**
+   * The number of the step that is shown, or will be as soon as it has a surface. Numbers beyond the last
+   * step mean the last one. Null or undefined: that of the attribute.
+   */
+  get step(): number {
+    return this.#view.time.step;
+  }
+  set step(step: number | null | undefined) {
+    this.#view.time.step = step ?? stepOf(this) ?? 0;
+  }
+
+  /**
+   * The steps of the scene, with `values`, `unit`, `play()`, `pause()`, `rate` and `mode`: see `Viewer.time`.
+   * Null while the element has no WebGL context, and if nothing changes with time.
+   */
+  get time(): Time | null {
+    return this.viewer?.time ?? null;
   }
 
   /** Shows the controls: the attribute. */
@@ -167,8 +229,7 @@ export class IsosplatViewerElement extends EventElement {
     return this.getAttribute("show") ?? "";
   }
   set show(value: string | null | undefined) {
-    if (value) this.setAttribute("show", value);
-    else this.removeAttribute("show");
+    this.setText("show", value || null);
   }
 
   /** The name of the group: the attribute. */
@@ -176,8 +237,7 @@ export class IsosplatViewerElement extends EventElement {
     return this.getAttribute("link") ?? "";
   }
   set link(value: string) {
-    if (value) this.setAttribute("link", value);
-    else this.removeAttribute("link");
+    this.setText("link", value || null);
   }
 
   /**
@@ -283,41 +343,42 @@ export class IsosplatViewerElement extends EventElement {
    * `saveSurface` of `isosplat/mesh`. Rejects if no volume is open.
    */
   async saveSurface(options: SaveSurfaceOptions = {}): Promise<SavedSurface> {
-    const isovalue = this.isovalues[0];
-    const access = this.viewer?.storeAccess;
-    const { source } = this;
-    if (isovalue === undefined || !source) throw new Error("no volume is open");
-    const { SurfaceReader, saveSurface } = await import("../mesh/index.ts");
-    return saveSurface(access ? new SurfaceReader(access) : source, isovalue, options);
+    const { surfaceOf } = await import("./saved_surface.ts");
+    return surfaceOf(this, options);
   }
 
-  /** A property that was set before the element was defined is an own property. Sets it again. */
-  #takeProperty(name: string): void {
-    if (!Object.hasOwn(this, name)) return;
-    const element = this as unknown as Record<string, unknown>;
-    const value = element[name];
-    delete element[name];
-    element[name] = value;
+  #readSource(src: string | null): void {
+    const what = "the http or https address of a store";
+    const source = src === null ? null : sourceOf(src, document.baseURI);
+    this.#viewer.setSource(this.#valid(source, "src", src, what) ?? null);
+  }
+
+  #readScene(text: string | null): void {
+    this.#sceneSource = null;
+    const what = "the http or https address of a scene";
+    const scene = text === null ? null : sceneOf(text, document.baseURI);
+    this.#viewer.setScene(this.#valid(scene, "scene", text, what) ?? null);
+  }
+
+  #readStep(text: string | null): void {
+    const step = this.#valid(text ? stepOf(this) : null, "step", text, "a whole number from 0");
+    if (typeof step === "number") this.step = step;
   }
 
   #readCamera(text: string | null): void {
-    const camera = cameraOf(this);
-    if (camera) this.camera = camera;
-    else if (text) this.#viewer.fault(expected("camera", text, "azimuth,elevation,distance,x,y,z"));
+    const what = "azimuth,elevation,distance,x,y,z";
+    this.camera = this.#valid(text ? cameraOf(this) : null, "camera", text, what);
   }
 
   #readShow(text: string | null): void {
-    const parts = readParts(text);
+    const parts = this.#valid(readParts(text), "show", text, `some of ${shownParts.join(",")}`);
     this.#parts.overlays.show(parts ?? new Set());
-    const names = `some of ${shownParts.join(",")}`;
-    if (!parts) this.#viewer.fault(expected("show", text ?? "", names));
   }
 
-  #sourceOf(src: string): Source | null {
-    const source = sourceOf(src, document.baseURI);
-    const what = "the http or https address of a store";
-    if (!source) this.#viewer.fault(expected("src", src, what));
-    return source ?? null;
+  /** The value of an attribute; undefined, which is reported, if its text is not valid. */
+  #valid<T>(value: T | undefined, name: string, text: string | null, what: string): T | undefined {
+    if (value === undefined) this.#viewer.fault(expected(name, text ?? "", what));
+    return value;
   }
 }
 

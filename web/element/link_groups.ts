@@ -6,6 +6,8 @@ export interface LinkedView {
   isovalues?: readonly number[];
   clip?: Clip;
   slices?: Slices;
+  /** The value of the step that is shown. */
+  time?: number;
 }
 
 export interface LinkedElement {

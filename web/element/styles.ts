@@ -25,8 +25,10 @@ export const styles = `
     --overlay-accent: var(--isosplat-accent, #0f7c8c);
   }
   :host([controls]) .overlays { --overlay-scale-bottom: 3.5rem; }
+  :host([controls]) .overlays:has(~ .controls .time:not([hidden])) { --overlay-scale-bottom: 6rem; }
+  ::slotted(isosplat-layer) { display: none; }
   canvas:focus-visible, .picture:focus-visible { outline: 2px solid var(--isosplat-accent, #0f7c8c); outline-offset: -2px; }
-  .poster[hidden], .message[hidden], .controls[hidden] { display: none; }
+  .poster[hidden], .message[hidden], .controls[hidden], .time[hidden] { display: none; }
   .poster { pointer-events: none; }
   .message {
     position: absolute;
@@ -42,12 +44,20 @@ export const styles = `
     inset-inline: 0.5rem;
     inset-block-end: 0.5rem;
     display: flex;
-    gap: 0.5rem;
+    flex-wrap: wrap;
+    gap: 0.25rem 0.5rem;
     align-items: center;
     padding: 0.25rem 0.5rem;
     border-radius: 6px;
     background: var(--isosplat-panel, #fffffff0);
   }
+  .time {
+    flex: 0 0 100%;
+    display: flex;
+    gap: 0.5rem;
+    align-items: center;
+  }
+  .time span { min-inline-size: 4em; text-align: end; font-variant-numeric: tabular-nums; }
   .controls input[type="range"] {
     flex: 1;
     min-inline-size: 3rem;

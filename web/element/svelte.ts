@@ -1,17 +1,21 @@
-/** Defines <isosplat-viewer>, and its types in the markup of Svelte 5. */
+/** Defines <isosplat-viewer> and <isosplat-layer>, and their types in the markup of Svelte 5. */
 import type * as Svelte from "svelte/elements";
-import type { IsosplatViewerListeners, IsosplatViewerProps } from "./element_props.ts";
+import type {
+  IsosplatLayerListeners,
+  IsosplatLayerProps,
+  IsosplatViewerListeners,
+  IsosplatViewerProps,
+} from "./element_props.ts";
+import type { IsosplatLayerElement } from "./isosplat_layer.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 
 export * from "./index.ts";
 
+type Html<E extends EventTarget, Own> = Omit<Svelte.HTMLAttributes<E>, keyof Own> & Own;
+
 declare module "svelte/elements" {
   interface SvelteHTMLElements {
-    "isosplat-viewer": Omit<
-      Svelte.HTMLAttributes<IsosplatViewerElement>,
-      keyof IsosplatViewerProps | keyof IsosplatViewerListeners
-    > &
-      IsosplatViewerProps &
-      IsosplatViewerListeners;
+    "isosplat-viewer": Html<IsosplatViewerElement, IsosplatViewerProps & IsosplatViewerListeners>;
+    "isosplat-layer": Html<IsosplatLayerElement, IsosplatLayerProps & IsosplatLayerListeners>;
   }
 }

@@ -1,25 +1,31 @@
-/** Defines <isosplat-viewer>, and its types in the templates of Vue 3. */
+/** Defines <isosplat-viewer> and <isosplat-layer>, and their types in the templates of Vue 3. */
 import type { HTMLAttributes, ReservedProps } from "vue";
-import type { IsosplatViewerEvents } from "./element_events.ts";
-import type { IsosplatViewerProps } from "./element_props.ts";
+import type { IsosplatLayerEvents, IsosplatViewerEvents } from "./element_events.ts";
+import type { IsosplatLayerProps, IsosplatViewerProps } from "./element_props.ts";
+import type { IsosplatLayerElement } from "./isosplat_layer.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 
 export * from "./index.ts";
 
 /** `@isovaluechange` is the property `onIsovaluechange`. */
-type Listeners = {
-  [Name in keyof IsosplatViewerEvents as `on${Capitalize<Name>}`]?:
-    | ((event: IsosplatViewerEvents[Name]) => void)
+type Listeners<Events> = {
+  [Name in keyof Events & string as `on${Capitalize<Name>}`]?:
+    | ((event: Events[Name]) => void)
     | undefined;
 };
+
+type Props<Own, Events> = ReservedProps &
+  Omit<HTMLAttributes, keyof Own | keyof Listeners<Events>> &
+  Own &
+  Listeners<Events>;
 
 declare module "vue" {
   interface GlobalComponents {
     "isosplat-viewer": new () => IsosplatViewerElement & {
-      $props: ReservedProps &
-        Omit<HTMLAttributes, keyof IsosplatViewerProps | keyof Listeners> &
-        IsosplatViewerProps &
-        Listeners;
+      $props: Props<IsosplatViewerProps, IsosplatViewerEvents>;
+    };
+    "isosplat-layer": new () => IsosplatLayerElement & {
+      $props: Props<IsosplatLayerProps, IsosplatLayerEvents>;
     };
   }
 }

@@ -1,6 +1,6 @@
 import type { Source } from "../stream/source.ts";
 import type { Layer } from "../viewer/layer.ts";
-import { firstSurface, surfaceColours } from "../viewer/surfaces.ts";
+import { firstSurface, surfaceColour } from "../viewer/surfaces.ts";
 import type { Camera, Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type {
@@ -12,8 +12,8 @@ import type {
 import type { OpenedScene, SceneSource } from "./scene_source.ts";
 
 export interface OpenSceneOptions {
-  /** The step of a scene with time that is shown first. Default: the first one. */
-  step?: number;
+  /** The step of a scene with time that is shown first, or a function of its values. Default: the first one. */
+  step?: number | ((values: readonly number[]) => number);
   signal?: AbortSignal;
 }
 
@@ -48,7 +48,9 @@ export async function openScene(
   signal.throwIfAborted();
   const { document } = opened;
   const { time, background } = document;
-  const first = Math.min(Math.max(0, Math.trunc(step)), (time?.values.length ?? 1) - 1);
+  const values = time?.values ?? [0];
+  const wanted = typeof step === "number" ? step : step(values);
+  const first = Math.min(Math.max(0, Math.trunc(wanted)), values.length - 1);
   viewer.setTime(time, first);
   viewer.setClip(document.clip);
   if (background) viewer.setLook({ background: background.slice(0, 7) });
@@ -107,7 +109,7 @@ async function addLayer(
   });
   const { info } = added;
   if (surfaces.length === 0 && info) {
-    added.surfaces = [{ ...firstSurface(info), colour: colourOf(number) }];
+    added.surfaces = [{ ...firstSurface(info), colour: surfaceColour(number) }];
   }
   return added;
 }
@@ -120,12 +122,8 @@ function colourNumber({ layers }: SceneDocument, index: number): number {
   return layers.slice(0, index).filter((layer) => layer.visible).length;
 }
 
-function colourOf(number: number): string {
-  return surfaceColours[number % surfaceColours.length] ?? surfaceColours[0];
-}
-
 function surfaceOf({ isovalue, colour, opacity }: SurfaceDocument, number: number): Surface {
-  return { isovalue, colour: colour ?? colourOf(number), opacity };
+  return { isovalue, colour: colour ?? surfaceColour(number), opacity };
 }
 
 function cameraOf({ isOrthographic, ...camera }: CameraDocument): Camera {

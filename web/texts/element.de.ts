@@ -11,4 +11,7 @@ export const element: ElementTexts = {
   fitTitle: "Das ganze Volumen zeigen",
   fullScreen: "Vollbild",
   fullScreenTitle: "Nur diese Ansicht zeigen",
+  time: "Zeit",
+  play: "Abspielen",
+  pause: "Anhalten",
 };

@@ -11,6 +11,9 @@ export const elementTexts = {
   fitTitle: "Show the whole volume",
   fullScreen: "Full screen",
   fullScreenTitle: "Show only this view",
+  time: "Time",
+  play: "Play",
+  pause: "Pause",
 };
 export type ElementTexts = typeof elementTexts;
 

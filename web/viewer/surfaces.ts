@@ -13,6 +13,11 @@ export const surfaceColours = [
   "#8a8f98",
 ] as const;
 
+/** The colour of the surface with this number: neighbouring numbers have colours that are easy to distinguish. */
+export function surfaceColour(number: number): string {
+  return surfaceColours[number % surfaceColours.length] ?? surfaceColours[0];
+}
+
 export const firstLook = { colour: surfaceColours[0], opacity: 1 };
 
 /** The volume's first suggestion, or the middle of its range. */
@@ -20,15 +25,16 @@ export function firstSurface({ metadata, range: [low, high] }: StoreInfo): Surfa
   return { isovalue: metadata.suggested_isovalues?.[0] ?? (low + high) / 2, ...firstLook };
 }
 
-/** Surfaces at these isovalues, with the given colours and opacities. */
+/** Surfaces at these isovalues, with the given colours and opacities. `first`: the number of the first colour. */
 export function surfacesAt(
   isovalues: readonly number[],
   colours: readonly string[] = [],
   opacities: readonly number[] = [],
+  first = 0,
 ): Surface[] {
   return isovalues.map((isovalue, i) => ({
     isovalue,
-    colour: colours[i] ?? surfaceColours[i % surfaceColours.length] ?? surfaceColours[0],
+    colour: colours[i] ?? surfaceColour(first + i),
     opacity: opacities[i] ?? 1,
   }));
 }

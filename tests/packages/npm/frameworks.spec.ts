@@ -33,10 +33,21 @@ export function View() {
       src="head.isosplat"
       surfaces={[{ isovalue: 60.5, colour: "#d9ccb3", opacity: 1 }]}
       projection="orthographic"
+      scene="run.isobundle"
+      step={3}
+      onstepchange={({ detail }) => console.log(detail.toFixed(0))}
       oncamerachange={({ detail }) => console.log(detail.azimuth, view.current?.info?.range)}
       onfault={(event) => console.log(event.detail.message)}
     >
       {wrong} {other} {listener}
+      {/* @ts-expect-error: visible is true or false */}
+      <isosplat-layer src="dose.isosplat" visible="no" />
+      <isosplat-layer
+        src="dose.isosplat"
+        name="Dose"
+        visible={false}
+        onisovaluechange={({ detail }) => console.log(detail[0]?.toFixed(1))}
+      />
     </isosplat-viewer>
   );
 }
@@ -56,6 +67,10 @@ export const props: Props = {
 };
 // @ts-expect-error: isovalues are numbers
 export const wrong: Props = { isovalues: ["60.5"] };
+type LayerProps = InstanceType<GlobalComponents["isosplat-layer"]>["$props"];
+export const layer: LayerProps = { src: "dose.isosplat", visible: false, onFault: () => {} };
+// @ts-expect-error: visible is true or false
+export const wrongLayer: LayerProps = { visible: "no" };
 // @ts-expect-error: the detail of this event is a camera
 export const listener: Props = { onCamerachange: ({ detail }) => detail.length };
 `;
@@ -74,6 +89,10 @@ export const props: Props = {
 };
 // @ts-expect-error: isovalues are numbers
 export const wrong: Props = { isovalues: ["60.5"] };
+type LayerProps = SvelteHTMLElements["isosplat-layer"];
+export const layer: LayerProps = { src: "dose.isosplat", visible: false, onfault: () => {} };
+// @ts-expect-error: visible is true or false
+export const wrongLayer: LayerProps = { visible: "no" };
 // @ts-expect-error: the detail of this event is a camera
 export const listener: Props = { oncamerachange: ({ detail }) => detail.length };
 `;

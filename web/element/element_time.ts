@@ -1,0 +1,126 @@
+import type { Time } from "../viewer/time.ts";
+import { nearestStep } from "../viewer/time_order.ts";
+import type { Viewer } from "../viewer/viewer.ts";
+
+/** The functions that the time of an element needs from its view. */
+export interface ElementTimeHost {
+  /** Null while the element has no WebGL context. */
+  viewer(): Viewer | null;
+  /** Requests a draw. */
+  wake(): void;
+  /** What controls show has changed. */
+  shown(time: Time | null): void;
+  /** Another step is shown. `value`: its time, for the group; undefined if the group has chosen it. */
+  changed(step: number, value: number | undefined): void;
+}
+
+/** A step, or the value of the step that is nearest to it. */
+type Wanted = { step: number } | { value: number };
+
+/**
+ * The step of an element's scene. Keeps it even without a viewer. A group shares the value of the step, not
+ * its number: scenes with different steps show the same time.
+ */
+export class ElementTime {
+  readonly #host: ElementTimeHost;
+  /** The step that is shown, or that the next scene begins with. */
+  #wanted: Wanted = { step: 0 };
+  /** The values of the open scene's steps; null before one is open. */
+  #values: readonly number[] | null = null;
+  /** The step that the group has chosen last. */
+  #received: number | null = null;
+  /** Whether the step is not the default of the scene. */
+  #isChosen = false;
+
+  constructor(host: ElementTimeHost) {
+    this.#host = host;
+  }
+
+  /** Follows a new viewer. */
+  attach(viewer: Viewer): void {
+    viewer.on("time", (time) => {
+      this.#host.shown(time);
+      if (!time) return;
+      this.#values = time.values;
+      for (const name of ["step", "play", "change"] as const) {
+        time.on(name, () => this.#host.shown(time));
+      }
+      time.on("step", (step) => {
+        this.#wanted = { step };
+        this.#isChosen = true;
+        const isReceived = step === this.#received && !time.isPlaying;
+        this.#host.changed(step, isReceived ? undefined : time.values[step]);
+      });
+    });
+  }
+
+  /** The step with which a scene of these values is opened. */
+  firstOf(values: readonly number[]): number {
+    const wanted = this.#wanted;
+    return "step" in wanted ? wanted.step : nearestStep(values, wanted.value);
+  }
+
+  /** The number of the step that is shown, or will be as soon as it has a surface. */
+  get step(): number {
+    const time = this.#host.viewer()?.time;
+    if (time) return time.wantedStep;
+    return "step" in this.#wanted ? this.#wanted.step : 0;
+  }
+
+  /** The value of a step that was chosen; undefined for the default, and before a scene with time is open. */
+  get chosenValue(): number | undefined {
+    return this.#isChosen ? this.#values?.[this.step] : undefined;
+  }
+
+  /** Numbers beyond the last step mean the last one. */
+  set step(asked: number) {
+    if (Number.isNaN(asked)) return;
+    this.#received = null;
+    this.#isChosen = true;
+    this.#show(this.#limited(asked));
+  }
+
+  /** Plays the scene, or stops it. */
+  togglePlay(): void {
+    this.#host.wake();
+    const time = this.#host.viewer()?.time;
+    if (time?.isPlaying) time.pause();
+    else time?.play();
+  }
+
+  /** The group has this time. */
+  receive(value: number): void {
+    if (!this.#values) {
+      this.#wanted = { value };
+      return;
+    }
+    const step = nearestStep(this.#values, value);
+    this.#received = step;
+    this.#show(step);
+  }
+
+  /** Another scene begins with the step of the attribute. */
+  reset(step: number | undefined): void {
+    this.#values = null;
+    this.#received = null;
+    this.#isChosen = step !== undefined;
+    this.#wanted = { step: step ?? 0 };
+  }
+
+  #limited(step: number): number {
+    const last = this.#values ? this.#values.length - 1 : Number.POSITIVE_INFINITY;
+    return Math.min(Math.max(0, Math.trunc(step)), last);
+  }
+
+  #show(step: number): void {
+    const time = this.#host.viewer()?.time;
+    if (time) {
+      void time.setStep(step);
+    } else if (step !== this.step || !("step" in this.#wanted)) {
+      this.#wanted = { step };
+      const value = step === this.#received ? undefined : this.#values?.[step];
+      if (this.#values) this.#host.changed(step, value);
+    }
+    this.#host.wake();
+  }
+}

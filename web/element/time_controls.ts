@@ -1,0 +1,62 @@
+import { type ElementTexts, elementTexts } from "../texts/element.ts";
+import { decimalSignOf } from "../texts/numbers.ts";
+import type { Time } from "../viewer/time.ts";
+
+export interface TimeControlsActions {
+  setStep(step: number): void;
+  togglePlay(): void;
+}
+
+/** The row of the controls for a scene that changes with time: a button that plays, a slider, and the time. */
+export class TimeControls {
+  readonly element = document.createElement("div");
+  readonly #play = document.createElement("button");
+  readonly #slider = document.createElement("input");
+  readonly #value = document.createElement("span");
+  #texts: ElementTexts = elementTexts;
+  #decimalSign = ".";
+  #time: Time | null = null;
+
+  constructor(actions: TimeControlsActions) {
+    this.element.className = "time";
+    this.element.hidden = true;
+    this.#play.type = "button";
+    this.#play.setAttribute("part", "button play");
+    this.#play.addEventListener("click", actions.togglePlay);
+    this.#slider.type = "range";
+    this.#slider.min = "0";
+    this.#slider.step = "1";
+    this.#slider.setAttribute("part", "step");
+    this.#slider.addEventListener("input", () => actions.setStep(Number(this.#slider.value)));
+    this.#value.setAttribute("part", "time");
+    this.element.append(this.#play, this.#slider, this.#value);
+    this.translate("en", elementTexts);
+  }
+
+  translate(language: string, texts: ElementTexts): void {
+    this.#texts = texts;
+    this.#decimalSign = decimalSignOf(language);
+    this.#slider.setAttribute("aria-label", texts.time);
+    this.show(this.#time);
+  }
+
+  /**
+   * Shows the time of a viewer; null: the scene does not change with time. While an element has no viewer,
+   * the last one stays.
+   */
+  show(time: Time | null): void {
+    this.#time = time;
+    this.element.hidden = time === null;
+    if (!time) return;
+    const { isPlaying, wantedStep, steps, values, unit } = time;
+    this.#play.textContent = isPlaying ? "⏸" : "⏵";
+    this.#play.setAttribute("aria-label", isPlaying ? this.#texts.pause : this.#texts.play);
+    this.#play.title = isPlaying ? this.#texts.pause : this.#texts.play;
+    this.#slider.max = String(steps - 1);
+    if (Number(this.#slider.value) !== wantedStep) this.#slider.value = String(wantedStep);
+    const value = String(Number((values[wantedStep] ?? 0).toPrecision(6)));
+    const text = `${value.replace(".", this.#decimalSign)}${unit && ` ${unit}`}`;
+    this.#slider.setAttribute("aria-valuetext", text);
+    this.#value.textContent = text;
+  }
+}
