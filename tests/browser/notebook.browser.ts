@@ -1,11 +1,17 @@
 // The widget of notebooks without a notebook: the module of a real server, in a page of another
 // origin, with a model as the front-end specification of anywidget (AFM) has it.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer, type Server } from "node:http";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import type { NotebookModel } from "../../web/element/notebook.ts";
 import type { Traits } from "../../web/element/notebook_traits.ts";
 import { traitDefaults } from "../../web/element/notebook_traits.ts";
-import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { rangeHost } from "../support/range_host.ts";
+import { ballIsovalue, buildBall } from "../support/series.ts";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 
 interface Notebook {
   /** As the kernel sets traits: all of them, then the events. */
@@ -268,4 +274,62 @@ test("two views of a model move together, and leave nothing behind", async ({ pa
     };
   });
   expect(left).toEqual({ elements: 0, made: 2, live: 0, listeners: 0 });
+});
+
+test("scene, step and layers: the program's and the visitor's", async ({ page }) => {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-notebook-"));
+  for (const step of [0, 1, 2]) {
+    buildBall(folder, `${step}`, 40, { centre: [0.3 + 0.2 * step, 0.5, 0.5], radius: 0.2 });
+  }
+  const scene = {
+    format: "isosplat-scene",
+    version: 1,
+    time: { steps: [0, 10, 20], unit: "s" },
+    layers: [
+      {
+        stores: ["0.isosplat", "1.isosplat", "2.isosplat"],
+        surfaces: [{ isovalue: ballIsovalue }],
+      },
+    ],
+  };
+  writeFileSync(join(folder, "scene.json"), JSON.stringify(scene));
+  const bundle = join(folder, "run.isobundle");
+  execFileSync(program, ["bundle", join(folder, "scene.json"), "-o", bundle]);
+  const host = await rangeHost((path) => readFileSync(join(folder, path)));
+  try {
+    await open(page, { src: "", scene: `${host.origin}/run.isobundle`, step: 1 });
+    await page.evaluate(() => globalThis.notebook.show());
+    await complete(page);
+    expect(await trait(page, "time")).toEqual({ values: [0, 10, 20], unit: "s" });
+    const view = page.locator("isosplat-viewer");
+    const state = () =>
+      view.evaluate((e: HTMLElementTagNameMap["isosplat-viewer"]) => ({
+        step: e.time?.step,
+        layers: e.viewer?.layers.map(({ name, visible }) => `${name} ${visible}`),
+        children: [...e.querySelectorAll("isosplat-layer")].map(({ layer }) => layer?.id),
+      }));
+    expect(await state()).toMatchObject({ step: 1, layers: [" true"] });
+    await page.evaluate(() => globalThis.notebook.receive({ step: 2 }));
+    await expect.poll(state).toMatchObject({ step: 2 });
+    await view.getByRole("slider", { name: "Time" }).press("ArrowLeft");
+    await expect.poll(() => trait(page, "step")).toBe(1);
+
+    const src = `${server.url}v1/volumes/bucky`;
+    const layers = [
+      { src, name: "one" },
+      { src: src.replace("bucky", "mandelbulb"), name: "two" },
+    ];
+    await page.evaluate((layers) => globalThis.notebook.receive({ layers }), layers);
+    await expect.poll(state).toMatchObject({ layers: [" true", "one true", "two true"] });
+    const [, two] = (await state()).children;
+    // The layer that stays is not opened again.
+    const left = [{ ...layers[1], visible: false }];
+    await page.evaluate((layers) => globalThis.notebook.receive({ layers }), left);
+    await expect.poll(state).toEqual({ step: 1, layers: [" true", "two false"], children: [two] });
+    await page.evaluate(() => globalThis.notebook.receive({ layers: [{ name: "none" }] }));
+    await expect.poll(() => trait(page, "fault")).toMatch(/^layers: expected a list/);
+  } finally {
+    host.stop();
+    rmSync(folder, { recursive: true, force: true });
+  }
 });

@@ -6,8 +6,10 @@ import {
   backgroundOf,
   cameraOf,
   clipOf,
+  layersOf,
   reportedTraits,
   slicesOf,
+  stepOf,
   surfacesOf,
   traitDefaults,
 } from "../../web/element/notebook_traits.ts";
@@ -48,6 +50,8 @@ print(json.dumps({
     "readOnly": sorted(name for name, trait in Widget.class_traits().items() if trait.read_only),
     "view": [view._esm, view.src, view.isovalue],
     "module": Widget("head.isosplat", module="https://cdn.example/w.js")._esm,
+    "scene": Widget(scene="https://host.example/v1/scenes/run", step=2)._esm,
+    "noScene": attempt(lambda: Widget(scene="run.isobundle")._esm),
     "noModule": attempt(lambda: Widget("head.isosplat")._esm),
     "text": attempt(lambda: view.set_trait("isovalue", "sixty")),
     "set": attempt(lambda: setattr(view, "picked", {})),
@@ -73,6 +77,8 @@ print(json.dumps({
       60.5,
     ]);
     expect(found.module).toBe("https://cdn.example/w.js");
+    expect(found.scene).toBe("https://host.example/isosplat-anywidget.js");
+    expect(found.noScene).toMatch(/^ValueError: scene: expected .*\/v1\/scenes\/NAME, found 'run/);
     expect(found.noModule).toMatch(/^ValueError: src: expected .*found 'head.isosplat'.*module=/);
     expect(found.text).toMatch(/^TraitError/);
     expect(found.set).toMatch(/^TraitError/);
@@ -120,6 +126,14 @@ describe("values of the program", () => {
     expect(clipOf(capped)).toEqual(capped);
     const plane = { normal: [0, 1, 1], offset: 4 };
     expect(slicesOf({ plane, range: null })).toEqual({ along: [null, null, null], plane });
+    const layer = { src: "dose.isosplat", surfaces: [{ isovalue: 1, colour: "C8553D" }] };
+    expect(layersOf([layer, { src: "a", visible: false, transform: null }])).toEqual([
+      {
+        ...{ src: "dose.isosplat", name: "", group: "", visible: true },
+        surfaces: [{ isovalue: 1, colour: "#c8553d", opacity: 1 }],
+      },
+      { src: "a", name: "", group: "", visible: false },
+    ]);
     const across = { along: [0, null, 1], range: [-1, 100] };
     expect(slicesOf(across)).toEqual(across);
   });
@@ -141,6 +155,14 @@ describe("values of the program", () => {
     ["slices", () => slicesOf({ along: [0.5, null, 2] })],
     ["slices", () => slicesOf({ plane: { normal: [0, 0, 0], offset: 1 } })],
     ["slices", () => slicesOf({ range: [2, 2] })],
+    ["step", () => stepOf(1.5)],
+    ["step", () => stepOf("2")],
+    ["layers", () => layersOf({})],
+    ["layers", () => layersOf([{ name: "Dose" }])],
+    ["layers", () => layersOf([{ src: "a", visible: "no" }])],
+    ["layers", () => layersOf([{ src: "a", surfaces: [{ isovalue: 1, colour: "red" }] }])],
+    ["layers", () => layersOf([{ src: "a", transform: [1, 2, 3] }])],
+    ["layers", () => layersOf([{ src: "a", transform: 5 }])],
     ["background", () => backgroundOf("white")],
   ])("are refused with what was expected: %s %#", (name, read) => {
     expect(read).toThrow(new RegExp(`^${name}: expected .*, found `));

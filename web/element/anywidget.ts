@@ -6,7 +6,14 @@ import "./index.ts";
 import { Notebook, type NotebookModel } from "./notebook.ts";
 
 export type { NotebookModel } from "./notebook.ts";
-export type { PickedPoint, TraitName, Traits, VolumeTrait } from "./notebook_traits.ts";
+export type {
+  LayerTrait,
+  PickedPoint,
+  TimeTrait,
+  TraitName,
+  Traits,
+  VolumeTrait,
+} from "./notebook_traits.ts";
 
 /** Shows the model in `el`. Returns a function that removes everything again. */
 function render({ model, el }: { model: NotebookModel; el: HTMLElement }): () => void {

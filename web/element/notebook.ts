@@ -2,14 +2,17 @@ import { isDefaultClip, wholeVolume } from "../viewer/clipping.ts";
 import { isDefaultSlices } from "../viewer/slices.ts";
 import type { Camera } from "../viewer/types.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
+import { showLayers } from "./notebook_layers.ts";
 import {
   backgroundOf,
   cameraOf,
   clipOf,
   isovalueOf,
+  layersOf,
   reportedTraits,
   showOf,
   slicesOf,
+  stepOf,
   surfacesOf,
   type TraitName,
   type Traits,
@@ -44,6 +47,8 @@ const saveIntervalMs = 100;
  */
 const writingBack = new WeakSet<NotebookModel>();
 
+const viewEvents = ["isovaluechange", "camerachange", "clipchange", "sliceschange"] as const;
+
 /** A pointer that moved farther than this has rotated the view, and picks nothing. */
 const clickRadiusPx = 4;
 
@@ -67,6 +72,8 @@ export class Notebook {
    */
   readonly #refused = new Map<TraitName, string>();
   #elementFault = "";
+  /** The step that the model has had last. */
+  #receivedStep: number | null = null;
   #isApplying = false;
   #saveTimer = 0;
   #pressed: { x: number; y: number } | null = null;
@@ -142,15 +149,13 @@ export class Notebook {
     link: (value) => {
       this.element.link = textOf("link", value);
     },
-    src: (value) => {
-      const src = textOf("src", value);
-      if (src === this.element.src) return;
-      this.#elementFault = "";
-      this.#write("volume", null);
-      this.#write("picked", null);
-      this.#write("state", "");
-      this.#write("complete", false);
-      this.#setAttribute("src", src);
+    src: (value) => this.#setAddress("src", textOf("src", value)),
+    scene: (value) => this.#setAddress("scene", textOf("scene", value)),
+    layers: (value) => showLayers(this.element, layersOf(value)),
+    step: (value) => {
+      const step = stepOf(value);
+      this.#receivedStep = step;
+      if (step !== null && step !== this.element.step) this.element.step = step;
     },
     surfaces: (value) => {
       const surfaces = surfacesOf(value);
@@ -179,6 +184,18 @@ export class Notebook {
     },
   };
 
+  /** Shows another volume or scene. */
+  #setAddress(name: "src" | "scene", address: string): void {
+    if (address === this.element[name]) return;
+    this.#elementFault = "";
+    this.#write("volume", null);
+    this.#write("time", null);
+    this.#write("picked", null);
+    this.#write("state", "");
+    this.#write("complete", false);
+    this.#setAttribute(name, address);
+  }
+
   #setAttribute(name: string, value: string): void {
     if (value) this.element.setAttribute(name, value);
     else this.element.removeAttribute(name);
@@ -192,9 +209,10 @@ export class Notebook {
     element.addEventListener("opened", () => this.#onOpened(), { signal });
     element.addEventListener("progress", ({ detail }) => this.#onProgress(detail), { signal });
     element.addEventListener("fault", ({ detail }) => this.#onFault(detail.message), { signal });
-    for (const event of ["isovaluechange", "camerachange", "clipchange", "sliceschange"] as const) {
+    for (const event of viewEvents) {
       element.addEventListener(event, () => this.#writeView(), { signal });
     }
+    element.addEventListener("stepchange", ({ detail }) => this.#onStep(detail), { signal });
     for (const event of ["pointerdown", "wheel", "keydown"]) {
       element.addEventListener(event, () => this.#takeOver(), { signal, passive: true });
     }
@@ -208,8 +226,15 @@ export class Notebook {
     const { voxels, spacing, origin, range, metadata } = info;
     const suggested_isovalues = metadata.suggested_isovalues ?? [];
     this.#write("volume", { voxels, spacing, origin, range, suggested_isovalues });
+    const { time } = this.element;
+    this.#write("time", time && { values: time.values, unit: time.unit });
     this.#writeView();
     this.#onFault("");
+  }
+
+  /** A step of the model may be shown late: another view may have changed it by then. */
+  #onStep(step: number): void {
+    if (step !== this.#receivedStep || this.element.time?.isPlaying) this.#writeView();
   }
 
   #onFault(message: string): void {
@@ -247,6 +272,7 @@ export class Notebook {
       this.#write("surfaces", surfaces);
     }
     if (camera) this.#write("camera", camera);
+    if (this.element.time) this.#write("step", this.element.step);
     this.#write("clip", isDefaultClip(clip) ? null : clip);
     this.#write("slices", isDefaultSlices(slices) ? null : slices);
   }

@@ -1,6 +1,7 @@
 /** The traits of the notebook widget: names, defaults, and accepted values. */
 import type { Triple } from "../core/types.ts";
 import { readColour, readProjection } from "../viewer/setting_text.ts";
+import { checkedTransform, type Transform } from "../viewer/transform.ts";
 import type { Camera, Clip, Slices, Surface } from "../viewer/types.ts";
 import { readParts, shownParts } from "./overlay_area.ts";
 
@@ -25,9 +26,34 @@ export interface VolumeTrait {
   suggested_isovalues: readonly number[];
 }
 
+/** The steps of the open scene. */
+export interface TimeTrait {
+  values: readonly number[];
+  unit: string;
+}
+
+/** A further volume in the picture: a child element. */
+export interface LayerTrait {
+  /** As the attribute of the element `<isosplat-layer>`. */
+  src: string;
+  name?: string;
+  group?: string;
+  /** Default: one, at the volume's first suggestion. */
+  surfaces?: readonly Surface[];
+  visible?: boolean;
+  /** 16 numbers, row by row. */
+  transform?: Transform;
+}
+
 export interface Traits {
   /** As the attribute of the element. */
   src: string;
+  /** As the attribute of the element: the address of a scene, which is shown instead of `src`. */
+  scene: string;
+  /** The step that is shown, of a scene that changes with time. Null: its first one. */
+  step: number | null;
+  /** Further volumes in the picture. Only the program changes them. */
+  layers: readonly LayerTrait[];
   /** The isovalue of the first surface. Null: the volume's first suggestion. */
   isovalue: number | null;
   /** All surfaces. Empty: one, at the isovalue. */
@@ -55,6 +81,8 @@ export interface Traits {
   /** The message of the present fault; empty if there is none. */
   fault: string;
   volume: VolumeTrait | null;
+  /** Null: the picture does not change with time. */
+  time: TimeTrait | null;
   picked: PickedPoint | null;
 }
 
@@ -63,6 +91,9 @@ export type TraitName = keyof Traits;
 /** The Python class has the same defaults (tests/web/notebook.spec.ts). */
 export const traitDefaults: Readonly<Traits> = {
   src: "",
+  scene: "",
+  step: null,
+  layers: [],
   isovalue: null,
   surfaces: [],
   camera: null,
@@ -77,6 +108,7 @@ export const traitDefaults: Readonly<Traits> = {
   complete: false,
   fault: "",
   volume: null,
+  time: null,
   picked: null,
 };
 
@@ -86,6 +118,7 @@ export const reportedTraits: readonly TraitName[] = [
   "complete",
   "fault",
   "volume",
+  "time",
   "picked",
 ];
 
@@ -141,6 +174,38 @@ export function surfacesOf(value: unknown): Surface[] {
     const isOpacity = isNumber(opacity) && opacity >= 0 && opacity <= 1;
     if (!isNumber(isovalue) || !read || !isOpacity) throw wrong("surfaces", surface, expected);
     return { isovalue, colour: read, opacity };
+  });
+}
+
+export function stepOf(value: unknown): number | null {
+  if (value === null || value === undefined) return null;
+  if (!Number.isInteger(value) || (value as number) < 0) {
+    throw wrong("step", value, "a whole number from 0");
+  }
+  return value as number;
+}
+
+export function layersOf(value: unknown): LayerTrait[] {
+  const expected =
+    "a list of { src, name, group, surfaces as the trait, visible, transform: 16 numbers row by row }";
+  if (value === null || value === undefined) return [];
+  if (!Array.isArray(value)) throw wrong("layers", value, expected);
+  return value.map((layer: unknown) => {
+    if (!isObject(layer)) throw wrong("layers", layer, expected);
+    const { src, name = "", group = "", visible = true, surfaces, transform } = layer;
+    const areTexts = [src, name, group].every((text) => typeof text === "string");
+    if (!areTexts || src === "" || typeof visible !== "boolean") {
+      throw wrong("layers", layer, expected);
+    }
+    try {
+      return {
+        ...({ src, name, group, visible } as LayerTrait),
+        ...(surfaces != null && { surfaces: surfacesOf(surfaces) }),
+        ...(transform != null && { transform: checkedTransform(transform as Transform) }),
+      };
+    } catch {
+      throw wrong("layers", layer, expected);
+    }
   });
 }
 

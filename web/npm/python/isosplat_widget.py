@@ -17,12 +17,13 @@ import anywidget
 import traitlets
 
 
-def _module_beside(src):
-    """The address of the widget's module on the server that has the volume."""
-    server, separator, _ = src.partition("/v1/volumes/") if isinstance(src, str) else ("", "", "")
+def _module_beside(name, address):
+    """The address of the widget's module on the server that has the volume or the scene."""
+    kind = "scenes" if name == "scene" else "volumes"
+    server, separator, _ = address.partition(f"/v1/{kind}/") if isinstance(address, str) else ("", "", "")
     if not separator or not server.startswith(("http://", "https://")):
         raise ValueError(
-            f"src: expected http(s)://SERVER/v1/volumes/NAME, found {src!r}. For a store elsewhere, give"
+            f"{name}: expected http(s)://SERVER/v1/{kind}/NAME, found {address!r}. For one elsewhere, give"
             " module= the address of isosplat-anywidget.js on a server or published site."
         )
     return server + "/isosplat-anywidget.js"
@@ -60,13 +61,21 @@ class IsosplatWidget(anywidget.AnyWidget):
     """A view of a volume. Traits are those of the element <isosplat-viewer>.
 
     src: the address of a volume of a server, or of a store on any host that answers Range requests.
-    module: the address of isosplat-anywidget.js. Required unless src is a volume of
+    scene: the address of a scene, which is shown instead of src.
+    module: the address of isosplat-anywidget.js. Required unless src is a volume, or scene a scene, of
         an Isosplat server, which serves the module itself.
     """
 
     _esm = traitlets.Unicode().tag(sync=True)
 
     src = traitlets.Unicode().tag(sync=True)
+    #: The address of a bundle or of a scene.json.
+    scene = traitlets.Unicode().tag(sync=True)
+    #: The number of the step that is shown, of a scene that changes with time. None: the first one.
+    step = traitlets.CInt(None, allow_none=True).tag(sync=True)
+    #: Further volumes in the picture: [{"src": address, "name": "Dose", "group": "", "visible": True,
+    #: "surfaces": as below, "transform": 16 numbers row by row}, …]. Only src is required.
+    layers = _List(traitlets.Dict()).tag(sync=True)
     #: The isovalue of the first surface. None: the first suggested isovalue of the volume.
     isovalue = traitlets.CFloat(None, allow_none=True).tag(sync=True)
     #: All surfaces: [{"isovalue": 60.5, "colour": "#d9ccb3", "opacity": 1}, …]
@@ -87,7 +96,7 @@ class IsosplatWidget(anywidget.AnyWidget):
     controls = _Bool(True).tag(sync=True)
     #: The overlays above the picture, some of "axes,scale,box,clip".
     show = traitlets.Unicode().tag(sync=True)
-    #: Widgets with the same name share camera, isovalues, clipping and slices.
+    #: Widgets with the same name share camera, isovalues, clipping, slices and time.
     link = traitlets.Unicode().tag(sync=True)
     #: As in CSS: "30rem". Empty: three quarters of the width.
     height = traitlets.Unicode().tag(sync=True)
@@ -99,6 +108,8 @@ class IsosplatWidget(anywidget.AnyWidget):
     fault = traitlets.Unicode(read_only=True).tag(sync=True)
     #: voxels, spacing, origin, range, suggested_isovalues
     volume = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
+    #: values and unit of the scene's steps. None: the picture does not change with time.
+    time = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
     #: The point of the surface that was clicked last: position, voxel, normal, isovalue
     picked = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
 
@@ -106,7 +117,9 @@ class IsosplatWidget(anywidget.AnyWidget):
         unknown = [name for name in traits if not self.has_trait(name) or name.startswith("_")]
         if unknown:
             raise TypeError(f"expected traits of IsosplatWidget ({_settable()}), found {', '.join(unknown)}")
-        super().__init__(src=src, _esm=module or _module_beside(src), **traits)
+        scene = traits.get("scene", "")
+        beside = ("scene", scene) if scene else ("src", src)
+        super().__init__(src=src, _esm=module or _module_beside(*beside), **traits)
 
     def __setattr__(self, name, value):
         # Otherwise a misspelt name would have no effect, and raise no error.
