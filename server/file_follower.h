@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "server/catalog/catalog.h"
+#include "server/catalog/scene_pool.h"
 #include "server/catalog/store_pool.h"
 #include "server/log/server_log.h"
 #include "server/page_loader.h"
@@ -14,16 +15,17 @@
 
 namespace isosplat::server {
 
-/// Watches the files of stores and page for changes, in a separate thread.
+/// Watches the files of stores, scenes and page for changes, in a separate thread.
 class FileFollower {
  public:
   /// All must outlive it.
-  FileFollower(const ServerOptions& options, Catalog& catalog, StorePool& stores, Router& router,
-               PageLoader& page, ServerLog& log, Metrics& metrics,
+  FileFollower(const ServerOptions& options, Catalog& catalog, StorePool& stores, ScenePool& scenes,
+               Router& router, PageLoader& page, ServerLog& log, Metrics& metrics,
                const std::atomic<bool>& stopping)
       : options_(options),
         catalog_(catalog),
         stores_(stores),
+        scenes_(scenes),
         router_(router),
         page_(page),
         log_(log),
@@ -45,11 +47,13 @@ class FileFollower {
  private:
   void run();
   void follow();
-  bool read_headers(const CatalogSnapshot& snapshot, std::string& done);
+  bool examine_scenes();
+  bool read_headers(ServedKind kind, std::string& done);
 
   const ServerOptions& options_;
   Catalog& catalog_;
   StorePool& stores_;
+  ScenePool& scenes_;
   Router& router_;
   PageLoader& page_;
   ServerLog& log_;

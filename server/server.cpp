@@ -17,6 +17,7 @@
 #include "server/access_options.h"
 #include "server/capacity.h"
 #include "server/catalog/catalog.h"
+#include "server/catalog/scene_pool.h"
 #include "server/catalog/store_pool.h"
 #include "server/connection_shared.h"
 #include "server/file_follower.h"
@@ -46,6 +47,11 @@ uint32_t header_threads(const ServerOptions& options) {
   return (options.disk_threads + 3) / 4;
 }
 
+Catalog::OutsideLinks outside_links(const ServerOptions& options) {
+  return options.follow_outside_links ? Catalog::OutsideLinks::followed
+                                      : Catalog::OutsideLinks::refused;
+}
+
 /// Half of the cores; connections and other programs use the rest.
 uint32_t compute_threads() {
   return std::max(1u, std::thread::hardware_concurrency() / 2);
@@ -61,10 +67,10 @@ struct Server::State {
         log({options.log, options.log_file}, {options.access_log, access_file}),
         catalog(
             options.stores, [this](std::string_view line) { log.line(line); },
-            options.follow_outside_links ? Catalog::OutsideLinks::followed
-                                         : Catalog::OutsideLinks::refused),
+            outside_links(options)),
         stores(pool_limits(options.limits), [this](std::string_view line) { log.line(line); }),
-        router(catalog, stores, router_limits(options.limits)),
+        scenes({}, outside_links(options), [this](std::string_view line) { log.line(line); }),
+        router(catalog, stores, scenes, router_limits(options.limits)),
         admission(admission_limits(options.limits)),
         disk({.threads = options.disk_threads}, {metrics.reads_of_disk, metrics.reads_waiting}),
         headers({.threads = header_threads(options)},
@@ -91,7 +97,7 @@ struct Server::State {
         page(options.web_root, options.limits.page_asset_bytes, router, log),
         access(options, router, log, metrics, stopping),
         tls(options, log, metrics),
-        files(options, catalog, stores, router, page, log, metrics, stopping),
+        files(options, catalog, stores, scenes, router, page, log, metrics, stopping),
         listeners(control, shared, admission, tls, workers),
         signals(control, options.limits, listeners, log, metrics, stopping,
                 {.reload = [this] { return reload(); },
@@ -131,6 +137,7 @@ struct Server::State {
   std::atomic<bool> stopping{false};
   Catalog catalog;
   StorePool stores;
+  ScenePool scenes;
   Router router;
   Admission admission;
   Metrics metrics;
@@ -328,7 +335,7 @@ Result<std::unique_ptr<Server>> Server::start(ServerOptions options) {
     state->log.line(warning);
   }
   state->catalog.scan();
-  state->router.count_volumes();
+  state->router.count_files();
   state->run();
   return std::unique_ptr<Server>(new Server(std::move(state)));
 }
@@ -354,7 +361,8 @@ std::string Server::url() const {
 }
 
 bool Server::has_stores() const {
-  return !state_->catalog.snapshot()->empty();
+  return !state_->catalog.snapshot()->empty() ||
+         !state_->catalog.snapshot(ServedKind::scene)->empty();
 }
 
 std::vector<Server::Volume> Server::volumes() const {

@@ -72,10 +72,10 @@ struct ServerOptions {
   /// Listening TCP sockets to use instead of `host` and `port`; the server closes them.
   std::vector<int> sockets;
   std::vector<int> redirecting_sockets;  ///< the same in place of `http_port`
-  /// Store files, and folders. Of a folder, the server serves all *.isosplat files, including those
-  /// in subfolders, and notices changes; if the system does not report them, it scans the folder
-  /// every scan_interval. A store is opened at the first request for it. A store that cannot be
-  /// opened is listed with its error.
+  /// Files of stores and scenes (is_scene_file), and folders. Of a folder, the server serves all
+  /// *.isosplat files and all scenes, including those in subfolders, and notices changes; if the
+  /// system does not report them, it scans the folder every scan_interval. A store is opened at the
+  /// first request for it. A store that cannot be opened is listed with its error.
   std::vector<std::filesystem::path> stores;
   /// Whether links to stores outside of the folders above are followed. If not, they are not
   /// served.
@@ -171,7 +171,7 @@ class Server {
   };
   std::vector<Volume> volumes() const;
 
-  /// Whether there is a store. Reads no header.
+  /// Whether there is a store or a scene. Reads no header.
   bool has_stores() const;
 
   /// Reads the files of tokens and keys again for the following requests, and those of TLS for the

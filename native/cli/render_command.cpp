@@ -16,6 +16,7 @@
 #include "native/headless/scene_picture.h"
 #include "native/headless/store_scene.h"
 #include "server/catalog/thumbnail.h"
+#include "shared/system/scene_file/bundle_bytes.h"
 
 namespace isosplat::cli {
 namespace {
@@ -95,6 +96,14 @@ Result<Subject> open_subject(const RenderCall& call) {
   return subject;
 }
 
+/// The content id that its thumbnail names. Empty if a scene cannot be served, so that its picture
+/// is no thumbnail.
+std::string content_of(const Subject& subject) {
+  if (subject.store) return subject.store->content();
+  const auto bundle = BundleBytes::plan(*subject.scene);
+  return bundle ? bundle->content() : std::string();
+}
+
 struct Shown {
   uint32_t level = 0;  ///< the coarsest that is drawn
   VolumeGrid extent;
@@ -164,6 +173,7 @@ int run(const RenderCall& call) {
   if (subject->scene && subject->scene->scene().camera && call.camera.empty()) {
     camera = camera_of(*subject->scene->scene().camera);
   }
+  const std::string content = content_of(*subject);
   const size_t frames = pictures.size();
   render::FrameStatistics statistics;
   bool is_empty = true;
@@ -171,11 +181,11 @@ int run(const RenderCall& call) {
     (*renderer)->set_camera(camera);
     const auto image = draw_image(**renderer, width, height, &statistics, !call.aliased);
     if (!image) return report(image.error());
-    const auto written = write_picture(picture, *image, store ? store->content() : "");
+    const auto written = write_picture(picture, *image, content);
     if (!written) return report(written.error());
-    if (store && is_refused_thumbnail(picture, *store)) {
+    if (!content.empty() && is_refused_thumbnail(picture, call.store, content)) {
       note(
-          fmt::format("{} is too large for a thumbnail of the store: expected at most {} × {} "
+          fmt::format("{} is too large for a thumbnail: expected at most {} × {} "
                       "pixels and 1 MiB (see --size)",
                       picture.string(), server::kMaxThumbnailSize, server::kMaxThumbnailSize));
     }
@@ -205,9 +215,9 @@ void add_render_command(CLI::App& program, int& exit_code) {
       "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent\n"
       "  isosplat render scene.json -o scene.png\n"
       "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.png\n"
-      "The last command draws a thumbnail of the store for the page's list of volumes: STORE.png\n"
-      "beside the store, of at most 1 MiB. It replaces the thumbnail that isosplat build has "
-      "drawn."));
+      "  isosplat render head.isobundle --size 480x300 -o head.isobundle.png\n"
+      "The last two commands draw thumbnails for the lists of the page: FILE.png beside the store\n"
+      "or the scene, of at most 1 MiB. They replace the thumbnail that isosplat build has drawn."));
   command->callback([call, &exit_code] {
     check_arguments(*call);
     exit_code = run(*call);

@@ -46,9 +46,9 @@ int run(const ServeCall& call) {
   for (const std::filesystem::path& store : options.stores) {
     std::error_code error;
     if (!std::filesystem::exists(store, error)) {
-      return report({Status::io_error, fmt::format("{}: expected a store or a folder of stores, "
-                                                   "found nothing: check the path, or build a "
-                                                   "store with isosplat build",
+      return report({Status::io_error, fmt::format("{}: expected a store, a scene or a folder of "
+                                                   "them, found nothing: check the path, or build "
+                                                   "a store with isosplat build",
                                                    store.string())});
     }
   }
@@ -62,10 +62,15 @@ int run(const ServeCall& call) {
 }  // namespace
 
 void add_serve_command(CLI::App& program, int& exit_code) {
-  CLI::App* command = program.add_subcommand("serve", "Serve stores and the page over HTTP");
+  CLI::App* command =
+      program.add_subcommand("serve", "Serve stores, scenes and the page over HTTP");
   auto call = std::make_shared<ServeCall>();
   add_config_option(*command);
-  command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
+  command
+      ->add_option(
+          "stores", call->stores,
+          "Stores (*.isosplat), scenes (*.isobundle, scene.json, *.scene.json), and folders "
+          "with such files")
       ->required();
   call->server_flags.add_to(*command);
   call->operation_flags.add_to(*command);
@@ -78,6 +83,7 @@ void add_serve_command(CLI::App& program, int& exit_code) {
   command->footer(examples(
       "  isosplat serve engine.isosplat head.isosplat\n"
       "  isosplat serve stores/ --port 8081\n"
+      "  isosplat serve head.isobundle\n"
       "  isosplat serve stores/ --host 0.0.0.0 --cors none\n"
       "  isosplat serve stores/ --host 0.0.0.0 --public\n"
       "  isosplat serve stores/ --token-file tokens.txt\n"
@@ -88,7 +94,8 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "own page can read the volumes.\n"
       "Each line of the token file is TOKEN [name=NAME] PATTERN…. The access log shows NAME. A\n"
       "pattern is the name of a volume, in which * stands for any characters, or the path of a\n"
-      "folder or store with a slash (stores/ct/). In place of a token, the word anyone stands for\n"
+      "folder or file with a slash (stores/ct/). scene:NAME means a scene. In place of a token, "
+      "the word anyone stands for\n"
       "all visitors, and user:NAME or group:NAME for the users that an identity provider or a\n"
       "proxy reports.\n"
       "The token in the environment variable ISOSPLAT_TOKEN grants access to all volumes.\n"
@@ -96,9 +103,10 @@ void add_serve_command(CLI::App& program, int& exit_code) {
       "On SIGHUP, the server reads tokens, keys and certificates again, and reopens the access "
       "log.\n"
       "A file for --config has lines such as: stores = [\"/srv/ct\", \"/srv/mr\"]\n"
-      "A folder is served with its subfolders: ct/head.isosplat is the volume ct~head. If several\n"
+      "A folder is served with its subfolders: ct/head.isosplat is the volume ct~head, and\n"
+      "ct/head.isobundle the scene ct~head; ct/scene.json is the scene ct~scene. If several\n"
       "folders are served, each name begins with that of its folder: stores~ct~head. The server\n"
-      "notices new, replaced and removed stores at once."));
+      "notices new, replaced and removed files at once."));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

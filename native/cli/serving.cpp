@@ -42,8 +42,8 @@ int serve_until_stopped(server::ServerOptions options, const std::string& query)
   if (!server) return report(server.error());
   if (!(*server)->has_stores()) {
     log->add(
-        "note: there is no store yet. The server notices a store within a second after isosplat "
-        "build has written it");
+        "note: there is no store and no scene yet. The server notices them within a second after "
+        "isosplat build has written them");
   }
   std::string url = (*server)->url();
   if (!query.empty()) url += "?" + query;

@@ -23,6 +23,7 @@ namespace {
 struct SignCall {
   std::string volume, key_file, expires = "7d", url = "http://localhost:8080/";
   std::vector<std::string> folders;
+  bool is_scene = false;
 };
 
 Result<std::string> read_key(const std::string& file) {
@@ -49,8 +50,14 @@ Result<std::string> read_key(const std::string& file) {
   return key;
 }
 
-/// The name that the server gives to a store in the served folders.
-Result<std::string> name_in_folders(const SignCall& call) {
+/// What a link is for.
+struct Signed {
+  server::ServedKind kind = server::ServedKind::volume;
+  std::string name;
+};
+
+/// The name that the server gives to a store or a scene in the served folders.
+Result<Signed> name_in_folders(const SignCall& call) {
   namespace fs = std::filesystem;
   std::error_code error;
   // Only links of the folder are resolved: the name is that of the served link.
@@ -58,27 +65,37 @@ Result<std::string> name_in_folders(const SignCall& call) {
                          fs::path(call.volume).filename();
   server::Catalog catalog({call.folders.begin(), call.folders.end()}, [](std::string_view) {});
   catalog.scan();
-  const std::shared_ptr<const server::CatalogSnapshot> snapshot = catalog.snapshot();
+  const bool is_scene = server::is_scene_file(store.filename().native());
+  const auto kind = is_scene ? server::ServedKind::scene : server::ServedKind::volume;
+  const std::shared_ptr<const server::CatalogSnapshot> snapshot = catalog.snapshot(kind);
   for (const auto& [name, entry] : *snapshot) {
-    if (fs::path(entry->folder) / entry->file == store) return name;
+    if (fs::path(entry->folder) / entry->file == store) return Signed{kind, name};
   }
-  return fail(Status::invalid_argument,
-              fmt::format("{}: expected a store (*{}) in {} or a subfolder, found none: check the "
-                          "path and --folder",
-                          call.volume, server::kStoreExtension, fmt::join(call.folders, " or ")));
+  return fail(
+      Status::invalid_argument,
+      fmt::format("{}: expected a store (*{}) or a scene (*{}, scene.json, *.scene.json) in "
+                  "{} or a subfolder, found none: check the path and --folder",
+                  call.volume, server::kStoreExtension, server::kBundleExtension,
+                  fmt::join(call.folders, " or ")));
 }
 
-/// The name on the server of the volume, which was given by its name or its store.
-Result<std::string> name_of(const SignCall& call) {
+/// The name on the server of the volume or the scene, which was given by its name or its file.
+Result<Signed> name_of(const SignCall& call) {
   if (!call.folders.empty()) return name_in_folders(call);
-  const bool is_store =
-      call.volume.find('/') != std::string::npos || call.volume.ends_with(server::kStoreExtension);
-  if (!is_store && server::is_volume_name(call.volume)) return call.volume;
+  const bool is_file = call.volume.find('/') != std::string::npos ||
+                       call.volume.ends_with(server::kStoreExtension) ||
+                       server::is_scene_file(call.volume);
+  if (!is_file && server::is_volume_name(call.volume)) {
+    return Signed{call.is_scene ? server::ServedKind::scene : server::ServedKind::volume,
+                  call.volume};
+  }
   // Another store may have the name that this store would have without the other one.
-  return fail(Status::invalid_argument,
-              fmt::format("{}: expected the name of a volume as the server lists it. For the path "
-                          "of a store, give each folder or store that is served with --folder",
-                          call.volume));
+  return fail(
+      Status::invalid_argument,
+      fmt::format("{}: expected the name of a volume or a scene as the server lists it. For "
+                  "the path of a file, give each folder or file that is served with "
+                  "--folder",
+                  call.volume));
 }
 
 int run(const SignCall& call) {
@@ -89,18 +106,18 @@ int run(const SignCall& call) {
                                "found '{}'",
                                call.expires)});
   }
-  const auto volume = name_of(call);
-  if (!volume) return report(volume.error());
-  const std::string& name = *volume;
+  const auto named = name_of(call);
+  if (!named) return report(named.error());
+  const auto& [kind, name] = *named;
   const auto key = read_key(call.key_file);
   if (!key) return report(key.error());
   const std::string expires = std::to_string(std::time(nullptr) + *seconds);
-  const std::string signature = server::sign_link(*key, name, expires);
+  const std::string signature = server::sign_link(*key, kind, name, expires);
   if (signature.empty()) {
     return report({Status::io_error, "HMAC-SHA-256 is not available: check OpenSSL"});
   }
-  fmt::print("{}{}?volume={}&exp={}&sig={}\n", call.url, call.url.ends_with('/') ? "" : "/", name,
-             expires, signature);
+  fmt::print("{}{}?{}={}&exp={}&sig={}\n", call.url, call.url.ends_with('/') ? "" : "/",
+             server::word_of(kind), name, expires, signature);
   return kSuccess;
 }
 
@@ -108,14 +125,17 @@ int run(const SignCall& call) {
 
 void add_sign_link_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand(
-      "sign-link", "Print a link that grants access to one volume for a limited time");
+      "sign-link", "Print a link that grants access to one volume or scene for a limited time");
   auto call = std::make_shared<SignCall>();
-  command->add_option("volume", call->volume, "The volume's name on the server, or its store")
+  command
+      ->add_option("volume", call->volume,
+                   "The volume's or scene's name on the server, or its file")
       ->required();
+  command->add_flag("--scene", call->is_scene, "The name is that of a scene");
   command
       ->add_option("--folder", call->folders,
-                   "Folder or store that the server was started with. Needed if the volume is "
-                   "given by its store; may be repeated")
+                   "Folder or file that the server was started with. Needed if the volume or scene "
+                   "is given by its file; may be repeated")
       ->check(CLI::ExistingPath)
       ->allow_extra_args(false);
   command->add_option("--link-key-file", call->key_file,
@@ -128,9 +148,11 @@ void add_sign_link_command(CLI::App& program, int& exit_code) {
       "  isosplat sign-link head --link-key-file key.txt --expires 12h\n"
       "  isosplat sign-link head --link-key-file key.txt --url https://a.example/\n"
       "  isosplat sign-link ct~head --link-key-file key.txt\n"
+      "  isosplat sign-link run --scene --link-key-file key.txt\n"
       "  isosplat sign-link stores/ct/head.isosplat --folder stores --link-key-file key.txt\n"
       "openssl rand -hex 32 > key.txt makes a key for isosplat serve --link-key-file key.txt.\n"
-      "Whoever has the link can read the volume until the link expires. To revoke a link, write "
+      "Whoever has the link can read the volume or scene until the link expires. To revoke a link, "
+      "write "
       "the\n"
       "first 16 digits of its sig on a line of the server's file --revoked-links. A new key "
       "revokes\n"

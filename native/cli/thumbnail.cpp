@@ -124,13 +124,14 @@ Result<void> write_picture(const std::filesystem::path& path, const Image& image
   return write_whole_file(path, server::with_content_id(*png, content));
 }
 
-bool is_refused_thumbnail(const std::filesystem::path& picture, const StoreFile& store) {
+bool is_refused_thumbnail(const std::filesystem::path& picture, const std::filesystem::path& file,
+                          std::string_view content) {
   std::error_code error;
   const auto real = [&](const std::filesystem::path& path) {
     return std::filesystem::weakly_canonical(path, error);
   };
-  return real(picture) == real(server::thumbnail_path(store.path())) &&
-         !server::read_thumbnail(store.path(), store.content());
+  return real(picture) == real(server::thumbnail_path(file)) &&
+         !server::read_thumbnail(file, content);
 }
 
 Result<void> draw_thumbnail(const std::filesystem::path& store) {

@@ -9,13 +9,15 @@
 
 namespace isosplat::cli {
 
-/// Writes a picture of a store as a PNG file that names the store's content id
+/// Writes a picture of a store or a scene as a PNG file that names its content id
 /// (server/catalog/thumbnail.h). Errors: io_error, and those of OutputFile.
 Result<void> write_picture(const std::filesystem::path& path, const Image& image,
                            std::string_view content);
 
-/// Whether a picture has the file name of the store's thumbnail, but does not qualify as one.
-bool is_refused_thumbnail(const std::filesystem::path& picture, const StoreFile& store);
+/// Whether a picture has the file name of the thumbnail of a store or a scene, but does not qualify
+/// as one.
+bool is_refused_thumbnail(const std::filesystem::path& picture, const std::filesystem::path& file,
+                          std::string_view content);
 
 /// Draws a store's thumbnail and writes it beside the store. The thumbnail shows the first
 /// suggested isovalue from the page's initial viewpoint, on a transparent background. An existing

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 
 #include "native/cli/building.h"
 #include "native/cli/command.h"
@@ -15,6 +16,9 @@
 #include "native/cli/terminal.h"
 #include "server/access/access_rules.h"
 #include "server/catalog/volume_names.h"
+#include "shared/core/scene/bundle_header.h"
+#include "shared/system/scene_file/bundle_bytes.h"
+#include "shared/system/scene_file/scene_file.h"
 #include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
@@ -118,32 +122,66 @@ Result<std::filesystem::path> find_or_build_store(const ViewCall& call) {
   return store;
 }
 
+/// The file of a scene: the argument, or scene.json in a folder. None: the argument is a volume.
+std::optional<std::filesystem::path> scene_in(const std::string& argument) {
+  const std::filesystem::path path(argument);
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) {
+    return scene_kind(path) == SceneKind::none ? std::nullopt : std::optional(path);
+  }
+  if (!std::filesystem::is_regular_file(path / kSceneName, error)) return std::nullopt;
+  return path / kSceneName;
+}
+
+/// Errors: those of a scene that cannot be served.
+Result<void> check_scene(const std::filesystem::path& path) {
+  if (!server::is_scene_file(path.filename().native())) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a scene named NAME.isobundle, NAME.scene.json or "
+                            "scene.json, found another name: rename it",
+                            path.string()));
+  }
+  const auto scene = SceneFile::open(path);
+  if (!scene) return tl::unexpected(scene.error());
+  const auto bundle = BundleBytes::plan(*scene);
+  if (!bundle) return tl::unexpected(bundle.error());
+  return {};
+}
+
 int run(const ViewCall& call) {
   Result<server::ServerOptions> options = call.server_flags.options();
   if (!options) return report(options.error());
-  const auto store = find_or_build_store(call);
-  if (!store) return report(store.error());
-  options->stores = {*store};
+  const auto scene = scene_in(call.volume);
+  if (scene) {
+    if (auto checked = check_scene(*scene); !checked) return report(checked.error());
+    options->stores = {*scene};
+  } else {
+    const auto store = find_or_build_store(call);
+    if (!store) return report(store.error());
+    options->stores = {*store};
+  }
   // Other users of this machine can reach the port too, so reading requires the printed address.
   if (options->tokens.empty()) {
     auto token = server::random_token();
     if (!token) return report(token.error());
     options->tokens = {std::move(*token)};
   }
-  const std::string query = fmt::format("token={}&volume={}", options->tokens.front(),
-                                        server::name_segment(server::stem_of_store(*store)));
+  const auto kind = scene ? server::ServedKind::scene : server::ServedKind::volume;
+  const std::string query =
+      fmt::format("token={}&{}={}", options->tokens.front(), server::word_of(kind),
+                  server::file_segment(options->stores.front()));
   return serve_until_stopped(std::move(*options), query);
 }
 
 }  // namespace
 
 void add_view_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("view", "Show a volume: build its store if needed, and serve it");
+  CLI::App* command = program.add_subcommand(
+      "view", "Show a volume or a scene: build its store if needed, and serve it");
   auto call = std::make_shared<ViewCall>();
   command
       ->add_option("volume", call->volume,
-                   "A store, or a volume in a format that isosplat build reads")
+                   "A store, a scene, or a volume in a format that isosplat build reads")
       ->required();
   call->server_flags.add_to(*command);
   command->add_flag("--rebuild", call->rebuild, "Build the store again even if it exists");
@@ -153,6 +191,8 @@ void add_view_command(CLI::App& program, int& exit_code) {
       "  isosplat view head.nii.gz\n"
       "  isosplat view scans/ct --port 0\n"
       "  isosplat view engine.isosplat\n"
+      "  isosplat view head.isobundle\n"
+      "  isosplat view run/scene.json\n"
       "The printed address contains a token, without which nobody can read the volume.\n"
       "ISOSPLAT_TOKEN sets the token.\n"
       "Stores are kept in $XDG_CACHE_HOME/isosplat (default: ~/.cache/isosplat). A store is\n"

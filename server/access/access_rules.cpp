@@ -23,6 +23,9 @@ namespace {
 
 constexpr std::string_view kAnyone = "anyone", kUser = "user:", kGroup = "group:";
 
+/// The beginning of patterns for scenes.
+constexpr std::string_view kScene = "scene:";
+
 std::string hexadecimal(std::span<const unsigned char> bytes) {
   std::string text;
   for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
@@ -83,13 +86,14 @@ bool is_token_name(std::string_view text) {
 
 }  // namespace
 
-/// A volume that patterns are compared with.
+/// A volume or a scene that patterns are compared with.
 class AccessRules::Subject {
  public:
   Subject(std::string_view name, const VolumeIdentity& identity)
       : name_(name), identity_(identity) {}
 
   bool matches(const NamePattern& pattern) {
+    if (pattern.kind != identity_.kind && !pattern.is_for_both) return false;
     if (pattern.is_all) return true;
     if (pattern.segments.empty()) return pattern.text == name_;
     if (segments_.empty()) segments_ = segments_of(name_);
@@ -141,16 +145,26 @@ bool AccessRules::Patterns::admit(Subject& subject) const {
 /// Errors (invalid_argument): a path that cannot be resolved.
 Result<void> AccessRules::Patterns::add(std::string_view pattern) {
   if (pattern.find('/') == std::string_view::npos) {
-    NamePattern name{std::string(pattern), {}, pattern == "*", pattern.ends_with("~*")};
+    NamePattern name;
+    if (pattern.starts_with(kScene)) {
+      name.kind = ServedKind::scene;
+      pattern.remove_prefix(kScene.size());
+    }
+    name.text = pattern;
+    name.is_all = pattern == "*";
+    name.goes_below = pattern.ends_with("~*");
+    name.is_for_both = name.kind == ServedKind::volume && (name.is_all || name.goes_below);
     if (!is_volume_name(pattern)) name.segments = segments_of(pattern);
     names.push_back(std::move(name));
     return {};
   }
-  // The store is the file of this name, even if it is a link.
+  // The store or the scene is the file of this name, even if it is a link.
   const std::filesystem::path given(pattern);
+  const std::string file = given.filename().string();
   std::error_code error;
   const bool is_store =
-      pattern.ends_with(kStoreExtension) && !std::filesystem::is_directory(given, error);
+      (is_listed(file, ServedKind::volume) || is_listed(file, ServedKind::scene)) &&
+      !std::filesystem::is_directory(given, error);
   const auto absolute = std::filesystem::absolute(is_store ? given.parent_path() : given, error);
   std::string path = std::filesystem::weakly_canonical(absolute, error).string();
   if (error) return fail(Status::invalid_argument, fmt::format("{}: {}", pattern, error.message()));
@@ -316,11 +330,11 @@ Grant AccessRules::grant(std::shared_ptr<const AccessRules> rules, const Credent
   for (const Credentials::Link& link : credentials.links) {
     const std::optional<uint32_t> expires = parse_index(link.expires);
     if (rules->link_key_.empty() || !expires || *expires <= now) continue;
-    const std::string expected = sign_link(rules->link_key_, link.volume, link.expires);
+    const std::string expected = sign_link(rules->link_key_, link.kind, link.name, link.expires);
     if (!expected.empty() && expected.size() == link.signature.size() &&
         CRYPTO_memcmp(expected.data(), link.signature.data(), expected.size()) == 0 &&
         !rules->revoked_links_.contains(link.signature.substr(0, kLinkIdLength))) {
-      grant.linked_.emplace_back(link.volume);
+      grant.linked_.emplace_back(link.kind, link.name);
     }
   }
   grant.is_known_ = !grant.patterns_.empty() || !grant.linked_.empty() || grant.has_identity_;
@@ -337,7 +351,10 @@ bool Grant::is_public(std::string_view name, const VolumeIdentity& identity) con
 bool Grant::may_read(std::string_view name, const VolumeIdentity& identity) const {
   if (!rules_) return true;
   AccessRules::Subject subject(name, identity);
-  return rules_->anyone_.admit(subject) || std::ranges::find(linked_, name) != linked_.end() ||
+  const auto is_this = [&](const auto& link) {
+    return link.first == identity.kind && link.second == name;
+  };
+  return rules_->anyone_.admit(subject) || std::ranges::any_of(linked_, is_this) ||
          std::ranges::any_of(patterns_, [&](const AccessRules::Patterns* patterns) {
            return patterns->admit(subject);
          });
@@ -347,7 +364,7 @@ std::string Grant::key() const {
   if (!rules_) return {};
   std::string key = fmt::format("{}", rules_->id_);
   for (const auto* patterns : patterns_) key += fmt::format(" {}", fmt::ptr(patterns));
-  for (const std::string& name : linked_) (key += '\n') += name;
+  for (const auto& [kind, name] : linked_) key += fmt::format("\n{} {}", word_of(kind), name);
   return key;
 }
 
@@ -362,7 +379,9 @@ std::string Grant::quota_client() const {
 
 bool Grant::admits_to_all() const {
   return std::ranges::any_of(patterns_, [](const AccessRules::Patterns* patterns) {
-    return std::ranges::any_of(patterns->names, &AccessRules::NamePattern::is_all);
+    return std::ranges::any_of(patterns->names, [](const AccessRules::NamePattern& pattern) {
+      return pattern.is_all && pattern.is_for_both;
+    });
   });
 }
 
@@ -370,9 +389,12 @@ bool Grant::has_public_volumes() const {
   return !rules_ || !rules_->anyone_.empty();
 }
 
-std::string sign_link(std::string_view key, std::string_view volume, std::string_view expires) {
-  // The first line states the purpose of the signature, in case the key signs other things later.
-  const std::string text = fmt::format("isosplat link 1\n{}\n{}", volume, expires);
+std::string sign_link(std::string_view key, ServedKind kind, std::string_view name,
+                      std::string_view expires) {
+  // The first line states the purpose of the signature, so that no link for a volume is one for a
+  // scene, whatever their names are.
+  const std::string text = fmt::format(
+      "isosplat {} 1\n{}\n{}", kind == ServedKind::volume ? "link" : "scene link", name, expires);
   std::array<unsigned char, 32> signature{};
   unsigned int bytes = 0;
   if (!HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()),

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/access/jwt.h"
@@ -18,11 +19,12 @@ namespace isosplat::server {
 
 /// The credentials of a request. The views refer to the request and its target.
 struct Credentials {
-  /// A signed link: everyone who has it may read one volume until it expires.
+  /// A signed link: everyone who has it may read one volume or scene until it expires.
   struct Link {
-    std::string_view volume;
+    ServedKind kind = ServedKind::volume;
+    std::string_view name;
     std::string_view expires;    ///< seconds since 1970, decimal
-    std::string_view signature;  ///< of both, as sign_link() makes it
+    std::string_view signature;  ///< of all three, as sign_link() makes it
   };
   std::vector<std::string_view> tokens;
   std::vector<Link> links;
@@ -31,8 +33,8 @@ struct Credentials {
 
 class Grant;
 
-/// Who may read which volumes. Without tokens and without a key for links, everyone may read every
-/// volume. Thread-safe once it is filled.
+/// Who may read which volumes and scenes. Without tokens and without a key for links, everyone may
+/// read everything. Thread-safe once it is filled.
 class AccessRules {
  public:
   AccessRules();
@@ -48,6 +50,11 @@ class AccessRules {
   /// access to all volumes, and a pattern that ends with "~*" to all volumes below the folder. A
   /// pattern with "/" is a folder or a store on the disk, and grants access to the stores in and
   /// below this folder, or to this store.
+  ///
+  /// "*", patterns that end with "~*", and folders hold for volumes and scenes: a scene's stores
+  /// are in its folder or below, so these patterns admit to the stores as well. All other patterns
+  /// without "/" mean volumes only; behind "scene:", patterns mean scenes only. A right to read a
+  /// scene includes its stores, but only as parts of the scene.
   ///
   /// Empty lines and lines that begin with "#" are ignored. Errors (invalid_argument) name the
   /// line, not the token.
@@ -95,10 +102,12 @@ class AccessRules {
 
   /// A pattern for names.
   struct NamePattern {
+    ServedKind kind = ServedKind::volume;  ///< unless it holds for both
     std::string text;
     std::vector<std::string> segments;  ///< empty: compared with the whole name
     bool is_all = false;
-    bool goes_below = false;  ///< its last segment, "*", stands for one or more
+    bool is_for_both = false;  ///< for volumes and scenes
+    bool goes_below = false;   ///< its last segment, "*", stands for one or more
   };
   class Subject;
 
@@ -142,10 +151,11 @@ inline constexpr std::string_view kServerToken = "ISOSPLAT_TOKEN";
 /// The rights of one client.
 class Grant {
  public:
-  /// Whether the client may read a volume. The time does not depend on whether the volume exists.
+  /// Whether the client may read a volume or a scene (identity.kind). The time does not depend on
+  /// whether it exists.
   bool may_read(std::string_view name, const VolumeIdentity& identity) const;
 
-  /// Whether every client may read the volume, so that shared caches may store it.
+  /// Whether every client may read it, so that shared caches may store it.
   bool is_public(std::string_view name, const VolumeIdentity& identity) const;
 
   /// The name of the valid token, "user:" and the name of an identity, or "link" for a link; empty
@@ -167,7 +177,7 @@ class Grant {
   /// Whether a token was valid.
   bool has_token() const { return !patterns_.empty(); }
 
-  /// Whether a token for all volumes ("*") was valid.
+  /// Whether a token for all volumes and scenes ("*") was valid.
   bool admits_to_all() const;
 
   /// Whether some volumes may be read by anyone.
@@ -178,14 +188,15 @@ class Grant {
   std::shared_ptr<const AccessRules> rules_;  ///< null: open
   std::vector<const AccessRules::Patterns*> patterns_;
   std::string client_;
-  std::vector<std::string> linked_;  ///< names of volumes
+  std::vector<std::pair<ServedKind, std::string>> linked_;  ///< kinds and names
   bool is_known_ = true;
   bool has_identity_ = false;
 };
 
-/// The signature of a link: the HMAC-SHA-256 of the volume's name and the time, as 64 hexadecimal
+/// The signature of a link: the HMAC-SHA-256 of the kind, the name and the time, as 64 hexadecimal
 /// digits.
-std::string sign_link(std::string_view key, std::string_view volume, std::string_view expires);
+std::string sign_link(std::string_view key, ServedKind kind, std::string_view name,
+                      std::string_view expires);
 
 /// A token of 256 random bits, as hexadecimal digits. Errors: io_error (no source of randomness).
 Result<std::string> random_token();

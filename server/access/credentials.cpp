@@ -10,7 +10,10 @@
 namespace isosplat::server {
 namespace {
 
-constexpr std::string_view kLinkCookie = "-link-";
+/// Between the name of the cookie with a token and the name of the volume or the scene.
+std::string_view link_cookie(ServedKind kind) {
+  return kind == ServedKind::volume ? "-link-" : "-scene-";
+}
 
 /// Removes and returns the text before `separator`; all of it if there is none.
 std::string_view take(std::string_view& text, char separator) {
@@ -31,16 +34,32 @@ std::string_view parameter(const Target& target, std::string_view key) {
   return count == 1 ? value : std::string_view();
 }
 
-bool is_below_volumes(const Target& target) {
-  return target.segments.size() > 2 && target.segments[0] == "v1" &&
-         target.segments[1] == "volumes";
+/// The kind of a target below /v1/volumes or /v1/scenes.
+std::optional<ServedKind> kind_of(const Target& target) {
+  if (target.segments.size() < 3 || target.segments[0] != "v1") return std::nullopt;
+  if (target.segments[1] == "volumes") return ServedKind::volume;
+  if (target.segments[1] == "scenes") return ServedKind::scene;
+  return std::nullopt;
 }
 
-/// The signed link in a query; its signature is empty if there is none.
+/// The signed link in a query; its signature is empty if there is none. If the page's query names a
+/// volume and a scene, the page shows the volume.
 Credentials::Link link_of(const Target& target) {
-  const bool is_data = is_below_volumes(target);
-  return {is_data ? std::string_view(target.segments[2]) : parameter(target, "volume"),
-          parameter(target, kExpiresParameter), parameter(target, kSignatureParameter)};
+  Credentials::Link link;
+  if (const auto kind = kind_of(target)) {
+    link.kind = *kind;
+    link.name = target.segments[2];
+  } else {
+    const std::string_view scene = parameter(target, "scene");
+    link.name = parameter(target, "volume");
+    if (link.name.empty() && !scene.empty()) {
+      link.kind = ServedKind::scene;
+      link.name = scene;
+    }
+  }
+  link.expires = parameter(target, kExpiresParameter);
+  link.signature = parameter(target, kSignatureParameter);
+  return link;
 }
 
 void add_cookies(std::string_view field, std::string_view cookie, Credentials& credentials) {
@@ -54,10 +73,13 @@ void add_cookies(std::string_view field, std::string_view cookie, Credentials& c
     }
     if (!name.starts_with(cookie)) continue;
     name.remove_prefix(cookie.size());
-    if (!name.starts_with(kLinkCookie) || credentials.links.size() >= kMaxCredentials) continue;
-    name.remove_prefix(kLinkCookie.size());
-    const std::string_view expires = take(value, '.');
-    credentials.links.push_back({name, expires, value});
+    for (const ServedKind kind : {ServedKind::volume, ServedKind::scene}) {
+      const std::string_view mark = link_cookie(kind);
+      if (!name.starts_with(mark) || credentials.links.size() >= kMaxCredentials) continue;
+      const std::string_view expires = take(value, '.');
+      credentials.links.push_back({kind, name.substr(mark.size()), expires, value});
+      break;
+    }
   }
 }
 
@@ -109,7 +131,7 @@ Credentials credentials_of(const Request& request, const Target& target, std::st
 
 std::optional<Response> take_link(Target& target, const std::shared_ptr<const AccessRules>& rules,
                                   uint64_t now) {
-  if (!rules || !is_below_volumes(target) || !target.parameter(kSignatureParameter)) {
+  if (!rules || !kind_of(target) || !target.parameter(kSignatureParameter)) {
     return std::nullopt;
   }
   const Credentials::Link link = link_of(target);
@@ -163,7 +185,7 @@ void set_link_cookie(const Target& target, const std::shared_ptr<const AccessRul
   if (!AccessRules::grant(rules, {.tokens = {}, .links = {link}}, now).is_known()) return;
   // The signature is valid, so this server has written name, time and signature.
   response.set("Set-Cookie",
-               cookie_field(fmt::format("{}{}{}", options.name, kLinkCookie, link.volume),
+               cookie_field(fmt::format("{}{}{}", options.name, link_cookie(link.kind), link.name),
                             fmt::format("{}.{}", link.expires, link.signature), options));
 }
 

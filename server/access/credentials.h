@@ -17,8 +17,9 @@ inline constexpr std::string_view kTokenParameter = "token";
 
 /// The credentials of a request: Authorization: Bearer, cookies, and a signed link in its query.
 /// `cookie`: the name of the cookie with a token; names of cookies with links are `cookie`,
-/// "-link-" and the volume's name. Browsers send cookies to every port of a host, so the name
-/// contains the server's port. At most kMaxCredentials of each kind; further ones are ignored.
+/// "-link-" and the volume's name, or `cookie`, "-scene-" and the scene's name. Browsers send
+/// cookies to every port of a host, so the name contains the server's port. At most kMaxCredentials
+/// of each kind; further ones are ignored.
 Credentials credentials_of(const Request& request, const Target& target, std::string_view cookie);
 inline constexpr size_t kMaxCredentials = 16;
 

@@ -25,10 +25,16 @@ constexpr size_t kManyStores = 100;
 /// file. Such a file counts as complete once nobody has written to it for this long.
 constexpr std::chrono::seconds kSettled{2};
 
-const std::string kThumbnailExtension = std::string(kStoreExtension) + ".png";
+constexpr std::string_view kThumbnailExtension = ".png";
 
-bool is_store_name(std::string_view name) {
-  return name.ends_with(kStoreExtension) && !name.starts_with('.');
+bool is_listed_name(std::string_view name) {
+  return is_listed(name, ServedKind::volume) || is_listed(name, ServedKind::scene);
+}
+
+/// Whether a name in a folder is that of a subfolder, if `is_folder`. A folder whose name is that
+/// of a store is a store that cannot be read.
+bool is_subfolder(std::string_view name, bool is_folder) {
+  return is_folder && !is_listed(name, ServedKind::volume);
 }
 
 fs::path real_path(const fs::path& path) {
@@ -65,18 +71,31 @@ bool is_real_folder(const std::string& path) {
 Catalog::Catalog(const std::vector<fs::path>& sources, Log log, OutsideLinks links)
     : sources_(named_sources(sources)),
       log_(std::move(log)),
-      entries_(log_, links),
-      snapshot_(std::make_shared<CatalogSnapshot>()) {}
+      stores_(ServedKind::volume, log_, links),
+      scenes_(ServedKind::scene, log_, links),
+      store_snapshot_(std::make_shared<CatalogSnapshot>()),
+      scene_snapshot_(store_snapshot_) {}
 
-std::shared_ptr<const CatalogSnapshot> Catalog::snapshot() const {
+std::shared_ptr<const CatalogSnapshot> Catalog::snapshot(ServedKind kind) const {
   const std::lock_guard lock(snapshot_mutex_);
-  return snapshot_;
+  return kind == ServedKind::volume ? store_snapshot_ : scene_snapshot_;
+}
+
+CatalogEntries& Catalog::entries_of(const std::string& path) {
+  const size_t name = path.find_last_of('/') + 1;  // 0 if there is none
+  return is_scene_file(std::string_view(path).substr(name)) ? scenes_ : stores_;
+}
+
+void Catalog::renew_scenes(const std::vector<fs::path>& paths) {
+  const std::lock_guard lock(mutex_);
+  for (const fs::path& path : paths) scenes_.renew(path.string());
+  publish_snapshots();
 }
 
 void Catalog::scan() {
   const std::scoped_lock lock(follow_mutex_, mutex_);
   scan_now();
-  publish_snapshot();
+  publish_snapshots();
 }
 
 bool Catalog::follow(std::chrono::milliseconds longest) {
@@ -91,7 +110,7 @@ bool Catalog::follow(std::chrono::milliseconds longest) {
     for (const FolderChange& change : changes.list) apply(change);
     look_at_unwatched();
   }
-  return publish_snapshot();
+  return publish_snapshots();
 }
 
 // ---- Listing ----
@@ -111,10 +130,11 @@ void Catalog::scan_now() {
     if (!folders_.contains(path)) watch_.remove(path);
   }
   const bool are_many = is_first_scan_ && found.size() > kManyStores;
-  if (are_many) log_(fmt::format("found {} stores", found.size()));
+  if (are_many) log_(fmt::format("found {} stores and scenes", found.size()));
   // Sorted, so that names do not depend on the order in which a folder lists its files.
   for (const auto& [path, folder] : found) look_at(path, *folder);
-  entries_.forget_all_but(found);
+  stores_.forget_all_but(found);
+  scenes_.forget_all_but(found);
   is_first_scan_ = false;
   last_scan_ = Clock::now();
   scan_time_ = last_scan_ - begin;
@@ -166,29 +186,33 @@ void Catalog::list_folder(const std::string& path, StoreFolder its, FoundStores&
     if (name.starts_with('.')) continue;
     std::error_code ignored;
     const bool is_link = file->is_symlink(ignored);
-    if (is_store_name(name)) {
+    const bool is_folder = !is_link && file->is_directory(ignored);
+    if (is_listed_name(name) && !is_subfolder(name, is_folder)) {
       if (found.size() >= kMaxStores) {
         is_full_ = true;
         break;
       }
       found.emplace(file->path().string(), &folder->second);
       if (is_link) unwatched_files_.insert(file->path().string());
-    } else if (!is_link && file->is_directory(ignored) && folder->second.depth < kMaxDepth) {
+    } else if (is_folder && folder->second.depth < kMaxDepth) {
       list_folder(file->path().string(), folder->second.below(name), found);
     }
   }
   if (error && is_passing(error)) {
     // Its stores stay in the catalog, and the next scan lists the folder.
     is_all_watched_ = false;
-    entries_.find_below(path, folder->second, found);
+    stores_.find_below(path, folder->second, found);
+    scenes_.find_below(path, folder->second, found);
   }
   std::string message = error ? std::strerror(error.value()) : std::string();
-  if (is_full_) message = fmt::format("more than {} stores: the others are not served", kMaxStores);
+  if (is_full_)
+    message = fmt::format("more than {} stores and scenes: the others are not served", kMaxStores);
   report_folder(path, message);
 }
 
 void Catalog::look_at(const std::string& path, const StoreFolder& folder) {
-  entries_.look_at(path, folder, is_first_scan_ && entries_.size() >= kManyStores);
+  CatalogEntries& entries = entries_of(path);
+  entries.look_at(path, folder, is_first_scan_ && entries.size() >= kManyStores);
 }
 
 // ---- Following changes ----
@@ -196,17 +220,14 @@ void Catalog::look_at(const std::string& path, const StoreFolder& folder) {
 void Catalog::apply(const FolderChange& change) {
   const auto folder = folders_.find(change.folder);
   if (folder == folders_.end() || change.name.starts_with('.')) return;
-  if (change.name.ends_with(kThumbnailExtension)) {
-    fs::path store = fs::path(change.folder) / change.name;
-    store.replace_extension();
-    if (entries_.contains(store.string())) look_at(store.string(), folder->second);
-    return;
-  }
   const std::string path = (fs::path(change.folder) / change.name).string();
-  // A folder whose name is that of a store is a store that cannot be read.
-  const bool is_store = is_store_name(change.name);
-  if (!is_store) {
-    if (change.kind != FolderChange::Kind::folder) return;
+  if (change.name.ends_with(kThumbnailExtension)) {
+    const std::string shown = path.substr(0, path.size() - kThumbnailExtension.size());
+    if (entries_of(shown).contains(shown)) return look_at(shown, folder->second);
+  }
+  const bool is_folder = change.kind == FolderChange::Kind::folder;
+  if (!is_listed_name(change.name) || is_subfolder(change.name, is_folder)) {
+    if (!is_folder) return;
     const bool has_source = std::ranges::any_of(sources_, [&](const NamedSource& source) {
       return (source.path.string() + '/').starts_with(path + '/');
     });
@@ -230,7 +251,7 @@ void Catalog::apply(const FolderChange& change) {
   if (is_there) {
     look_at(path, folder->second);
   } else {
-    entries_.forget(path);
+    entries_of(path).forget(path);
   }
 }
 
@@ -245,7 +266,8 @@ void Catalog::renew_folder(const std::string& path, const StoreFolder& parent,
   if (is_real_folder(path) && parent.depth < kMaxDepth) {
     list_folder(path, parent.below(name), found);
   }
-  entries_.forget_below_but(path, found);
+  stores_.forget_below_but(path, found);
+  scenes_.forget_below_but(path, found);
   for (const auto& [file, folder] : found) look_at(file, *folder);
 }
 
@@ -260,7 +282,7 @@ void Catalog::look_at_unwatched() {
     const auto folder = folder_of(*path);
     const bool is_source = folder != folders_.end() && folder->first.starts_with("file ");
     if (folder == folders_.end() || (!is_source && !exists(*path))) {
-      entries_.forget(*path);
+      entries_of(*path).forget(*path);
       path = unwatched_files_.erase(path);
       continue;
     }
@@ -293,11 +315,13 @@ bool Catalog::are_sources_replaced() const {
   });
 }
 
-bool Catalog::publish_snapshot() {
-  auto after = entries_.changed_snapshot();
-  if (!after) return false;
+bool Catalog::publish_snapshots() {
+  auto stores = stores_.changed_snapshot();
+  auto scenes = scenes_.changed_snapshot();
+  if (!stores && !scenes) return false;
   const std::lock_guard lock(snapshot_mutex_);
-  snapshot_ = std::move(after);
+  if (stores) store_snapshot_ = std::move(stores);
+  if (scenes) scene_snapshot_ = std::move(scenes);
   return true;
 }
 

@@ -16,16 +16,16 @@
 
 namespace isosplat::server {
 
-/// The store files of a list of files and folders. Opens none of them.
+/// The stores and scenes of a list of files and folders. Opens none of them.
 class Catalog {
  public:
   using Log = CatalogEntries::Log;
   using OutsideLinks = CatalogEntries::OutsideLinks;
 
-  /// `sources`: store files, and folders with *.isosplat files in them and in their subfolders.
-  /// named_sources() determines the names. Files and folders whose names begin with "." are left
-  /// out, and links to folders are not followed. Before the first scan(), examines only the kinds
-  /// of the sources.
+  /// `sources`: files of stores and scenes, and folders with such files (is_listed) in them and in
+  /// their subfolders. named_sources() determines the names. Files and folders whose names begin
+  /// with "." are left out, and links to folders are not followed. Before the first scan(),
+  /// examines only the kinds of the sources.
   Catalog(const std::vector<std::filesystem::path>& sources, Log log,
           OutsideLinks links = OutsideLinks::followed);
 
@@ -43,7 +43,11 @@ class Catalog {
   /// Ends the wait of follow(). Thread-safe.
   void wake() { watch_.wake(); }
 
-  std::shared_ptr<const CatalogSnapshot> snapshot() const;
+  std::shared_ptr<const CatalogSnapshot> snapshot(ServedKind kind = ServedKind::volume) const;
+
+  /// Replaces the entries of scenes whose stores have changed, by their paths: see
+  /// CatalogEntries::renew. Thread-safe.
+  void renew_scenes(const std::vector<std::filesystem::path>& paths);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -57,7 +61,8 @@ class Catalog {
   void renew_folder(const std::string& path, const StoreFolder& parent, const std::string& name);
   void look_at_unwatched();
   bool are_sources_replaced() const;
-  bool publish_snapshot();
+  bool publish_snapshots();
+  CatalogEntries& entries_of(const std::string& path);
 
   const std::vector<NamedSource> sources_;
   const Log log_;
@@ -65,7 +70,8 @@ class Catalog {
   std::mutex follow_mutex_;  // before mutex_
   FolderWatch watch_;        // guarded by follow_mutex_, except for wake()
   std::mutex mutex_;         // guards the following members, up to snapshot_mutex_
-  CatalogEntries entries_;
+  CatalogEntries stores_;
+  CatalogEntries scenes_;
   /// By path; the key of a file source is "file " + path.
   std::map<std::string, StoreFolder> folders_;
   std::set<std::string> unwatched_files_;               ///< links, and sources that are files
@@ -73,13 +79,14 @@ class Catalog {
   std::map<std::string, FileIdentity> source_folders_;  ///< device and inode of each
   std::map<std::string, std::string> folder_errors_;
   bool is_all_watched_ = true;
-  bool is_full_ = false;  ///< the limit of stores was reached
+  bool is_full_ = false;  ///< the limit of files was reached
   bool is_first_scan_ = true;
   Clock::time_point last_scan_{};
   Clock::duration scan_time_{};
 
   mutable std::mutex snapshot_mutex_;
-  std::shared_ptr<const CatalogSnapshot> snapshot_;  // guarded by snapshot_mutex_
+  std::shared_ptr<const CatalogSnapshot> store_snapshot_;  // guarded by snapshot_mutex_
+  std::shared_ptr<const CatalogSnapshot> scene_snapshot_;  // guarded by snapshot_mutex_
 };
 
 }  // namespace isosplat::server

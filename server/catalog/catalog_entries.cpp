@@ -36,7 +36,8 @@ StoreFolder StoreFolder::below(const std::string& name) const {
   return folder;
 }
 
-CatalogEntries::CatalogEntries(Log log, OutsideLinks links) : log_(std::move(log)), links_(links) {}
+CatalogEntries::CatalogEntries(ServedKind kind, Log log, OutsideLinks links)
+    : kind_(kind), log_(std::move(log)), links_(links) {}
 
 void CatalogEntries::look_at(const std::string& path, const StoreFolder& folder,
                              bool is_one_of_many) {
@@ -62,17 +63,19 @@ void CatalogEntries::look_at(const std::string& path, const StoreFolder& folder,
   if (old == entries_.end() && entries_.size() >= kMaxStores) return;
   auto entry = std::make_shared<CatalogEntry>();
   entry->id = ++last_id_;
-  const std::string stem = stem_of_store(path);
+  entry->kind = kind_;
+  const std::string stem = stem_of_file(path), segment_of_stem = file_segment(path);
   for (const std::string& segment : folder.segments) entry->name += segment + kFolderSeparator;
-  entry->name += name_segment(stem);
+  entry->name += segment_of_stem;
   entry->unaltered = folder.unaltered;
   entry->unaltered.push_back(stem);
   std::vector<std::string> segments = folder.segments;
-  segments.push_back(name_segment(stem));
+  segments.push_back(segment_of_stem);
   if (segments == entry->unaltered) entry->unaltered = {};
   entry->folder = folder.canonical;
   entry->file = fs::path(path).filename().string();
   entry->path = path;
+  entry->root = folder.root;
   entry->identity = identity;
   entry->thumbnail = thumbnail;
   entry->must_be_identity = must_be_inside;
@@ -107,13 +110,32 @@ std::optional<FileIdentity> CatalogEntries::look_at_link(const std::string& path
   return std::nullopt;
 }
 
+void CatalogEntries::renew(const std::string& path) {
+  const auto old = entries_.find(path);
+  if (old == entries_.end()) return;
+  const CatalogEntry& before = *old->second;
+  auto entry = std::make_shared<CatalogEntry>();
+  static_cast<VolumeIdentity&>(*entry) = before;
+  entry->id = ++last_id_;
+  entry->name = before.name;
+  entry->path = before.path;
+  entry->root = before.root;
+  entry->content_before = content_of(before);
+  entry->must_be_identity = before.must_be_identity;
+  entry->identity = before.identity;
+  entry->thumbnail = before.thumbnail;
+  entry->is_one_of_many = before.is_one_of_many;
+  old->second = std::move(entry);
+  has_changed_ = true;
+}
+
 void CatalogEntries::forget(const std::string& path) {
   if (const auto entry = entries_.find(path); entry != entries_.end()) forget(entry);
 }
 
 void CatalogEntries::forget(ByPath::iterator entry) {
-  log_(fmt::format("volume {} was removed: {}", entry->second->name, entry->first));
-  // If another store appears under this name, it is logged.
+  log_(fmt::format("{} {} was removed: {}", word_of(kind_), entry->second->name, entry->first));
+  // If another file appears under this name, it is logged.
   if (gone_.size() >= kMaxStores) gone_.clear();
   if (std::string content = content_of(*entry->second); !content.empty()) {
     gone_.insert_or_assign(entry->first, std::move(content));

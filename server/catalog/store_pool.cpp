@@ -1,12 +1,8 @@
 #include "server/catalog/store_pool.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <utility>
 
+#include "server/catalog/keep_summary.h"
 #include "server/catalog/volume_json.h"
 
 namespace isosplat::server {
@@ -21,18 +17,6 @@ Error with_file_name(Error error, const std::filesystem::path& path) {
     at += name.size();
   }
   return error;
-}
-
-/// Whether the program can open another file at this moment.
-bool has_descriptors() {
-  const int file = ::open("/", O_PATH | O_CLOEXEC);
-  if (file >= 0) ::close(file);
-  return file >= 0 || (errno != EMFILE && errno != ENFILE);
-}
-
-/// Whether the error is temporary, so that it must not be kept.
-bool is_passing(const Error& error) {
-  return error.status == Status::io_error || error.status == Status::out_of_memory;
 }
 
 }  // namespace
@@ -63,21 +47,7 @@ std::shared_ptr<const StoreSummary> StorePool::remember(
   } else {
     *summary = summary_of(entry.name, with_file_name(store.error(), entry.path));
   }
-  const bool is_passing_error = summary->error && is_passing(*summary->error);
-  const bool is_news = is_passing_error ? entry.summary.set_passing(summary->error->message)
-                                        : entry.summary.set(summary);
-  if (is_news) ++news_;
-  if (is_news && summary->error) {
-    log_(fmt::format("volume {} is not served: {}", entry.name, store.error().message));
-  } else if (is_news && !entry.content_before.empty() && entry.content_before != summary->content) {
-    log_(
-        fmt::format("volume {}: {} has another content now: {} in place of {}: tokens and links "
-                    "for this name admit to it",
-                    entry.name, entry.path.string(), summary->content, entry.content_before));
-  } else if (is_news && !entry.is_one_of_many) {
-    log_(fmt::format("volume {}: {}, content {}", entry.name, entry.path.string(),
-                     summary->content));
-  }
+  if (keep_summary(entry, summary, store ? nullptr : &store.error(), log_)) ++news_;
   return summary;
 }
 

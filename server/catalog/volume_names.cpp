@@ -18,6 +18,11 @@ constexpr size_t kMaxSegment = 128;
 constexpr std::string_view kHashMark = "--";
 constexpr size_t kHashDigits = 8;
 
+/// Whether the name of a file without ".json" is that of a scene document.
+bool is_document_stem(std::string_view stem) {
+  return stem == "scene" || stem.ends_with(".scene");
+}
+
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
          c == '_' || c == '.';
@@ -75,7 +80,8 @@ bool lists(const fs::path& folder, const fs::path& path, bool is_folder) {
   if (end != folder.end()) return false;
   const bool is_hidden = std::any_of(
       rest, path.end(), [](const fs::path& part) { return part.native().starts_with('.'); });
-  return !is_hidden && (is_folder || path.native().ends_with(kStoreExtension));
+  return !is_hidden && (is_folder || path.native().ends_with(kStoreExtension) ||
+                        is_scene_file(path.filename().native()));
 }
 
 struct Source {
@@ -128,17 +134,46 @@ bool is_volume_name(std::string_view text) {
   }
 }
 
-std::string stem_of_store(const fs::path& file) {
-  std::string stem = file.filename().string();
-  if (stem.ends_with(kStoreExtension)) stem.resize(stem.size() - kStoreExtension.size());
-  return stem;
+std::string_view word_of(ServedKind kind) {
+  return kind == ServedKind::volume ? "volume" : "scene";
+}
+
+bool is_scene_file(std::string_view file_name) {
+  if (file_name.ends_with(kBundleExtension)) return true;
+  constexpr std::string_view kJson = ".json";
+  return file_name.ends_with(kJson) &&
+         is_document_stem(file_name.substr(0, file_name.size() - kJson.size()));
+}
+
+bool is_listed(std::string_view file_name, ServedKind kind) {
+  if (file_name.starts_with('.')) return false;
+  return kind == ServedKind::volume ? file_name.ends_with(kStoreExtension)
+                                    : is_scene_file(file_name);
+}
+
+std::string stem_of_file(const fs::path& file) {
+  const std::string name = file.filename().string();
+  const auto without = [&](size_t bytes) { return name.substr(0, name.size() - bytes); };
+  if (name.ends_with(kStoreExtension)) return without(kStoreExtension.size());
+  if (name.ends_with(kBundleExtension)) {
+    std::string stem = without(kBundleExtension.size());
+    return is_document_stem(stem) ? name : stem;
+  }
+  return is_scene_file(name) ? without(std::string_view(".json").size()) : name;
+}
+
+std::string file_segment(const fs::path& file) {
+  const std::string stem = stem_of_file(file);
+  // A bundle that keeps its extension gets a hash, since x.isobundle.isobundle has this name.
+  const bool is_ambiguous = stem.ends_with(kBundleExtension) && stem == file.filename().string();
+  return is_ambiguous ? with_hash(stem, stem + '/') : name_segment(stem);
 }
 
 std::vector<NamedSource> named_sources(const std::vector<fs::path>& given) {
   std::vector<Source> sources = without_nested(given);
   std::set<std::string> stems;
   const bool are_different_files = std::ranges::all_of(sources, [&](const Source& source) {
-    return !source.named.is_folder && stems.insert(stem_of_store(source.named.path)).second;
+    return !source.named.is_folder && stems.insert(stem_of_file(source.named.path)).second;
   });
   if (sources.size() > 1 && !are_different_files) {
     std::map<std::string, std::set<fs::path>> folders;  // by label

@@ -10,6 +10,7 @@
 #include "server/catalog/thumbnail.h"
 #include "server/http/conditions.h"
 #include "server/http/streams.h"
+#include "server/routes/byte_range.h"
 
 namespace isosplat::server {
 namespace {
@@ -175,43 +176,31 @@ Response file_response(const RouteCall& call) {
   if (Result<void> unchanged = store->check_unchanged(call.no_wait); !unchanged) {
     return error_response(unchanged.error());
   }
-  const ParsedRange range = requested_range(call.request, etag, size);
-  if (range.kind == RangeKind::unsatisfiable) {
-    response = error_response(
-        416, "range_not_satisfiable",
-        fmt::format("expected a range within {} bytes, found one beyond the end", size));
-    response.set("Content-Range", fmt::format("bytes */{}", size));
-    response.set("Accept-Ranges", "bytes");
-    return response;
-  }
-  response.set("Content-Type", kBinary);
-  response.set("Accept-Ranges", "bytes");
-  uint64_t first = 0;
-  uint64_t bytes = size;
-  if (range.kind == RangeKind::part) {
-    first = range.range.first;
-    bytes = range.range.last - first + 1;
-    response.status = 206;
-    response.set("Content-Range", fmt::format("bytes {}-{}/{}", first, range.range.last, size));
-  }
-  response.stream = std::make_unique<FileStream>(store, first, bytes);
+  const auto sent = begin_range(call.request, etag, size, response);
+  if (!sent) return response;
+  response.stream = std::make_unique<FileStream>(store, sent->first, sent->bytes);
   return response;
 }
 
-Response thumbnail_response(const RouteCall& call) {
+Response picture_response(const RouteCall& call, const std::filesystem::path& file,
+                          const std::string& content) {
   if (call.no_wait) {
     call.no_wait->needs_disk = true;  // always: opening the file may wait for the disk as well
     return {};
   }
-  const StoreFile& store = *call.volume->store;
-  auto picture = read_thumbnail(store.path(), store.content());
+  auto picture = read_thumbnail(file, content);
   if (!picture) return error_response(picture.error());
   const std::string hash =
       etag_for({reinterpret_cast<const char*>(picture->data()), picture->size()});
-  const std::string etag = etag_of(store, std::string_view(hash).substr(1, hash.size() - 2));
+  const std::string etag = fmt::format("\"{}-{}\"", content, hash.substr(1, hash.size() - 2));
   Response response = begin_response(call.request, etag, CachePolicy::revalidated, call.is_private);
   if (is_complete(response)) return response;
   return with_bytes(std::move(response), std::move(*picture), "image/png");
+}
+
+Response thumbnail_response(const RouteCall& call) {
+  const StoreFile& store = *call.volume->store;
+  return picture_response(call, store.path(), store.content());
 }
 
 }  // namespace isosplat::server

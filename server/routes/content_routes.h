@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -28,6 +29,10 @@ Response batch_response(const RouteCall& call);
 
 /// The store file, or a range of it.
 Response file_response(const RouteCall& call);
+
+/// The picture beside the file of a store or a scene, if it shows this content.
+Response picture_response(const RouteCall& call, const std::filesystem::path& file,
+                          const std::string& content);
 
 /// The picture beside the store, if it shows this content. Another picture of the same content has
 /// the same URL, but another ETag.

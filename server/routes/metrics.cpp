@@ -56,7 +56,8 @@ void Metrics::add_reload(bool is_successful) {
   reload_time = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
 }
 
-std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_flight) const {
+std::string Metrics::text(const StoreCounts& stores, const StoreCounts& scenes,
+                          const ByteBudget* bytes_in_flight) const {
   std::string text;
   const auto out = std::back_inserter(text);
   // Routes without a request so far are left out.
@@ -143,13 +144,19 @@ std::string Metrics::text(const StoreCounts& stores, const ByteBudget* bytes_in_
   add_value(text, "isosplat_work_cancelled_total", "counter",
             "Requests whose client left while a disk was read or points were computed for it.",
             work_cancelled);
-  constexpr std::string_view kStores = "isosplat_stores";
-  declare(text, kStores, "gauge",
-          "Stores that are served, those that cannot be, and those that were not looked at yet.");
-  fmt::format_to(out,
-                 "{0}{{state=\"served\"}} {1}\n{0}{{state=\"broken\"}} {2}\n"
-                 "{0}{{state=\"unread\"}} {3}\n",
-                 kStores, stores.served, stores.broken, stores.unread);
+  const auto add_states = [&](std::string_view name, std::string_view help,
+                              const StoreCounts& counts) {
+    declare(text, name, "gauge", help);
+    fmt::format_to(out,
+                   "{0}{{state=\"served\"}} {1}\n{0}{{state=\"broken\"}} {2}\n"
+                   "{0}{{state=\"unread\"}} {3}\n",
+                   name, counts.served, counts.broken, counts.unread);
+  };
+  add_states("isosplat_stores",
+             "Stores that are served, those that cannot be, and those that were not looked at yet.",
+             stores);
+  add_states("isosplat_scenes", "The same of scenes.", scenes);
+  add_value(text, "isosplat_scenes_open", "gauge", "Scenes that are open.", scenes.open);
   add_value(text, "isosplat_stores_open", "gauge", "Stores that are open.", stores.open);
   add_value(text, "isosplat_stores_opened_total", "counter",
             "How often a store was opened for a request.", stores.opened);

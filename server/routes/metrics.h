@@ -12,13 +12,13 @@ namespace isosplat::server {
 
 class ByteBudget;
 
-/// Numbers of stores at one moment.
+/// Numbers of stores or scenes at one moment.
 struct StoreCounts {
   uint64_t served = 0;
   uint64_t broken = 0;
   uint64_t unread = 0;  ///< not read yet
   uint64_t open = 0;
-  uint64_t opened = 0;  ///< so far
+  uint64_t opened = 0;  ///< so far; of scenes: not counted
 };
 
 /// Counts the server's activity, for Prometheus. HTTP.md lists the names. Thread-safe. The counters
@@ -59,7 +59,8 @@ class Metrics {
       0};  ///< lines of the access log that were dropped, so far
 
   /// The metrics in the text format 0.0.4 of Prometheus.
-  std::string text(const StoreCounts& stores, const ByteBudget* bytes_in_flight) const;
+  std::string text(const StoreCounts& stores, const StoreCounts& scenes,
+                   const ByteBudget* bytes_in_flight) const;
 
   /// Counts a reload, or the start.
   void add_reload(bool is_successful);

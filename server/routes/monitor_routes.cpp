@@ -13,11 +13,20 @@ namespace {
 
 StoreCounts count_stores(const RouteCall& call) {
   StoreCounts counts;
-  counts.served = call.counts.served;
-  counts.broken = call.counts.broken;
-  counts.unread = call.counts.unread;
+  counts.served = call.volumes.counts.served;
+  counts.broken = call.volumes.counts.broken;
+  counts.unread = call.volumes.counts.unread;
   counts.open = call.stores.size();
   counts.opened = call.stores.opened();
+  return counts;
+}
+
+StoreCounts count_scenes(const RouteCall& call) {
+  StoreCounts counts;
+  counts.served = call.scenes.counts.served;
+  counts.broken = call.scenes.counts.broken;
+  counts.unread = call.scenes.counts.unread;
+  counts.open = call.scene_pool.size();
   return counts;
 }
 
@@ -27,11 +36,15 @@ struct ReadyProgress : CatalogProgress {
   uint32_t tried = 0;
 };
 
-/// Whether no store can be read. If no header has been read so far, reads headers until one is
-/// valid or many are invalid. No value if this must wait, or needs another turn.
+/// Whether there are stores, none of which can be read, and no scene was read. If no header has
+/// been read so far, reads headers until one is valid or many are invalid. No value if this must
+/// wait, or needs another turn.
 std::optional<bool> are_all_broken(const RouteCall& call) {
   constexpr uint32_t kTried = 64;
-  if (call.catalog->empty() || call.counts.served > 0) return false;
+  if (call.volumes.catalog->empty() || call.volumes.counts.served > 0 ||
+      call.scenes.counts.served > 0) {
+    return false;
+  }
   std::unique_ptr<WorkTurn::Progress> own;
   auto& ready = progress_of<ReadyProgress>(call, own);
   Summaries summaries(call);
@@ -78,7 +91,8 @@ Response metrics_response(const RouteCall& call) {
   response.set("Content-Type", "text/plain; version=0.0.4; charset=utf-8");
   response.set("Cache-Control", "no-store");
   response.text = call.monitor.metrics
-                      ? call.monitor.metrics->text(count_stores(call), call.monitor.bytes_in_flight)
+                      ? call.monitor.metrics->text(count_stores(call), count_scenes(call),
+                                                   call.monitor.bytes_in_flight)
                       : std::string();
   return response;
 }

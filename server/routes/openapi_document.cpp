@@ -23,7 +23,10 @@ Json parameters_of(const Route& route, const Json& operation) {
   std::string_view rest = route.pattern;
   for (size_t begin; (begin = rest.find('{')) != std::string_view::npos;) {
     rest.remove_prefix(begin + 1);
-    parameters.push_back(reference("parameters", rest.substr(0, rest.find('}'))));
+    std::string name(rest.substr(0, rest.find('}')));
+    // Names and content ids of scenes are not those of volumes.
+    if (route.kind() == ServedKind::scene) name = name == "name" ? "sceneName" : "sceneContent";
+    parameters.push_back(reference("parameters", name));
   }
   for (const QueryParameter& parameter : route.parameters) {
     Json described = {{"name", parameter.name},
@@ -40,7 +43,7 @@ Json parameters_of(const Route& route, const Json& operation) {
 }
 
 /// The responses that the operation states, and the common responses of all routes and of routes
-/// with a volume.
+/// with a volume or a scene.
 Json responses_of(const Route& route, const Json& operation) {
   // Sorted by their status.
   std::map<std::string, Json> responses;

@@ -25,17 +25,24 @@ constexpr std::string_view kNoPage =
     "<p>This Isosplat server was started without a page (web_root), or it has no index.html. "
     "The volumes are listed at <a href=\"/v1/volumes\">/v1/volumes</a>.</p></html>\n";
 
-void preload_volume(Response& response, const RouteCall& call) {
+/// The first value of a parameter of the page's query; empty if there is none.
+std::string_view first_value(const RouteCall& call, std::string_view parameter) {
   for (const auto& [key, value] : call.target.query) {
-    if (key != "volume") continue;
-    const CatalogEntry* const entry = call.readable(value);
-    if (!entry) return;
-    // Names in the catalog need no escaping.
-    response.set("Link", fmt::format("<v1/volumes/{}/bootstrap>; rel=preload; as=fetch; "
-                                     "crossorigin=anonymous",
-                                     entry->name));
-    return;
+    if (key == parameter) return value;
   }
+  return {};
+}
+
+/// Lets the browser fetch the first data of the volume or the scene that the page will show.
+void preload_data(Response& response, const RouteCall& call) {
+  const std::string_view volume = first_value(call, "volume"), scene = first_value(call, "scene");
+  const ServedKind kind = volume.empty() ? ServedKind::scene : ServedKind::volume;
+  const CatalogEntry* const entry = call.readable(kind, volume.empty() ? scene : volume);
+  if (!entry) return;
+  // Names in the catalog need no escaping.
+  response.set("Link", fmt::format("<v1/{}s/{}/bootstrap>; rel=preload; as=fetch; "
+                                   "crossorigin=anonymous",
+                                   word_of(kind), entry->name));
 }
 
 /// The smallest variant that the client accepts. Variants are sorted by size.
@@ -55,7 +62,7 @@ Response asset_response(const RouteCall& call, const Asset& asset) {
                      asset.immutable ? CachePolicy::immutable : CachePolicy::revalidated,
                      is_html && call.is_private);
   response.set("Vary", "Accept-Encoding");
-  if (is_html) preload_volume(response, call);
+  if (is_html) preload_data(response, call);
   if (is_complete(response)) return response;
   response.set("Content-Type", asset.mime_type);
   if (variant.encoding != Encoding::identity) {

@@ -2,11 +2,13 @@
 
 namespace isosplat::server {
 
-const CatalogEntry* RouteCall::readable(std::string_view name) const {
-  static const VolumeIdentity none;
+const CatalogEntry* RouteCall::readable(ServedKind kind, std::string_view name) const {
+  const std::shared_ptr<const CatalogSnapshot>& catalog = files(kind).catalog;
+  VolumeIdentity none;
+  none.kind = kind;
   auto found = catalog->lower_bound(name);
   const bool exists = found != catalog->end() && found->first == name;
-  // If there is no such volume, compares the rules with a neighbouring name, to take the same time.
+  // If there is no such file, compares the rules with a neighbouring name, to take the same time.
   if (found == catalog->end() && !catalog->empty()) --found;
   const VolumeIdentity& identity =
       catalog->empty() ? none : static_cast<const VolumeIdentity&>(*found->second);

@@ -10,6 +10,7 @@
 
 #include "server/access/access_rules.h"
 #include "server/catalog/catalog.h"
+#include "server/catalog/scene_pool.h"
 #include "server/catalog/store_pool.h"
 #include "server/http/message.h"
 #include "server/http/target.h"
@@ -45,7 +46,7 @@ struct Monitor {
   bool is_stopping() const { return stopping && *stopping; }
 };
 
-/// Numbers of volumes, counted at most about a second ago.
+/// Numbers of volumes or scenes, counted at most about a second ago.
 struct VolumeCounts {
   uint64_t open_to_all = 0;                     ///< that every client may read
   uint64_t open_to_all_broken = 0;              ///< those of them that cannot be served
@@ -58,6 +59,19 @@ struct OpenVolume {
   std::shared_ptr<const StoreFile> store;
 };
 
+/// The scene of a request, which stays open until the response is sent.
+struct OpenScene {
+  std::string_view name;
+  std::shared_ptr<const ServedScene> scene;
+};
+
+/// The files of one kind that a request can use.
+struct ServedFiles {
+  std::shared_ptr<const CatalogSnapshot> catalog;
+  VolumeViews& views;
+  VolumeCounts counts;
+};
+
 /// A request and its context, for a route's handler. Valid while the handler runs.
 struct RouteCall {
   const Request& request;
@@ -65,15 +79,15 @@ struct RouteCall {
   const RouterLimits& limits;
   NoWait* no_wait;  ///< for every read of a store; null: may wait
   ThreadKind thread;
-  std::shared_ptr<const CatalogSnapshot> catalog;
+  ServedFiles volumes;
+  ServedFiles scenes;
   StorePool& stores;
+  ScenePool& scene_pool;
   std::shared_ptr<const PageAssets> page;  ///< null: none
   const Grant& grant;                      ///< the rights of the client
   const Monitor& monitor;
   TextCompressor& compressor;
   ChunkCache& chunks;
-  VolumeViews& views;
-  VolumeCounts counts;
 
   /// Whether the response depends on the client's rights, so that only the client's own cache may
   /// store it. Without a volume: whether there are tokens or links.
@@ -82,15 +96,20 @@ struct RouteCall {
   /// The path's segments for the placeholders {…} of the pattern, in order.
   std::vector<std::string_view> arguments;
 
-  /// For routes with {name}: the volume, which the client may read.
+  /// For routes with {name}: the volume or the scene, which the client may read.
   std::optional<OpenVolume> volume{};
+  std::optional<OpenScene> scene{};
 
   /// For handlers that read more than a thread for disks should read at once; null: read all.
   WorkTurn* turn = nullptr;
 
-  /// The volume of this name if the client may read it, else null. A volume that it may not read
-  /// takes the same time as one that does not exist.
-  const CatalogEntry* readable(std::string_view name) const;
+  const ServedFiles& files(ServedKind kind) const {
+    return kind == ServedKind::volume ? volumes : scenes;
+  }
+
+  /// The volume or the scene of this name if the client may read it, else null. One that it may not
+  /// read takes the same time as one that does not exist.
+  const CatalogEntry* readable(ServedKind kind, std::string_view name) const;
 };
 
 }  // namespace isosplat::server

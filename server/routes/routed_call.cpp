@@ -93,25 +93,26 @@ std::optional<Response> RoutedCall::find_handler(const AdmitClient& admit) {
       return refusal;
     }
   }
-  call_.emplace(RouteCall{request_,
-                          target,
-                          router_.limits_,
-                          nullptr,
-                          ThreadKind::computing,
-                          router_.catalog_.snapshot(),
-                          router_.stores_,
-                          std::move(page),
-                          grant_,
-                          router_.monitor_,
-                          router_.compressor_,
-                          router_.chunks_,
-                          router_.views_,
-                          counts,
-                          access_ != nullptr,
-                          {}});
+  call_.emplace(
+      RouteCall{request_,
+                target,
+                router_.limits_,
+                nullptr,
+                ThreadKind::computing,
+                {router_.catalog_.snapshot(), router_.views_, counts.volumes},
+                {router_.catalog_.snapshot(ServedKind::scene), router_.scene_views_, counts.scenes},
+                router_.stores_,
+                router_.scenes_,
+                std::move(page),
+                grant_,
+                router_.monitor_,
+                router_.compressor_,
+                router_.chunks_,
+                access_ != nullptr,
+                {}});
   route_ = find_route(request_.method, target, call_->arguments);
   if (!route_) return not_found("expected a path that server/HTTP.md lists");
-  std::optional<Response> refusal = find_volume();
+  std::optional<Response> refusal = find_entry();
   if (refusal) {
     refusal->route = route_;
     refusal->client = grant_.client();
@@ -119,48 +120,59 @@ std::optional<Response> RoutedCall::find_handler(const AdmitClient& admit) {
   return refusal;
 }
 
-/// For routes with {name}: finds the volume. The response for a volume that the client may not read
-/// equals that for a volume that does not exist.
-std::optional<Response> RoutedCall::find_volume() {
+/// For routes with {name}: finds the volume or the scene. The response for one that the client may
+/// not read equals that for one that does not exist.
+std::optional<Response> RoutedCall::find_entry() {
   if (call_->arguments.empty()) return std::nullopt;
-  volume_ = call_->readable(call_->arguments[0]);
-  if (volume_) return std::nullopt;
+  entry_ = call_->readable(route_->kind(), call_->arguments[0]);
+  if (entry_) return std::nullopt;
   if (!grant_.is_known()) return unauthorized_response();
-  return not_found("no volume has this name: /v1/volumes lists all volumes");
+  const std::string_view word = word_of(route_->kind());
+  return not_found(fmt::format("no {0} has this name: /v1/{0}s lists all {0}s", word));
 }
 
-/// For routes with {name}: opens the volume, and compares its content id with {content}. Returns an
-/// error response if no store can be served.
-std::optional<Response> RoutedCall::open_volume() {
-  if (!volume_) return std::nullopt;
+/// A response if {content} is another one.
+std::optional<Response> RoutedCall::check_content(std::string_view content) const {
+  const bool names_content = route_->pattern.find("{content}") != std::string_view::npos;
+  if (!names_content || call_->arguments[1] == content) return std::nullopt;
+  const std::string_view word = word_of(entry_->kind);
+  return not_found(fmt::format("the content of this {0} is now {1}: request /v1/{0}s/{2} again",
+                               word, content, entry_->name));
+}
+
+/// For routes with {name}: opens its file, and compares its content id with {content}. Returns an
+/// error response if the file cannot be served.
+std::optional<Response> RoutedCall::open_entry() {
+  if (!entry_) return std::nullopt;
   RouteCall& call = *call_;
-  auto store = call.stores.open(*volume_, call.no_wait);
-  if (!store) {
-    if (store.error().status == Status::out_of_memory) return busy_response(store.error().message);
+  const auto refuse = [](const Error& error) {
+    if (error.status == Status::out_of_memory) return busy_response(error.message);
     // The pool has logged this error once: do not log it for each request.
-    Response response = error_response(store.error());
+    Response response = error_response(error);
     response.status = 500;
     response.fault.clear();
     return response;
+  };
+  call.is_private = !call.grant.is_public(entry_->name, *entry_);
+  if (entry_->kind == ServedKind::scene) {
+    auto scene = call.scene_pool.open(*entry_, call.no_wait);
+    if (!scene) return refuse(scene.error());
+    if (auto other = check_content((*scene)->facts.content)) return other;
+    call.scene.emplace(OpenScene{entry_->name, std::move(*scene)});
+    return std::nullopt;
   }
-  const bool names_content = route_->pattern.find("{content}") != std::string_view::npos;
-  if (names_content && call.arguments[1] != (*store)->content()) {
-    return not_found(
-        fmt::format("the content of this volume is now {}: request /v1/volumes/{} "
-                    "again",
-                    (*store)->content(), volume_->name));
-  }
-  call.volume.emplace(OpenVolume{volume_->name, std::move(*store)});
-  call.is_private = !call.grant.is_public(volume_->name, *volume_);
+  auto store = call.stores.open(*entry_, call.no_wait);
+  if (!store) return refuse(store.error());
+  if (auto other = check_content((*store)->content())) return other;
+  call.volume.emplace(OpenVolume{entry_->name, std::move(*store)});
   return std::nullopt;
 }
 
 Response RoutedCall::handle() {
   std::optional<Response> error;
   if (!is_open_) {
-    error = open_volume();
-    // Check this after access: a volume that the client may not read looks like one that does not
-    // exist.
+    error = open_entry();
+    // Check this after access: what the client may not read looks like what does not exist.
     if (!error && !route_->operation.empty()) {
       const Result<void> checked = check_query(*target_, route_->parameters, route_->operation);
       if (!checked) error = error_response(checked.error());

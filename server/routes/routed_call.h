@@ -47,8 +47,9 @@ class RoutedCall {
 
   std::optional<Response> check_request();
   std::optional<Response> find_handler(const AdmitClient& admit);
-  std::optional<Response> find_volume();
-  std::optional<Response> open_volume();
+  std::optional<Response> find_entry();
+  std::optional<Response> open_entry();
+  std::optional<Response> check_content(std::string_view content) const;
   Response handle();
   bool has_data() const { return !target_ || is_data(*target_); }
 
@@ -59,11 +60,11 @@ class RoutedCall {
   const uint64_t now_;  ///< seconds since 1970
   std::shared_ptr<const AccessRules> access_;
   Grant grant_;
-  std::optional<Response> refusal_;       ///< the response, without a handler
-  const Route* route_ = nullptr;          ///< null only with a refusal
-  const CatalogEntry* volume_ = nullptr;  ///< of routes with {name}; in the call's catalog
-  bool is_open_ = false;                  ///< whether the volume is opened and the query checked
-  std::optional<RouteCall> call_;         ///< absent only with a refusal
+  std::optional<Response> refusal_;      ///< the response, without a handler
+  const Route* route_ = nullptr;         ///< null only with a refusal
+  const CatalogEntry* entry_ = nullptr;  ///< of routes with {name}; in the call's catalog
+  bool is_open_ = false;                 ///< whether its file is opened and the query checked
+  std::optional<RouteCall> call_;        ///< absent only with a refusal
 };
 
 }  // namespace isosplat::server

@@ -4,8 +4,8 @@
 
 namespace isosplat::server {
 
-Router::Router(const Catalog& catalog, StorePool& stores, RouterLimits limits)
-    : catalog_(catalog), stores_(stores), limits_(limits) {}
+Router::Router(const Catalog& catalog, StorePool& stores, ScenePool& scenes, RouterLimits limits)
+    : catalog_(catalog), stores_(stores), scenes_(scenes), limits_(limits) {}
 
 void Router::set_page(std::shared_ptr<const PageAssets> page) {
   const std::lock_guard lock(mutex_);
@@ -23,16 +23,22 @@ Router::Current Router::current() const {
   return {page_, access_, counts_};
 }
 
-void Router::count_volumes() {
-  const auto access = current().access;
-  const auto catalog = catalog_.snapshot();
-  const uint64_t news = stores_.news();
-  if (access == counted_access_ && catalog == counted_catalog_ && news == counted_news_) return;
+void Router::count_files() {
+  count(ServedKind::volume, stores_.news(), views_, counted_volumes_);
+  count(ServedKind::scene, scenes_.news(), scene_views_, counted_scenes_);
+  const std::lock_guard lock(mutex_);
+  counts_ = {counted_volumes_.counts, counted_scenes_.counts};
+}
+
+void Router::count(ServedKind kind, uint64_t news, VolumeViews& views, Counted& counted) {
+  auto access = current().access;
+  auto catalog = catalog_.snapshot(kind);
+  if (access == counted.access && catalog == counted.catalog && news == counted.news) return;
   VolumeCounts counts;
   const auto is_broken = [](const CatalogEntry& entry) {
     return entry.summary.state() == StoreState::broken;
   };
-  const auto open_to_all = views_.make(catalog, AccessRules::grant(access, {}, 0));
+  const auto open_to_all = views.make(catalog, AccessRules::grant(access, {}, 0));
   counts.open_to_all = open_to_all->entries.size();
   for (const CatalogEntry* entry : open_to_all->entries) {
     if (is_broken(*entry)) ++counts.open_to_all_broken;
@@ -43,11 +49,7 @@ void Router::count_volumes() {
        : state == StoreState::broken ? counts.broken
                                      : counts.unread);
   }
-  counted_access_ = access;
-  counted_catalog_ = catalog;
-  counted_news_ = news;
-  const std::lock_guard lock(mutex_);
-  counts_ = counts;
+  counted = {std::move(access), std::move(catalog), news, counts};
 }
 
 }  // namespace isosplat::server

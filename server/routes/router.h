@@ -11,6 +11,7 @@
 #include "server/access/origin_policy.h"
 #include "server/catalog/catalog.h"
 #include "server/catalog/chunk_cache.h"
+#include "server/catalog/scene_pool.h"
 #include "server/catalog/store_pool.h"
 #include "server/http/gzip.h"
 #include "server/http/message.h"
@@ -24,8 +25,8 @@ namespace isosplat::server {
 /// Thread-safe.
 class Router {
  public:
-  /// Both must outlive the router.
-  Router(const Catalog& catalog, StorePool& stores, RouterLimits limits);
+  /// All must outlive the router.
+  Router(const Catalog& catalog, StorePool& stores, ScenePool& scenes, RouterLimits limits);
 
   /// Sets the hosts and pages that are allowed. Not thread-safe: call before route().
   void set_policy(OriginPolicy policy) {
@@ -49,10 +50,10 @@ class Router {
   /// Sets the page for the following requests; null: no page.
   void set_page(std::shared_ptr<const PageAssets> page);
 
-  /// Counts the volumes for /healthz, /readyz and /metrics, and lists those that every client may
-  /// read, if these have changed. The time of such requests then does not grow with the number of
-  /// stores. Call it regularly, from one thread at a time.
-  void count_volumes();
+  /// Counts the volumes and scenes for /healthz, /readyz and /metrics, and lists those that every
+  /// client may read, if these have changed. The time of such requests then does not grow with the
+  /// number of files. Call it regularly, from one thread at a time.
+  void count_files();
 
   /// Routes a request, which must outlive the call. Needs no disk. `admit` is called once, unless
   /// the response does not depend on the client.
@@ -66,16 +67,29 @@ class Router {
  private:
   friend class RoutedCall;
 
+  struct Counts {
+    VolumeCounts volumes, scenes;
+  };
   struct Current {
     std::shared_ptr<const PageAssets> page;
     std::shared_ptr<const AccessRules> access;
+    Counts counts;
+  };
+
+  /// The files of one kind that were counted last, and the access rules and news of that time.
+  struct Counted {
+    std::shared_ptr<const AccessRules> access;
+    std::shared_ptr<const CatalogSnapshot> catalog;
+    uint64_t news = 0;
     VolumeCounts counts;
   };
+  void count(ServedKind kind, uint64_t news, VolumeViews& views, Counted& counted);
   Current current() const;
   CookieOptions cookies(const Request& request) const { return {cookie_name_, request.has_tls}; }
 
   const Catalog& catalog_;
   StorePool& stores_;
+  ScenePool& scenes_;
   const RouterLimits limits_;
   OriginPolicy policy_;
   std::string cookie_name_;
@@ -86,16 +100,16 @@ class Router {
   static constexpr uint64_t kKeptChunkBytes = uint64_t{32} << 20;
   mutable ChunkCache chunks_{kKeptChunkBytes};
   mutable VolumeViews views_;
+  mutable VolumeViews scene_views_;
 
-  // The results of count_volumes().
-  std::shared_ptr<const AccessRules> counted_access_;
-  std::shared_ptr<const CatalogSnapshot> counted_catalog_;
-  uint64_t counted_news_ = 0;
+  // Of count_files().
+  Counted counted_volumes_;
+  Counted counted_scenes_;
 
   mutable std::mutex mutex_;
   std::shared_ptr<const PageAssets> page_;     // guarded by mutex_
   std::shared_ptr<const AccessRules> access_;  // guarded by mutex_
-  VolumeCounts counts_;                        // guarded by mutex_
+  Counts counts_;                              // guarded by mutex_
 };
 
 }  // namespace isosplat::server

@@ -7,6 +7,7 @@
 #include "server/routes/monitor_routes.h"
 #include "server/routes/page_route.h"
 #include "server/routes/sample_routes.h"
+#include "server/routes/scene_routes.h"
 #include "server/routes/volume_routes.h"
 
 namespace isosplat::server {
@@ -18,7 +19,8 @@ Response no_such_path(const RouteCall&) {
       404, status_name(Status::not_found),
       "expected /v1/openapi.json, /v1/volumes, /v1/volumes/{name}, and below a content id header, "
       "pages/{page}, chunks/{level}/{x}.{y}.{z}/{band}, chunks?isovalue=…, "
-      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=…, file or thumbnail.png");
+      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=…, file or thumbnail.png; or "
+      "/v1/scenes, /v1/scenes/{name}, and below a content id file or thumbnail.png");
 }
 
 constexpr std::string_view kText = R"({"type":"string"})";
@@ -27,9 +29,9 @@ constexpr std::string_view kIndex = R"({"type":"integer","minimum":0})";
 constexpr auto kListParameters = std::to_array<QueryParameter>({
     {"query", false, "words",
      "Words, separated by blanks: each must occur in the name or the title.", kText},
-    {"offset", false, "n", "Number of volumes to skip.",
+    {"offset", false, "n", "Number of entries to skip.",
      R"({"type":"integer","minimum":0,"default":0})"},
-    {"limit", false, "n", "Maximum number of volumes to return.",
+    {"limit", false, "n", "Maximum number of entries to return.",
      R"({"type":"integer","minimum":1,"maximum":1000,"default":100})"},
 });
 
@@ -90,6 +92,13 @@ constexpr auto kRoutes = std::to_array<Route>({
      kSamplesParameters, RouteWork::computes},
     {Method::get, "/v1/volumes/{name}/{content}/file", file_response, "file"},
     {Method::get, "/v1/volumes/{name}/{content}/thumbnail.png", thumbnail_response, "thumbnail"},
+    {Method::get, "/v1/scenes", scenes_response, "scenes", kListParameters,
+     RouteWork::reads_headers},
+    {Method::get, "/v1/scenes/{name}", scene_response, "scene"},
+    {Method::get, "/v1/scenes/{name}/bootstrap", scene_bootstrap_response, "sceneBootstrap"},
+    {Method::get, "/v1/scenes/{name}/{content}/file", scene_file_response, "sceneFile"},
+    {Method::get, "/v1/scenes/{name}/{content}/thumbnail.png", scene_thumbnail_response,
+     "sceneThumbnail"},
     {Method::get, "/v1/…", no_such_path},
     {Method::get, "/…", page_response},
 });

@@ -34,7 +34,7 @@ struct Route {
   Method method;
 
   /// Segments, each after a "/". A segment that begins with "{" matches any text; "…" at the end
-  /// matches any number of segments. {name} is a volume with a store; {content} is its content id.
+  /// matches any number of segments. {name} is a volume or a scene, {content} its content id.
   std::string_view pattern;
 
   Response (*handler)(const RouteCall&);
@@ -47,6 +47,11 @@ struct Route {
   std::span<const QueryParameter> parameters{};
 
   RouteWork work = RouteWork::reads;
+
+  /// What {name} is.
+  ServedKind kind() const {
+    return pattern.starts_with("/v1/scenes") ? ServedKind::scene : ServedKind::volume;
+  }
 };
 
 /// All routes. The first route whose pattern matches a path handles it.

@@ -22,12 +22,12 @@ struct CatalogProgress : WorkTurn::Progress {
 template <class Progress>
 Progress& progress_of(const RouteCall& call, std::unique_ptr<WorkTurn::Progress>& own) {
   std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
-  if (!progress) progress = std::make_unique<Progress>(call.catalog);
+  if (!progress) progress = std::make_unique<Progress>(call.volumes.catalog);
   return static_cast<Progress&>(*progress);
 }
 
-/// The summaries of stores, within the limit of a turn: at most kHeadersPerTurn headers that have
-/// not been read yet.
+/// The summaries of stores and scenes, within the limit of a turn: at most kHeadersPerTurn headers
+/// of stores that have not been read yet, or one scene, which may have many stores.
 class Summaries {
  public:
   explicit Summaries(const RouteCall& call) : call_(call) {}

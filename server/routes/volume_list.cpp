@@ -117,27 +117,29 @@ Result<ListQuery> parse_list_query(const Target& target) {
   return query;
 }
 
-std::optional<std::string> list_volumes(const RouteCall& call, const ListQuery& query) {
-  // Iterating over many volumes takes milliseconds, so other requests of this thread must not wait
+std::optional<std::string> list_files(const RouteCall& call, ServedKind kind,
+                                      const ListQuery& query) {
+  const auto& [catalog, views, counts] = call.files(kind);
+  // Iterating over many files takes milliseconds, so other requests of this thread must not wait
   // for it.
   constexpr size_t kFew = 1000;
-  const bool are_many = call.catalog->size() > kFew;
+  const bool are_many = catalog->size() > kFew;
   std::unique_ptr<WorkTurn::Progress> own;
   std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
   if (!progress) {
     auto begun = std::make_unique<ListProgress>();
-    begun->view = call.views.find(call.catalog, call.grant);
+    begun->view = views.find(catalog, call.grant);
     if (call.no_wait && are_many && (!begun->view || !query.words.empty())) {
       call.no_wait->needs_disk = true;
       return std::nullopt;
     }
-    if (!begun->view) begun->view = call.views.make(call.catalog, call.grant);
+    if (!begun->view) begun->view = views.make(catalog, call.grant);
     progress = std::move(begun);
   }
   auto& list = static_cast<ListProgress&>(*progress);
   if (!(query.words.empty() ? add_part : add_matches)(call, query, list)) return std::nullopt;
-  return fmt::format("{{\"total\":{},\"fileBytes\":{},\"offset\":{},\"volumes\":[{}]}}\n",
-                     list.total, list.bytes, query.offset, list.items);
+  return fmt::format("{{\"total\":{},\"fileBytes\":{},\"offset\":{},\"{}s\":[{}]}}\n", list.total,
+                     list.bytes, query.offset, word_of(kind), list.items);
 }
 
 }  // namespace isosplat::server

@@ -18,8 +18,8 @@ namespace isosplat::server {
 Response health_response(const RouteCall& call) {
   // Uses counts from earlier, so that this request never waits, whatever its client and its
   // frequency.
-  const uint64_t broken = call.counts.open_to_all_broken;
-  const uint64_t served = call.counts.open_to_all - broken;
+  const uint64_t broken = call.volumes.counts.open_to_all_broken;
+  const uint64_t served = call.volumes.counts.open_to_all - broken;
   Response response;
   response.set("Content-Type", "application/json");
   response.set("Cache-Control", "no-store");
@@ -33,13 +33,17 @@ Response openapi_response(const RouteCall& call) {
   return json_response(call, openapi_document(), etag, CachePolicy::revalidated);
 }
 
-Response volumes_response(const RouteCall& call) {
+Response list_response(const RouteCall& call, ServedKind kind) {
   if (!call.grant.is_known() && !call.grant.has_public_volumes()) return unauthorized_response();
   const Result<ListQuery> query = parse_list_query(call.target);
   if (!query) return error_response(query.error());
-  std::optional<std::string> list = list_volumes(call, *query);
+  std::optional<std::string> list = list_files(call, kind, *query);
   if (!list) return {};  // the connection calls again where it may wait
   return json_response(call, std::move(*list));
+}
+
+Response volumes_response(const RouteCall& call) {
+  return list_response(call, ServedKind::volume);
 }
 
 Response volume_response(const RouteCall& call) {

@@ -11,6 +11,8 @@ Response health_response(const RouteCall& call);
 /// The description of the routes for programs.
 Response openapi_response(const RouteCall& call);
 
+/// The list of volumes or scenes.
+Response list_response(const RouteCall& call, ServedKind kind);
 Response volumes_response(const RouteCall& call);
 Response volume_response(const RouteCall& call);
 

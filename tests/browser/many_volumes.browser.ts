@@ -25,7 +25,7 @@ test("the list shows more on demand, and finds volumes by name", async ({ page }
     await expect(page.getByText("5 volumes with “CT n10”")).toBeVisible();
     await expect(cards).toHaveCount(5);
     await search.fill("nothing of this name");
-    await expect(page.getByText("No volume has “nothing of this name”")).toBeVisible();
+    await expect(page.getByText("Nothing has “nothing of this name”")).toBeVisible();
     await search.fill("");
     await expect(cards).toHaveCount(100);
   } finally {

@@ -74,12 +74,13 @@ struct Site {
   test::TemporaryFolder folder;
   test::KnownStore store = test::make_store(1, {70, 40, 40}, 200);
   test::KnownStore other = test::make_store(2, {5, 5, 5}, 10);
-  std::string signature = sign_link(kLinkKey, "a", kExpires);
+  std::string signature = sign_link(kLinkKey, ServedKind::volume, "a", kExpires);
   Catalog catalog{{folder.path()}, [](std::string_view) {}};
   mutable StorePool stores{{.stores = 1, .directory_bytes = 1 << 20}, [](std::string_view) {}};
+  mutable ScenePool scenes{{}, ScenePool::OutsideLinks::followed, [](std::string_view) {}};
   RouterLimits limits{.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192};
-  Router router{catalog, stores, limits};  // for this machine
-  Router open{catalog, stores, limits};    // for everyone
+  Router router{catalog, stores, scenes, limits};  // for this machine
+  Router open{catalog, stores, limits};            // for everyone
   Router closed{catalog, stores, limits};  // a: for those with the token or the link; b: for nobody
 };
 

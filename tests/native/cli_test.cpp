@@ -450,7 +450,7 @@ TEST(Cli, ServesUntilItIsStopped) {
   const TempFolder empty;
   const Ended waiting = serve_and_stop(Call{.arguments = {"serve", empty.path(), "--port", "0"}});
   EXPECT_EQ(waiting.exit_code, 0) << waiting.err;
-  EXPECT_NE(waiting.err.find("no store yet"), std::string::npos) << waiting.err;
+  EXPECT_NE(waiting.err.find("no store and no scene yet"), std::string::npos) << waiting.err;
 }
 
 TEST(Cli, AServerForOthersNeedsAChoice) {

@@ -166,8 +166,8 @@ TEST_F(AccessLog, HasTheNameOfTheTokenAndNotTheToken) {
   get(port(), "/v1/volumes", bearer(named));
   get(port(), "/v1/volumes", bearer(other));
   get(port(), "/v1/volumes", bearer(options.tokens[0]));
-  get(port(),
-      "/v1/volumes/alpha?exp=4000000000&sig=" + sign_link(options.link_key, "alpha", "4000000000"));
+  get(port(), "/v1/volumes/alpha?exp=4000000000&sig=" +
+                  sign_link(options.link_key, ServedKind::volume, "alpha", "4000000000"));
   get(port(), "/v1/volumes", bearer("0123456789abcdef-wrong"));
   get(port(), "/v1/volumes");
   server.reset();

@@ -46,7 +46,7 @@ class Access : public ServerTest {
 
   std::string link(const std::string& volume, int64_t seconds, const std::string& key = kLinkKey) {
     const std::string expires = std::to_string(std::time(nullptr) + seconds);
-    return "exp=" + expires + "&sig=" + sign_link(key, volume, expires);
+    return "exp=" + expires + "&sig=" + sign_link(key, ServedKind::volume, volume, expires);
   }
 
   std::vector<std::string> listed(const std::string& headers) const {
@@ -234,9 +234,9 @@ TEST_F(Access, LinksAdmitToOneVolumeUntilTheyExpire) {
   for (const std::string& query :
        {link("alpha", 100), link("beta", -1), link("beta", 100, kLinkKey + "x"), changed, later,
         valid.substr(0, valid.size() - 1), valid + "0", valid + "&" + valid,
-        "exp=&sig=" + sign_link(kLinkKey, "beta", ""),
-        "exp=-1&sig=" + sign_link(kLinkKey, "beta", "-1"),
-        "exp=99999999999&sig=" + sign_link(kLinkKey, "beta", "99999999999"),
+        "exp=&sig=" + sign_link(kLinkKey, ServedKind::volume, "beta", ""),
+        "exp=-1&sig=" + sign_link(kLinkKey, ServedKind::volume, "beta", "-1"),
+        "exp=99999999999&sig=" + sign_link(kLinkKey, ServedKind::volume, "beta", "99999999999"),
         std::string("sig=x")}) {
     EXPECT_EQ(get(port(), base + "?" + query).status, 401) << query;
   }
@@ -322,8 +322,8 @@ TEST_F(Access, TheLogHasNoSecrets) {
 
 TEST_F(Access, SignaturesAreHmacSha256) {
   // printf 'isosplat link 1\nengine\n1700000000' | openssl dgst -sha256 -hmac KEY
-  EXPECT_EQ(sign_link(kLinkKey, "engine", "1700000000").size(), 64u);
-  EXPECT_EQ(sign_link(kLinkKey, "engine", "1700000000"),
+  EXPECT_EQ(sign_link(kLinkKey, ServedKind::volume, "engine", "1700000000").size(), 64u);
+  EXPECT_EQ(sign_link(kLinkKey, ServedKind::volume, "engine", "1700000000"),
             "bc65b6a751eca2fb21eb8e9899eba36782655ad205e869067df774a6acfa2725");
   const Result<std::string> one = random_token(), other = random_token();
   ASSERT_TRUE(one && other);

@@ -432,7 +432,9 @@ class RevokedLinks : public ServerTest {
     options.revoked_links_file = secrets.path() / "revoked";
     write_file(options.revoked_links_file, std::string_view("# none yet\n"));
   }
-  std::string signature(const char* expires) const { return sign_link(key, "alpha", expires); }
+  std::string signature(const char* expires) const {
+    return sign_link(key, ServedKind::volume, "alpha", expires);
+  }
   int status(const char* expires) {
     return get(port(),
                std::string("/v1/volumes/alpha?exp=") + expires + "&sig=" + signature(expires))

@@ -14,6 +14,16 @@ namespace {
 
 class RouteParameters : public ServerTest {
  protected:
+  /// A server with alpha, and a scene of it.
+  void start_with_scene() {
+    write_file(folder.path() / "alpha.scene.json",
+               R"({"format":"isosplat-scene","version":1,"layers":[{"store":"alpha.isosplat"}]})");
+    start();
+    const Answer scene = ask("/v1/scenes/alpha.scene");
+    ASSERT_EQ(scene.status, 200) << scene.body;
+    scene_content = nlohmann::json::parse(scene.body)["contentId"];
+  }
+
   /// The path of a route, with alpha's first chunk and page.
   std::string path_of(const Route& route) const {
     std::string path(route.pattern);
@@ -22,8 +32,9 @@ class RouteParameters : public ServerTest {
       const size_t at = path.find(placeholder);
       if (at != path.npos) path.replace(at, placeholder.size(), value);
     };
-    fill("{name}", "alpha");
-    fill("{content}", alpha.content);
+    const bool is_scene = route.kind() == ServedKind::scene;
+    fill("{name}", is_scene ? "alpha.scene" : "alpha");
+    fill("{content}", is_scene ? scene_content : alpha.content);
     fill("{page}", "0");
     fill("{level}/{x}.{y}.{z}/{band}", place_of(chunk));
     return path;
@@ -42,10 +53,12 @@ class RouteParameters : public ServerTest {
   }
 
   Answer ask(const std::string& target) const { return get(port(), target); }
+
+  std::string scene_content;
 };
 
 TEST_F(RouteParameters, OthersThanThoseOfTheTableAreRefusedOnEveryRoute) {
-  start();
+  start_with_scene();
   for (const Route& route : routes()) {
     if (route.operation.empty()) continue;  // the page, and paths that do not exist
     const std::string path = path_of(route), query = query_of(route);

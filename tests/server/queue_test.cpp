@@ -279,8 +279,9 @@ TEST_F(SampleQueue, PointsAreCountedInTurns) {
   const auto ignore = [](std::string_view) {};
   Catalog catalog({folder.path()}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
+  ScenePool scenes({}, ScenePool::OutsideLinks::followed, ignore);
   catalog.scan();
-  const Router router(catalog, stores, RouterLimits{});
+  const Router router(catalog, stores, scenes, RouterLimits{});
   const std::string target = "/v1/volumes/noise/" + (*StoreFile::open(path))->content() +
                              "/samples?isovalue=60.5&fields=normals";
   Request request;

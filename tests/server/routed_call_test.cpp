@@ -25,8 +25,9 @@ TEST(RoutedCalls, AskOnceWhoSendsTheRequest) {
   const auto ignore = [](std::string_view) {};
   Catalog catalog({folder.path()}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
+  ScenePool scenes({}, ScenePool::OutsideLinks::followed, ignore);
   catalog.scan();
-  Router router(catalog, stores, RouterLimits{});
+  Router router(catalog, stores, scenes, RouterLimits{});
   Request request;
   request.method = Method::get;
   request.target = "/v1/volumes?query=scan";

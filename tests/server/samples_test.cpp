@@ -273,13 +273,14 @@ TEST_F(Samples, BeyondALimitAreRefused) {
   const auto ignore = [](std::string_view) {};
   Catalog catalog({folder.path()}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
+  ScenePool scenes({}, ScenePool::OutsideLinks::followed, ignore);
   catalog.scan();
   const std::string target = samples("");
   Request request;
   request.method = Method::get;
   request.target = target;
   const auto status_with = [&](const RouterLimits& limits) {
-    return Router(catalog, stores, limits).respond(request).status;
+    return Router(catalog, stores, scenes, limits).respond(request).status;
   };
   EXPECT_EQ(status_with({}), 200);
   EXPECT_EQ(status_with({.query_bytes = 100}), 413);

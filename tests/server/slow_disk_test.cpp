@@ -251,8 +251,9 @@ TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
   const auto ignore = [](std::string_view) {};
   Catalog catalog({many}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
+  ScenePool scenes({}, ScenePool::OutsideLinks::followed, ignore);
   catalog.scan();
-  const Router router(catalog, stores, RouterLimits{});
+  const Router router(catalog, stores, scenes, RouterLimits{});
   for (const bool is_search : {true, false}) {
     const std::string target =
         std::string("/v1/volumes?limit=1000") + (is_search ? "&query=test%207" : "");
@@ -297,14 +298,15 @@ TEST_F(SlowDisk, ReadinessReadsFewHeadersAtATime) {
   const auto ignore = [](std::string_view) {};
   Catalog catalog({many}, ignore);
   StorePool stores({.stores = 1, .directory_bytes = 1 << 20}, ignore);
-  Router router(catalog, stores, RouterLimits{});
+  ScenePool scenes({}, ScenePool::OutsideLinks::followed, ignore);
+  Router router(catalog, stores, scenes, RouterLimits{});
   Request request;
   request.method = Method::get;
   request.target = "/readyz";
   int reads = 0;
   const auto respond = [&](int most_turns) {
     catalog.scan();
-    router.count_volumes();
+    router.count_files();
     const int first = gate().reads();
     Response response;
     RoutedCall call = router.route(request);

@@ -146,7 +146,7 @@ class Rights : public ServerTest {
     std::set<std::string> contents;
     const std::string expires = "4000000000";
     const std::string link =
-        "exp=" + expires + "&sig=" + sign_link(options.link_key, name, expires);
+        "exp=" + expires + "&sig=" + sign_link(options.link_key, ServedKind::volume, name, expires);
     for (const Server::Volume& volume : server->volumes()) {
       const std::string url = "/v1/volumes/" + volume.name;
       const std::string bearer = "Authorization: Bearer " + kOne + "\r\n";

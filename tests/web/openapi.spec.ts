@@ -13,6 +13,7 @@ import { program, type RunningServer, serve } from "../browser/support/server.ts
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const store = join(root, "tests/golden/v1.0/u8.isosplat");
+const bundle = join(root, "tests/golden/bundle1.0/golden.isobundle");
 const token = "0123456789abcdef-all-volumes";
 const bearer = { Authorization: `Bearer ${token}` };
 
@@ -135,6 +136,7 @@ function check(path: string, answer: Answer) {
 
 describe("openapi.json", () => {
   let content = "";
+  let sceneContent = "";
   let chunk = { level: 0, x: 0, y: 0, z: 0, band: 0 };
   const ports = { open: 0, closed: 0, broken: 0, rated: 0 };
 
@@ -144,13 +146,18 @@ describe("openapi.json", () => {
     samples: "?isovalue=100",
   };
 
-  /** The path of a request for the route, of a volume. */
+  /** The path of a request for the route, of a volume or a scene. */
   function target(path: string, volume = "open"): string {
     const { level, x, y, z, band } = chunk;
     const query =
       queries[path.split("/").pop() ?? ""] ??
       (path.endsWith("/batch") ? `?chunks=${level}/${x}.${y}.${z}/${band}` : "");
-    const values: Record<string, string | number> = { name: volume, content, page: 0, ...chunk };
+    const values: Record<string, string | number> = {
+      name: volume,
+      content: path.startsWith("/v1/scenes") ? sceneContent : content,
+      page: 0,
+      ...chunk,
+    };
     return path.replaceAll(/\{(\w+)\}/g, (_all, name: string) => String(values[name])) + query;
   }
 
@@ -158,14 +165,19 @@ describe("openapi.json", () => {
     const bytes = readFileSync(store);
     const broken = bytes.subarray(0, 100);
     const tokens = join(folder, "tokens");
-    writeFileSync(tokens, `anyone open\n${token} *\n`);
+    writeFileSync(tokens, `anyone open scene:open\n${token} *\n`);
     writeFileSync(join(folder, "closed-tokens"), `${token} *\n`);
     const picture = join(folder, "picture.png");
     execFileSync(program, ["render", store, "-i", "60", "--size", "48x30", "-o", picture]);
+    const scenePicture = join(folder, "scene.png");
+    execFileSync(program, ["render", bundle, "--size", "48x30", "-o", scenePicture]);
     const files = {
       "open.isosplat": bytes,
       "open.isosplat.png": readFileSync(picture),
       "broken.isosplat": broken,
+      "open.isobundle": readFileSync(bundle),
+      "open.isobundle.png": readFileSync(scenePicture),
+      "broken.isobundle": readFileSync(bundle).subarray(0, 100),
     };
     ports.open = await start("open", files, ["--token-file", tokens]);
     ports.closed = await start("closed", files, ["--token-file", join(folder, "closed-tokens")]);
@@ -176,6 +188,8 @@ describe("openapi.json", () => {
     ajv.addSchema(document, "api");
     const volume = JSON.parse((await get(ports.open, "/v1/volumes/open")).body.toString());
     content = `${volume.contentId}`;
+    const scene = JSON.parse((await get(ports.open, "/v1/scenes/open")).body.toString());
+    sceneContent = `${scene.contentId}`;
     const frames = await get(ports.open, target("/v1/volumes/{name}/{content}/chunks"));
     const word = (i: number) => frames.body.readUInt32LE(4 * i);
     chunk = { level: word(2), x: word(3), y: word(4), z: word(5), band: word(6) };
@@ -210,7 +224,10 @@ describe("openapi.json", () => {
       const inPath = (get.parameters ?? []).flatMap((parameter) =>
         "$ref" in parameter ? [parameter.$ref.split("/").pop()] : [],
       );
-      expect(inPath).toEqual([...path.matchAll(/\{(\w+)\}/g)].map((match) => match[1]));
+      const inScenes: Record<string, string> = { name: "sceneName", content: "sceneContent" };
+      const expected = [...path.matchAll(/\{(\w+)\}/g)].map(([, name = ""]) => name);
+      const isOfScenes = path.startsWith("/v1/scenes");
+      expect(inPath).toEqual(expected.map((name) => (isOfScenes ? inScenes[name] : name)));
     }
   });
 

@@ -66,7 +66,7 @@ describe("the README's commands", () => {
     expect(new Set(finite.map(([name]) => name))).toEqual(
       new Set(["build", "info", "publish", "extract", "render", "bundle"]),
     );
-    expect(serving.map(([name]) => name)).toEqual(["view", "serve"]);
+    expect(serving.map(([name]) => name)).toEqual(["view", "serve", "view"]);
   });
 
   // `render` compiles its shaders without a cache, which takes long on a busy machine.
@@ -113,14 +113,22 @@ describe("the README's commands", () => {
         child.on("close", (code) => reject(new Error(`exit status ${code}: ${printed}`)));
       });
       // What view prints has a token, without which nothing of the volume can be read.
-      const list = new URL("/v1/volumes", url);
+      const isScene = args[1]?.endsWith(".isobundle");
+      const list = new URL(isScene ? "/v1/scenes" : "/v1/volumes", url);
       const token = new URL(url).searchParams.get("token");
       expect(token !== null).toBe(args[0] === "view");
       if (token) expect((await fetch(list)).status).toBe(401);
       const headers = token ? { Authorization: `Bearer ${token}` } : {};
       const answer = await fetch(list, { headers });
-      const { volumes } = (await answer.json()) as { volumes: { voxels: number[] }[] };
-      expect(volumes.map(({ voxels }) => voxels)).toEqual([[24, 24, 24]]);
+      const { volumes, scenes } = (await answer.json()) as {
+        volumes?: { voxels: number[] }[];
+        scenes?: { name: string; steps: number }[];
+      };
+      if (isScene) {
+        expect(scenes).toMatchObject([{ name: new URL(url).searchParams.get("scene"), steps: 2 }]);
+      } else {
+        expect(volumes?.map(({ voxels }) => voxels)).toEqual([[24, 24, 24]]);
+      }
       const ended = new Promise((resolve) => child.on("close", resolve));
       child.kill("SIGTERM");
       expect(await ended).toBe(0);

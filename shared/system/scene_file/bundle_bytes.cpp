@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -19,15 +21,37 @@ Error changed(const std::string& name) {
               "open the scene again"};
 }
 
-/// Whether a file is in a folder once links are resolved.
-bool is_within(const fs::path& file, const fs::path& folder) {
+/// The identity of a file, if it is in a folder once links are resolved. It is compared with the
+/// file that is opened later, since a link can change in between.
+std::optional<FileIdentity> identity_within(const fs::path& file, const fs::path& folder) {
   std::error_code error;
   const fs::path real = fs::canonical(file, error);
-  if (error) return false;
+  if (error) return std::nullopt;
   const fs::path real_folder = fs::canonical(folder, error);
-  if (error) return false;
-  return std::mismatch(real_folder.begin(), real_folder.end(), real.begin(), real.end()).first ==
-         real_folder.end();
+  if (error) return std::nullopt;
+  const bool is_within =
+      std::mismatch(real_folder.begin(), real_folder.end(), real.begin(), real.end()).first ==
+      real_folder.end();
+  if (!is_within) return std::nullopt;
+  const auto identity = file_identity(real);
+  return identity ? std::optional(*identity) : std::nullopt;
+}
+
+/// BundleBytes::first_bytes.
+uint64_t first_bytes_of(const Scene& scene, const BundleHeader& header) {
+  std::set<std::string_view> first;
+  for (const SceneLayer& layer : scene.layers) {
+    if (layer.visible && !layer.stores.empty()) first.insert(layer.stores.front());
+  }
+  uint64_t end = header.header_bytes;
+  for (const BundleStore& store : header.stores) {
+    const uint64_t its_end = store.coarse_offset + store.coarse_bytes();
+    if (first.contains(store.path) &&
+        its_end - header.header_bytes <= BundleBytes::kMaxFirstCoarseBytes) {
+      end = std::max(end, its_end);
+    }
+  }
+  return end;
 }
 
 }  // namespace
@@ -40,6 +64,7 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
   result.scene_ = {scene.path(), *identity};
   if (scene.is_bundle()) {
     result.header_ = scene.bundle();
+    result.first_bytes_ = first_bytes_of(scene.scene(), result.header_);
     result.bundle_ = scene.file();
     result.encoded_.resize(result.header_.header_bytes);
     if (auto read = result.bundle_->read(0, result.encoded_); !read) {
@@ -56,7 +81,8 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
                               path));
     }
     const fs::path file = scene.path().parent_path() / path;
-    if (within && !is_within(file, *within)) {
+    std::optional<FileIdentity> inside;
+    if (within && !(inside = identity_within(file, *within))) {
       return fail(Status::malformed_header,
                   fmt::format("store {}: expected a file in the folder of the scene or below, "
                               "found none, or a link out of it: copy the store there",
@@ -65,6 +91,7 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
     const auto opened = scene.open_store(path);  // checks the header and the size
     if (!opened) return tl::unexpected(opened.error());
     const StoreFile& store = **opened;
+    if (inside && !(store.identity() == *inside)) return tl::unexpected(changed(file.string()));
     BundleStore entry;
     entry.path = path;
     entry.file_bytes = store.info().file_bytes;
@@ -78,6 +105,7 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
   auto header = plan_bundle(scene.text(), std::move(stores));
   if (!header) return tl::unexpected(header.error());
   result.header_ = std::move(*header);
+  result.first_bytes_ = first_bytes_of(scene.scene(), result.header_);
   result.encoded_ = encode_bundle_header(result.header_);
   for (size_t i = 0; i < result.files_.size(); ++i) {
     for (const BundlePiece& piece : result.header_.stores[i].pieces()) {

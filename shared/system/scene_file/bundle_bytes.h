@@ -30,8 +30,17 @@ class BundleBytes {
   const BundleHeader& header() const { return header_; }
   uint64_t bytes() const { return header_.file_bytes; }
 
-  /// The size of what a viewer reads first: the header and the coarse parts of all stores.
-  uint64_t first_bytes() const { return header_.header_bytes + header_.coarse_bytes; }
+  /// The size of what a viewer reads first: the header and the coarse parts, up to the last one
+  /// that the first picture needs: those of visible layers at the first step. At most
+  /// kMaxFirstCoarseBytes of coarse parts.
+  uint64_t first_bytes() const { return first_bytes_; }
+  static constexpr uint64_t kMaxFirstCoarseBytes = uint64_t{32} << 20;
+
+  /// Whether the stores are separate files, which may change independently of the scene.
+  bool has_separate_stores() const { return !bundle_; }
+
+  /// The document or the bundle that was opened.
+  const FileIdentity& scene_identity() const { return scene_.identity; }
 
   /// The checksum of the header, as 16 hexadecimal digits. It covers the scene and the content ids
   /// of all stores, so another content has another checksum.
@@ -62,8 +71,9 @@ class BundleBytes {
 
   BundleHeader header_;
   std::vector<std::byte> encoded_;  ///< the header
-  std::vector<File> files_;         ///< of the stores; none if the scene is a bundle
-  std::vector<Piece> pieces_;       ///< ascending, without gaps, from the end of the header on
+  uint64_t first_bytes_ = 0;
+  std::vector<File> files_;    ///< of the stores; none if the scene is a bundle
+  std::vector<Piece> pieces_;  ///< ascending, without gaps, from the end of the header on
   std::shared_ptr<const PosixFile> bundle_;  ///< null: the stores are separate files
   File scene_;                               ///< the document, or the bundle
 };

@@ -1,0 +1,52 @@
+#include "server/routes/scene_routes.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+
+#include "server/http/conditions.h"
+#include "server/routes/byte_range.h"
+#include "server/routes/content_routes.h"
+#include "server/routes/json_response.h"
+#include "server/routes/scene_stream.h"
+#include "server/routes/volume_routes.h"
+
+namespace isosplat::server {
+
+Response scenes_response(const RouteCall& call) {
+  return list_response(call, ServedKind::scene);
+}
+
+Response scene_response(const RouteCall& call) {
+  return json_response(call, scene_json(call.scene->name, call.scene->scene->facts));
+}
+
+Response scene_bootstrap_response(const RouteCall& call) {
+  const std::shared_ptr<const ServedScene>& scene = call.scene->scene;
+  Response response =
+      begin_response(call.request, fmt::format("\"{}-bootstrap1\"", scene->facts.content),
+                     CachePolicy::revalidated, call.is_private);
+  if (is_complete(response)) return response;
+  response.set("Content-Type", "application/octet-stream");
+  response.stream = std::make_unique<SceneStream>(scene, 0, scene->bytes.first_bytes());
+  return response;
+}
+
+Response scene_file_response(const RouteCall& call) {
+  const std::shared_ptr<const ServedScene>& scene = call.scene->scene;
+  const std::string etag = fmt::format("\"{}\"", scene->facts.content);
+  Response response = begin_response(call.request, etag, CachePolicy::immutable, call.is_private);
+  if (is_complete(response)) return response;
+  const auto sent = begin_range(call.request, etag, scene->bytes.bytes(), response);
+  if (!sent) return response;
+  response.stream = std::make_unique<SceneStream>(scene, sent->first, sent->bytes);
+  return response;
+}
+
+Response scene_thumbnail_response(const RouteCall& call) {
+  const ServedScene& scene = *call.scene->scene;
+  return picture_response(call, scene.path, scene.facts.content);
+}
+
+}  // namespace isosplat::server
