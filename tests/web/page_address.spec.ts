@@ -19,6 +19,7 @@ afterEach(() => {
 
 const view: AddressState = {
   volume: "engine",
+  scene: undefined,
   src: undefined,
   surfaces: [{ isovalue: 60, colour: "#d9ccb3", opacity: 1 }],
   look: defaultLook,

@@ -1,16 +1,26 @@
 /** Scenes and bundles of the browser: documents, headers, and the requests for them. */
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import {
+  copyFileSync,
+  mkdirSync,
+  mkdtempSync,
+  readFileSync,
+  renameSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, describe, expect, it, test } from "vitest";
 import { parseBundleHeader, piecesOf } from "../../web/scene/bundle_header.ts";
 import { parseScene } from "../../web/scene/parse_scene.ts";
-import { bundleScene, sceneAt, sceneOfFiles } from "../../web/scene/scene_source.ts";
+import { bundleScene, sceneAt, sceneOfFiles, servedScene } from "../../web/scene/scene_source.ts";
+import { ServedBundle } from "../../web/scene/served_bundle.ts";
 import { BlobSource } from "../../web/stream/blob_source.ts";
 import { joined } from "../../web/stream/transfer.ts";
 import { StreamError } from "../../web/stream/types.ts";
+import { type RunningServer, serve } from "../browser/support/server.ts";
 import { Chance } from "../support/chance.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
 import { core } from "./fixture.ts";
@@ -252,6 +262,98 @@ describe("a scene of files", () => {
 
   it("is not found among other files", () => {
     expect(sceneOfFiles(stores)).toBeNull();
+  });
+});
+
+describe("a scene of a server", () => {
+  let server: RunningServer;
+  let folder: string;
+  beforeAll(async () => {
+    folder = mkdtempSync(join(tmpdir(), "isosplat-scenes-"));
+    mkdirSync(join(folder, "head"));
+    writeFileSync(join(folder, "head.isobundle"), bundle);
+    writeFileSync(join(folder, "head/scene.json"), document);
+    for (const name of ["u8.isosplat", "tiny.isosplat"]) {
+      copyFileSync(new URL(`../golden/v1.0/${name}`, import.meta.url), join(folder, "head", name));
+    }
+    server = await serve([folder]);
+  });
+  afterAll(async () => {
+    await server.stop();
+    rmSync(folder, { recursive: true });
+  });
+
+  test.each(["head", "head~scene"])("%s takes one request for its first picture", async (scene) => {
+    const file = new ServedBundle({ base: server.url, scene });
+    const opened = await bundleScene(file).open(instance, signal);
+    const { layers } = opened.document;
+    const paths = layers.filter(({ visible }) => visible).flatMap(({ stores }) => stores);
+    await opened.fetchFirst(paths);
+    for (const path of paths) {
+      const store = instance.openStore(await opened.source(path).header(signal));
+      const { offset, bytes } = store.bootstrapRange();
+      await opened.source(path).range(offset, bytes, signal, () => {});
+      store.close();
+    }
+    expect(file.requests).toBe(1);
+    for (const path of layers.flatMap(({ stores }) => stores)) {
+      const store = readFileSync(new URL(`../golden/v1.0/${path}`, import.meta.url));
+      expect(Buffer.from(await wholeOf(opened.source(path)))).toEqual(store);
+    }
+    expect(file.requests).toBeGreaterThan(1);
+  });
+
+  it("that is replaced is read again", async () => {
+    const other = join(folder, "other.isobundle");
+    writeFileSync(other, bundle);
+    const scene = servedScene({ base: server.url, scene: "other" });
+    await expect
+      .poll(() =>
+        scene.open(instance, signal).then(
+          () => true,
+          () => false,
+        ),
+      )
+      .toBe(true);
+    const opened = await scene.open(instance, signal);
+    const source = opened.source("tiny.isosplat"); // not in the first response
+    const before = await source.contentId(signal);
+    expect(before).toMatch(/^[0-9a-f]{32}$/);
+    // The same stores in another document: another content of the scene, the same one of the store.
+    const changed = JSON.parse(document.toString()) as { layers: object[] };
+    changed.layers.reverse();
+    writeFileSync(join(folder, "head/changed.scene.json"), JSON.stringify(changed));
+    const made = join(folder, "made.isobundle");
+    execFileSync(program, ["bundle", join(folder, "head/changed.scene.json"), "-o", made]);
+    renameSync(made, other);
+    await expect
+      .poll(
+        () =>
+          source
+            .range(0, 100, signal, () => {})
+            .then(
+              () => "read",
+              (error) => error.kind,
+            ),
+        {
+          timeout: 20_000,
+        },
+      )
+      .not.toBe("read");
+    expect(await source.contentId(signal)).toBe(before);
+    source.forget();
+    const header = await source.header(signal);
+    expect(Buffer.from(header)).toEqual(
+      readFileSync(new URL("../golden/v1.0/tiny.isosplat", import.meta.url)).subarray(
+        0,
+        header.length,
+      ),
+    );
+  });
+
+  it("that does not exist is not found", async () => {
+    const scene = servedScene({ base: server.url, scene: "none" });
+    await expect(scene.open(instance, signal)).rejects.toMatchObject({ kind: "not-found" });
   });
 });
 

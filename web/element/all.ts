@@ -11,7 +11,7 @@ export type { Points } from "../core/types.ts";
 export { forecastSurface, saveSurface } from "../mesh/save_surface.ts";
 export { SurfaceReader } from "../mesh/surface_reader.ts";
 export { openScene } from "../scene/open_scene.ts";
-export { sceneAt, sceneOfFiles } from "../scene/scene_source.ts";
+export { sceneAt, sceneOfFiles, servedScene } from "../scene/scene_source.ts";
 export { BlobSource } from "../stream/blob_source.ts";
 export { faults } from "../stream/faults.ts";
 export { FileSource } from "../stream/file_source.ts";

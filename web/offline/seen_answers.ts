@@ -32,9 +32,12 @@ export type AnswerKind = "list" | { store: string };
  * server (server/HTTP.md), or of a site (docs/deploy.md).
  */
 export function answerKind(path: string, query: string): AnswerKind | undefined {
-  if ((path === "v1/volumes" && query === "") || path === "catalog.json") return "list";
-  const [isVolume, rest] = /^v1\/volumes\/[^/]+(\/.*)?$/.exec(path) ?? [];
-  if (isVolume && (rest === undefined || rest === "/bootstrap")) return "list";
+  const isList = path === "v1/volumes" || path === "v1/scenes";
+  if ((isList && query === "") || path === "catalog.json") return "list";
+  const [isEntry, rest] = /^v1\/(?:volumes|scenes)\/[^/]+(\/.*)?$/.exec(path) ?? [];
+  if (isEntry && (rest === undefined || rest === "/bootstrap")) return "list";
+  const [, scene] = /^v1\/scenes\/[^/]+\/([0-9a-f]{16})\//.exec(path) ?? [];
+  if (scene !== undefined) return { store: scene };
   const [, id] = /(?:^|[/-])([0-9a-f]{32})(?:\/|-[0-9a-f]+\.|\.)/.exec(path) ?? [];
   return id === undefined ? undefined : { store: id };
 }

@@ -13,4 +13,6 @@ export {
   type SceneSource,
   sceneAt,
   sceneOfFiles,
+  servedScene,
 } from "./scene_source.ts";
+export type { ServedSceneOptions } from "./served_bundle.ts";

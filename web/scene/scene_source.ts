@@ -2,7 +2,7 @@ import type { Core } from "../core/core.ts";
 import { BlobSource } from "../stream/blob_source.ts";
 import { FileSource, type SourceOptions } from "../stream/file_source.ts";
 import type { Source } from "../stream/source.ts";
-import { joined, Traffic, transfer } from "../stream/transfer.ts";
+import { joined, Traffic, transfer, transferWhole } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
 import { Bundle, type BundleFile } from "./bundle.ts";
 import { BundledSource } from "./bundled_source.ts";
@@ -10,6 +10,7 @@ import { sceneError } from "./member.ts";
 import { parseScene } from "./parse_scene.ts";
 import { maxSceneBytes, type SceneDocument } from "./scene_document.ts";
 import { isBundleName, isDocumentName } from "./scene_name.ts";
+import { ServedBundle, type ServedSceneOptions } from "./served_bundle.ts";
 
 /** A scene that has been read: its document, and the bytes of its stores. */
 export interface OpenedScene {
@@ -37,6 +38,48 @@ export function sceneAt(address: string, options: SourceOptions = {}): SceneSour
   const url = new URL(address, page);
   if (!/\.json$/i.test(url.pathname)) return bundleScene(new FileSource(url.href, options));
   return { name: url.href, open: (_, signal) => openDocument(url, options, signal) };
+}
+
+/** A scene of an Isosplat server. */
+export function servedScene(options: ServedSceneOptions): SceneSource {
+  return bundleScene(new ServedBundle(options));
+}
+
+/**
+ * A scene of a static site, which `isosplat publish` writes. `catalog`: the address of its `catalog.json`, whose
+ * `scenes` name the file of each bundle.
+ */
+export function publishedScene({
+  catalog,
+  scene,
+}: {
+  catalog: string;
+  scene: string;
+}): SceneSource {
+  const page = typeof location === "undefined" ? undefined : location.href;
+  const url = new URL(catalog, page).href;
+  return {
+    name: scene,
+    open: async (core, signal) => {
+      const bytes = await transferWhole(url, {}, new Traffic(), signal);
+      const file = fileOf(new TextDecoder().decode(bytes), scene);
+      if (file !== undefined) return sceneAt(new URL(file, url).href).open(core, signal);
+      throw new StreamError("not-found", `${url}: has no scene ${scene}`);
+    },
+  };
+}
+
+/** The file of a scene in a site's catalog. */
+function fileOf(catalog: string, scene: string): string | undefined {
+  let scenes: unknown[] = [];
+  try {
+    const { scenes: found } = JSON.parse(catalog) as { scenes?: unknown };
+    if (Array.isArray(found)) scenes = found;
+  } catch {} // as if it had none
+  const found = scenes.find((each) => (each as { name?: unknown } | null)?.name === scene) as
+    | { file?: unknown }
+    | undefined;
+  return typeof found?.file === "string" ? found.file : undefined;
 }
 
 /** A file of this device. */

@@ -3,6 +3,7 @@ import type { startTexts as English } from "./start.ts";
 
 const plural = plurals("de");
 const volumes = (n: number) => plural(n, { one: `${n} Volumen`, other: `${n} Volumen` });
+const scenes = (n: number) => plural(n, { one: `${n} Szene`, other: `${n} Szenen` });
 
 export const start: typeof English = {
   theList: "die Liste der Volumen",
@@ -18,11 +19,16 @@ export const start: typeof English = {
     `Der Server hat auf die Frage nach der Liste der Volumen mit Status ${status} geantwortet.`,
   notAList: "Die Liste der Volumen ist nicht lesbar: Ist das ein Isosplat-Server?",
   volumes: "Volumen",
+  scenes: "Szenen",
+  scenesAndVolumes: "Szenen und Volumen",
+  sceneCount: scenes,
+  layers: (count) => plural(count, { one: `${count} Ebene`, other: `${count} Ebenen` }),
+  steps: (count) => plural(count, { one: `${count} Schritt`, other: `${count} Schritte` }),
   lead: "Zeigt Isoflächen großer Volumen und lädt nur, was die Ansicht braucht.",
   count: volumes,
   onServer: (count, bytes) => `${volumes(count)}, ${bytes} auf dem Server`,
   search: "Suchen",
-  searchLabel: "Volumen nach Name oder Titel durchsuchen",
+  searchLabel: "Volumen und Szenen nach Name oder Titel durchsuchen",
   keptList: (time) =>
     `Ohne Verbindung: Dies ist die Liste vom ${time}. Die Teile eines Volumens, die schon geladen wurden, können gezeigt werden; Volumen auf diesem Gerät öffnen sich wie immer.`,
   noVolumes: (command) => [
@@ -30,8 +36,8 @@ export const start: typeof English = {
     command,
     " und legen Sie sie in den Ordner, den der Server ausliefert.",
   ],
-  noMatch: (query) => `Kein Volumen hat „${query}“ im Namen oder Titel.`,
-  matches: (count, query) => `${volumes(count)} mit „${query}“`,
+  noMatch: (query) => `Nichts hat „${query}“ im Namen oder Titel.`,
+  matches: (found, query) => `${found} mit „${query}“`,
   showMore: "Mehr anzeigen",
   notShown: (left, total) => `${left} von ${total} werden nicht angezeigt`,
   voxels: (count) => `${count} Voxel`,

@@ -3,6 +3,7 @@ import { part } from "./part.ts";
 
 const plural = plurals("en");
 const volumes = (n: number) => plural(n, { one: `${n} volume`, other: `${n} volumes` });
+const scenes = (n: number) => plural(n, { one: `${n} scene`, other: `${n} scenes` });
 
 /** The start page. */
 export const startTexts = part("start", {
@@ -17,11 +18,16 @@ export const startTexts = part("start", {
   listStatus: (status: number) => `The server returned status ${status} for the list of volumes.`,
   notAList: "The server's list of volumes cannot be read: is it an Isosplat server?",
   volumes: "Volumes",
+  scenes: "Scenes",
+  scenesAndVolumes: "Scenes and volumes",
+  sceneCount: scenes,
+  layers: (count: number) => plural(count, { one: `${count} layer`, other: `${count} layers` }),
+  steps: (count: number) => plural(count, { one: `${count} step`, other: `${count} steps` }),
   lead: "Streams isosurfaces of large volumes, only as much as the view needs.",
   count: volumes,
   onServer: (count: number, bytes: string) => `${volumes(count)}, ${bytes} on the server`,
   search: "Search",
-  searchLabel: "Search the volumes by name or title",
+  searchLabel: "Search volumes and scenes by name or title",
   keptList: (time: string) =>
     `Without a connection: this is the list of ${time}. The parts of a volume that were fetched before can be shown; volumes on this device open as usual.`,
   /** command: the command that builds a store. */
@@ -30,8 +36,8 @@ export const startTexts = part("start", {
     command,
     " and put it into the folder that is served.",
   ],
-  noMatch: (query: string) => `No volume has “${query}” in its name or title.`,
-  matches: (count: number, query: string) => `${volumes(count)} with “${query}”`,
+  noMatch: (query: string) => `Nothing has “${query}” in its name or title.`,
+  matches: (found: string, query: string) => `${found} with “${query}”`,
   showMore: "Show more",
   notShown: (left: number, total: number) => `${left} of ${total} are not shown`,
   voxels: (count: string) => `${count} voxels`,

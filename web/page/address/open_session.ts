@@ -16,7 +16,7 @@ export async function openSession(file: File): Promise<void> {
   }
   const session = readSession(await file.text());
   const { measures: _, ...state } = readUrl(session.view);
-  if (state.volume === undefined && state.src === undefined) {
+  if (state.volume === undefined && state.scene === undefined && state.src === undefined) {
     throw new SessionError(sessionTexts.noVolume(file.name));
   }
   let query = writeUrl(state);

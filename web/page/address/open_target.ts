@@ -1,6 +1,6 @@
 import { isSceneName } from "../../scene/scene_name.ts";
 import { FileSource } from "../../stream/file_source.ts";
-import { volumeSource } from "../shell/site.ts";
+import { sceneSource, volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
 import type { UrlState } from "./url_state.ts";
 
@@ -9,11 +9,16 @@ const volumeEnding =
   /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
 
 /**
- * The target of the page's address: a volume of its server or site, or a store or a scene on any
+ * The target of the page's address: a volume or a scene of its server or site, or a store or a scene on any
  * host. Undefined for everything else: see start.ts.
  */
-export function openTarget({ volume, src }: Pick<UrlState, "volume" | "src">): Target | undefined {
+export function openTarget({
+  volume,
+  scene,
+  src,
+}: Pick<UrlState, "volume" | "scene" | "src">): Target | undefined {
   if (volume !== undefined) return { name: volume, source: () => volumeSource(volume) };
+  if (scene !== undefined) return { name: scene, scene: () => sceneSource(scene) };
   const address = src === undefined ? undefined : addressIn(src);
   if (!address || isOfVolume(address)) return undefined;
   if (isSceneName(address.pathname)) {

@@ -21,6 +21,7 @@ const restMs = 300;
 
 export interface AddressState {
   volume: string | undefined;
+  scene: string | undefined;
   src: string | undefined;
   surfaces: readonly Surface[];
   look: Look;
@@ -46,6 +47,7 @@ export function addressOf(view: AddressState): UrlState {
   const { surfaces, look, clip } = view;
   const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
   if (view.volume) state.volume = view.volume;
+  else if (view.scene) state.scene = view.scene;
   else if (view.src) state.src = view.src;
   if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
     state.colours = surfaces.map((surface) => surface.colour);
@@ -134,7 +136,7 @@ export class AddressBar {
     const view = this.#view();
     if (view) {
       const { measures: _, ...state } = addressOf(view);
-      const { volume: __, src: ___, ...settings } = state;
+      const { volume: __, scene: ____, src: ___, ...settings } = state;
       const rest = writeUrl(state);
       const whole = writeUrl(addressOf(view));
       const fits = whole.length <= longestQuery;

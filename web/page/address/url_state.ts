@@ -52,6 +52,7 @@ export const minOpacity = 0.05;
  * treated as missing, so that an old or mistyped link still opens the volume; `notes` lists them.
  *
  *   volume=engine                  a volume of this server, or
+ *   scene=head                     a scene of this server, or
  *   src=https://…/engine.isosplat  a store, or a scene (.isobundle, scene.json), on any host with Range
  *   isovalue=60.5,180              one for each isosurface
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
@@ -76,6 +77,7 @@ export const minOpacity = 0.05;
  */
 export interface UrlState {
   volume?: string;
+  scene?: string;
   src?: string;
   isovalues?: number[];
   colours?: string[];
@@ -152,6 +154,8 @@ export function readUrl(search: string): UrlState {
   };
   const volume = query.get("volume");
   if (volume) state.volume = volume;
+  const scene = query.get("scene");
+  if (scene) state.scene = scene;
   const src = query.get("src");
   if (src) state.src = src;
 
@@ -256,6 +260,7 @@ export function writeUrl(state: UrlState): string {
     parts.push(`${name}=${encodeURIComponent(value).replace(plain, decodeURIComponent)}`);
   };
   add("volume", state.volume);
+  add("scene", state.scene);
   add("src", state.src);
   add("isovalue", state.isovalues?.join(","));
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));

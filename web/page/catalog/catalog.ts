@@ -1,30 +1,34 @@
 import { html, nothing, render, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
-import { pageTexts } from "../../texts/page.ts";
 import { startTexts } from "../../texts/start.ts";
 import { brand, languageChoice, problemCard, themeButton } from "../shell/chrome.ts";
-import { formatBytes, formatCount, formatDims, formatType, formatValue } from "../shell/format.ts";
-import { icon } from "../shell/icons.ts";
+import { formatBytes } from "../shell/format.ts";
 import { type Problem, problemOf } from "../shell/problems.ts";
 import { onTheme } from "../shell/theme.ts";
-import { thumbnail } from "../shell/thumbnails.ts";
 import {
   ApiError,
+  fetchLists,
+  fetchScenes,
   fetchVolumes,
+  type SceneEntry,
+  type SceneList,
   type VolumeEntry,
   type VolumeList,
   withBackoff,
 } from "../shell/volumes_api.ts";
+import { sceneCard, skeleton, volumeCard } from "./cards.ts";
 import { Previews } from "./previews.ts";
 
 /** A search begins when its text has not changed for this time (ms). */
 const typingPause = 200;
 
-/** The list of volumes on the server, and a form to open a store by its address. */
+/** The lists of scenes and volumes on the server, and a form to open a store by its address. */
 export class Catalog {
   readonly #root: HTMLElement;
   /** The volumes that are shown, with the total of those that match #shownQuery. */
   #list: VolumeList | null = null;
+  /** The same of scenes. */
+  #scenes: SceneList | null = null;
   #problem: Problem | null = null;
   #query = "";
   #shownQuery = "";
@@ -32,6 +36,7 @@ export class Catalog {
   #loadedQuery = "";
   /** The first list without a query, for the page's header. */
   #all: VolumeList | null = null;
+  #allScenes: SceneList | null = null;
   #loading = new AbortController();
   #isLoading = false;
   #searchTimer = 0;
@@ -61,8 +66,8 @@ export class Catalog {
     void this.#load();
   }
 
-  /** The URL of a volume's picture on the server or site. */
-  #servedPicture({ contentId, thumbnail }: VolumeEntry): string | null {
+  /** The URL of the picture of a volume or a scene on the server or site. */
+  #servedPicture({ contentId, thumbnail }: VolumeEntry | SceneEntry): string | null {
     if (!contentId || !thumbnail || this.#withoutPicture.has(contentId)) return null;
     return thumbnail.replace(/^\/+/, ""); // relative, since the page may be below a path that the server does not know
   }
@@ -74,6 +79,11 @@ export class Catalog {
     this.#render();
   }
 
+  #showWithoutPicture({ contentId }: SceneEntry): void {
+    if (contentId) this.#withoutPicture.add(contentId);
+    this.#render();
+  }
+
   #search(text: string): void {
     this.#query = text.trim();
     clearTimeout(this.#searchTimer);
@@ -82,32 +92,32 @@ export class Catalog {
     }, typingPause);
   }
 
-  /** Loads the list for the query; with `isMore`, its next volumes. */
-  async #load({ isMore = false } = {}): Promise<void> {
+  /** Loads the lists for the query; with `more`, the next entries of one list. */
+  async #load(more?: "volumes" | "scenes"): Promise<void> {
     this.#loading.abort();
     this.#loading = new AbortController();
     const { signal } = this.#loading;
-    const query = isMore ? this.#shownQuery : this.#query;
+    const query = more ? this.#shownQuery : this.#query;
     this.#loadedQuery = query;
-    const before = isMore ? (this.#list?.volumes ?? []) : [];
     this.#problem = null;
     this.#isLoading = true;
     this.#render();
     try {
-      const list = await withBackoff(
-        () => fetchVolumes({ query, offset: before.length }, signal),
+      const { volumes, scenes } = await withBackoff(
+        () => this.#fetch(query, more, signal),
         signal,
         (error) => {
           this.#problem = listProblem(error);
           this.#render();
         },
       );
-      // If a volume was added in the meantime, the others have moved: do not show one twice.
-      const names = new Set(before.map(({ name }) => name));
-      const added = list.volumes.filter(({ name }) => !names.has(name));
-      this.#list = { ...list, volumes: [...before, ...added] };
+      this.#list = volumes;
+      this.#scenes = scenes;
       this.#shownQuery = query;
-      if (query === "") this.#all = this.#list;
+      if (query === "") {
+        this.#all = volumes;
+        this.#allScenes = scenes;
+      }
       this.#problem = null;
     } catch (error) {
       if (signal.aborted) return;
@@ -130,23 +140,37 @@ export class Catalog {
     this.#render();
   }
 
+  async #fetch(query: string, more: "volumes" | "scenes" | undefined, signal: AbortSignal) {
+    const [volumes, scenes] = [this.#list, this.#scenes];
+    if (!more || !volumes || !scenes) return fetchLists({ query }, signal);
+    if (more === "volumes") {
+      const before = volumes.volumes;
+      const next = await fetchVolumes({ query, offset: before.length }, signal);
+      return { volumes: { ...next, volumes: joined(before, next.volumes) }, scenes };
+    }
+    const before = scenes.scenes;
+    const next = await fetchScenes({ query, offset: before.length }, signal);
+    return { volumes, scenes: { ...next, scenes: joined(before, next.scenes) } };
+  }
+
   #render(): void {
     const list = this.#list;
-    const total = list?.total ?? 0;
-    const left = total - (list?.volumes.length ?? 0);
+    const scenes = this.#scenes;
+    const hasScenes = (this.#allScenes?.total ?? 0) > 0;
+    const total = (list?.total ?? 0) + (scenes?.total ?? 0);
     render(
       html`<div class="catalog">
         <header class="bar">${brand()}<span class="bar-space"></span>${languageChoice()}${themeButton()}</header>
         <main class="catalog-main">
           <div class="catalog-head">
             <div>
-              <h1>${startTexts.volumes}</h1>
+              <h1>${hasScenes ? startTexts.scenesAndVolumes : startTexts.volumes}</h1>
               <p class="quiet">
-                ${this.#all ? summary(this.#all) : startTexts.lead}
+                ${this.#all ? summary(this.#all, this.#allScenes) : startTexts.lead}
               </p>
             </div>
             ${
-              this.#all && this.#all.total > 6
+              this.#all && this.#all.total + (this.#allScenes?.total ?? 0) > 6
                 ? html`<wa-input
                     class="catalog-filter no-label"
                     size="s"
@@ -169,7 +193,7 @@ export class Catalog {
           }
           ${list || this.#problem ? nothing : skeleton()}
           ${
-            this.#all?.total === 0
+            this.#all?.total === 0 && !hasScenes
               ? html`<p class="empty">
                   ${startTexts.noVolumes(html`<code>isosplat build VOLUME</code>`)}
                 </p>`
@@ -181,107 +205,88 @@ export class Catalog {
                   ${
                     total === 0
                       ? startTexts.noMatch(this.#shownQuery)
-                      : startTexts.matches(total, this.#shownQuery)
+                      : startTexts.matches(counts(list, scenes), this.#shownQuery)
                   }
                 </p>`
               : nothing
           }
+          ${
+            scenes && scenes.total > 0
+              ? html`<section class="scene-list">
+                  <h2>${startTexts.scenes}</h2>
+                  <ul class="cards">
+                    ${repeat(
+                      scenes.scenes,
+                      ({ name }) => name,
+                      (scene) =>
+                        html`<li>${sceneCard(scene, this.#servedPicture(scene), () => this.#showWithoutPicture(scene))}</li>`,
+                    )}
+                  </ul>
+                  ${this.#more("scenes", scenes.scenes.length, scenes.total)}
+                </section>`
+              : nothing
+          }
+          ${hasScenes && list && list.total > 0 ? html`<h2 class="volumes-head">${startTexts.volumes}</h2>` : nothing}
           <ul class="cards">
             ${repeat(
               list?.volumes ?? [],
               ({ name }) => name,
               (volume) =>
-                html`<li>${card(volume, this.#servedPicture(volume), () => this.#drawInstead(volume))}</li>`,
+                html`<li>${volumeCard(volume, this.#servedPicture(volume), () => this.#drawInstead(volume))}</li>`,
             )}
           </ul>
-          ${
-            left > 0
-              ? html`<p class="more-volumes">
-                  <wa-button
-                    size="s"
-                    appearance="outlined"
-                    ?loading=${this.#isLoading}
-                    @click=${() => void this.#load({ isMore: true })}
-                    >${startTexts.showMore}</wa-button
-                  >
-                  <span class="quiet">${startTexts.notShown(left, total)}</span>
-                </p>`
-              : nothing
-          }
+          ${this.#more("volumes", list?.volumes.length ?? 0, list?.total ?? 0)}
           ${openByAddress()}
         </main>
       </div>`,
       this.#root,
     );
-    for (const element of this.#root.querySelectorAll("a.card"))
+    for (const element of this.#root.querySelectorAll("a.card[data-name]"))
       this.#cardObserver.observe(element);
   }
+
+  /** The number of entries of a list that are not shown, with a button for more. */
+  #more(list: "volumes" | "scenes", shown: number, total: number): TemplateResult | typeof nothing {
+    if (shown >= total) return nothing;
+    return html`<p class="more-volumes">
+      <wa-button
+        size="s"
+        appearance="outlined"
+        ?loading=${this.#isLoading}
+        @click=${() => void this.#load(list)}
+        >${startTexts.showMore}</wa-button
+      >
+      <span class="quiet">${startTexts.notShown(total - shown, total)}</span>
+    </p>`;
+  }
+}
+
+/** If an entry was added in the meantime, the others have moved: do not show one twice. */
+function joined<T extends { name: string }>(before: readonly T[], next: readonly T[]): T[] {
+  const names = new Set(before.map(({ name }) => name));
+  return [...before, ...next.filter(({ name }) => !names.has(name))];
 }
 
 function listProblem(error: unknown): Problem {
   return { ...problemOf(error, startTexts.theList), offers: ["again"] };
 }
 
-function summary({ total, fileBytes }: VolumeList): string {
-  return fileBytes > 0
-    ? startTexts.onServer(total, formatBytes(fileBytes))
-    : startTexts.count(total);
+function summary({ total, fileBytes }: VolumeList, scenes: SceneList | null): string {
+  const volumes =
+    fileBytes > 0 ? startTexts.onServer(total, formatBytes(fileBytes)) : startTexts.count(total);
+  return scenes && scenes.total > 0
+    ? `${startTexts.sceneCount(scenes.total)}, ${volumes}`
+    : volumes;
 }
 
-/**
- * `served`: the URL of the picture, unless this browser has one; `failed`: called if it cannot be
- * shown.
- */
-function card(volume: VolumeEntry, served: string | null, failed: () => void): TemplateResult {
-  const title = volume.title || volume.name;
-  if (volume.error) {
-    return html`<div class="card broken">
-      <div class="card-picture">${icon("alert")}</div>
-      <h2>${title}</h2>
-      <p class="card-facts">${volume.error.message}</p>
-    </div>`;
-  }
-  const voxels = volume.voxels?.reduce((product, n) => product * n, 1);
-  const picture = (volume.contentId && thumbnail(volume.contentId)) || served;
-  return html`<a class="card" data-name=${volume.name} href="?volume=${encodeURIComponent(volume.name)}">
-    <div class="card-picture">
-      ${picture ? html`<img src=${picture} alt="" loading="lazy" @error=${failed} />` : sparkline(volume)}
-    </div>
-    <h2>${title}</h2>
-    <p class="card-facts">
-      ${volume.voxels ? html`<span>${formatDims(volume.voxels)}</span>` : nothing}
-      ${volume.type ? html`<span>${formatType(volume.type)}</span>` : nothing}
-      ${volume.fileBytes ? html`<span>${formatBytes(volume.fileBytes)}</span>` : nothing}
-    </p>
-    <p class="card-facts quiet">
-      ${voxels ? html`<span>${startTexts.voxels(formatCount(voxels))}</span>` : nothing}
-      ${
-        volume.range
-          ? html`<span>${pageTexts.to(formatValue(volume.range[0]), formatValue(volume.range[1]))}${volume.units ? ` ${volume.units}` : ""}</span>`
-          : nothing
-      }
-    </p>
-  </a>`;
-}
-
-/** The histogram on a logarithmic scale. A card shows it until there is a picture of the volume. */
-function sparkline(volume: VolumeEntry): TemplateResult | typeof nothing {
-  const counts = volume.histogram?.counts;
-  if (!counts || counts.length === 0) return nothing;
-  const most = Math.log1p(Math.max(1, ...counts));
-  const points = counts.map((count, i) => {
-    const x = (100 * i) / Math.max(1, counts.length - 1);
-    return `${x.toFixed(2)} ${(40 - (36 * Math.log1p(Math.max(0, count))) / most).toFixed(2)}`;
-  });
-  return html`<svg class="sparkline" viewBox="0 0 100 40" preserveAspectRatio="none" aria-hidden="true">
-    <path d="M0 40 L${points.join(" L")} L100 40Z" />
-  </svg>`;
-}
-
-function skeleton(): TemplateResult {
-  return html`<ul class="cards" aria-busy="true" aria-label=${startTexts.loading}>
-    ${[0, 1, 2, 3, 4, 5].map(() => html`<li class="card ghost"><div class="card-picture"></div></li>`)}
-  </ul>`;
+/** "2 scenes, 3 volumes", without a kind that has none. */
+function counts(volumes: VolumeList, scenes: SceneList | null): string {
+  return [
+    scenes && scenes.total > 0 ? startTexts.sceneCount(scenes.total) : "",
+    volumes.total > 0 ? startTexts.count(volumes.total) : "",
+  ]
+    .filter(Boolean)
+    .join(", ");
 }
 
 function openByAddress(): TemplateResult {

@@ -1,3 +1,4 @@
+import type { SceneSource } from "../../scene/scene_source.ts";
 import { ServerSource } from "../../stream/server_source.ts";
 import { SiteSource } from "../../stream/site_source.ts";
 import type { Source } from "../../stream/source.ts";
@@ -8,6 +9,13 @@ import type { Source } from "../../stream/source.ts";
  */
 export function siteCatalog(): string | null {
   return document.querySelector<HTMLMetaElement>("meta[name=isosplat-catalog]")?.content ?? null;
+}
+
+/** The source of a scene of this page. */
+export async function sceneSource(scene: string): Promise<SceneSource> {
+  const { publishedScene, servedScene } = await import("../../scene/scene_source.ts");
+  const catalog = siteCatalog();
+  return catalog === null ? servedScene({ scene }) : publishedScene({ catalog, scene });
 }
 
 /** The source of a volume of this page. */

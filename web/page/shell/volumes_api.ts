@@ -24,6 +24,20 @@ export interface VolumeEntry {
   error?: { status: string; message: string };
 }
 
+/** A scene of the list. Fields that the server does not send are undefined. */
+export interface SceneEntry {
+  name: string;
+  title?: string;
+  contentId?: string;
+  fileBytes?: number;
+  layers?: number;
+  /** Undefined if the scene does not change with time. */
+  steps?: number;
+  /** As of a volume. */
+  thumbnail?: string;
+  error?: { status: string; message: string };
+}
+
 /**
  * The list could not be fetched. `retry`: the same request may succeed later. `denied`: a token or
  * link is needed.
@@ -49,12 +63,19 @@ export interface VolumeList {
   keptAt?: Date;
 }
 
+/** A part of a list of scenes. */
+export interface SceneList {
+  scenes: SceneEntry[];
+  /** Number of scenes of the whole list. */
+  total: number;
+}
+
 export interface ListQuery {
-  /** Words, each of which a volume must have in its name or title. */
+  /** Words, each of which a volume or a scene must have in its name or title. */
   query?: string;
-  /** Number of volumes to skip. */
+  /** Number of entries to skip. */
   offset?: number;
-  /** Maximum number of volumes to return, at most 1000. Default: 100. */
+  /** Maximum number of entries to return, at most 1000. Default: 100. */
   limit?: number;
 }
 
@@ -64,41 +85,90 @@ export async function fetchVolumes(
   signal?: AbortSignal,
 ): Promise<VolumeList> {
   const catalog = siteCatalog();
-  if (catalog === null) return (await fetchList(listAddress(wanted), signal)) as VolumeList;
-  const { volumes, keptAt } = await fetchList(catalog, signal);
-  return { ...selectVolumes(volumes, wanted), ...(keptAt && { keptAt }) };
+  if (catalog !== null) return (await fetchSite(catalog, wanted, signal)).volumes;
+  return fetchList<VolumeList>(listAddress("volumes", wanted), "volumes", signal);
 }
 
-function listAddress({ query, offset, limit }: ListQuery): string {
+/** The scenes of this page's server or static site. */
+export async function fetchScenes(
+  wanted: ListQuery = {},
+  signal?: AbortSignal,
+): Promise<SceneList> {
+  const catalog = siteCatalog();
+  if (catalog !== null) return (await fetchSite(catalog, wanted, signal)).scenes;
+  return fetchList<SceneList>(listAddress("scenes", wanted), "scenes", signal);
+}
+
+/** Both lists. */
+export async function fetchLists(
+  wanted: ListQuery,
+  signal: AbortSignal,
+): Promise<{ volumes: VolumeList; scenes: SceneList }> {
+  const catalog = siteCatalog();
+  if (catalog !== null) return fetchSite(catalog, wanted, signal);
+  const [volumes, scenes] = await Promise.all([
+    fetchVolumes(wanted, signal),
+    fetchScenes(wanted, signal),
+  ]);
+  return { volumes, scenes };
+}
+
+/** The lists of a static site, which has one file for both. Sites of older versions have no scenes. */
+async function fetchSite(
+  catalog: string,
+  wanted: ListQuery,
+  signal: AbortSignal | undefined,
+): Promise<{ volumes: VolumeList; scenes: SceneList }> {
+  const site = await fetchList<{
+    volumes: VolumeEntry[];
+    scenes?: SceneEntry[];
+    keptAt?: Date;
+  }>(catalog, "volumes", signal);
+  const { found, total } = selectEntries(site.scenes ?? [], wanted);
+  const kept = site.keptAt && { keptAt: site.keptAt };
+  return {
+    volumes: { ...selectVolumes(site.volumes, wanted), ...kept },
+    scenes: { scenes: found, total },
+  };
+}
+
+function listAddress(list: string, { query, offset, limit }: ListQuery): string {
   const parameters = [
     query && `query=${encodeURIComponent(query)}`,
     offset && `offset=${offset}`,
     limit && `limit=${limit}`,
   ].filter(Boolean);
-  return parameters.length > 0 ? `v1/volumes?${parameters.join("&")}` : "v1/volumes";
+  return parameters.length > 0 ? `v1/${list}?${parameters.join("&")}` : `v1/${list}`;
 }
 
 /** The part of a whole list that a server would return. */
-export function selectVolumes(
-  volumes: readonly VolumeEntry[],
+export function selectVolumes(volumes: readonly VolumeEntry[], wanted: ListQuery): VolumeList {
+  const { found, total, fileBytes } = selectEntries(volumes, wanted);
+  return { volumes: found, total, fileBytes };
+}
+
+function selectEntries<T extends { name: string; title?: string; fileBytes?: number }>(
+  entries: readonly T[],
   { query = "", offset = 0, limit = 100 }: ListQuery,
-): VolumeList {
+): { found: T[]; total: number; fileBytes: number } {
   const words = query.toLowerCase().split(" ").filter(Boolean);
-  const found = volumes.filter(({ name, title }) => {
+  const matching = entries.filter(({ name, title }) => {
     const texts = [name, title ?? ""].map((text) => text.toLowerCase());
     return words.every((word) => texts.some((text) => text.includes(word)));
   });
   return {
-    volumes: found.slice(offset, offset + limit),
-    total: found.length,
-    fileBytes: found.reduce((sum, volume) => sum + (volume.fileBytes ?? 0), 0),
+    found: matching.slice(offset, offset + limit),
+    total: matching.length,
+    fileBytes: matching.reduce((sum, entry) => sum + (entry.fileBytes ?? 0), 0),
   };
 }
 
-async function fetchList(
+/** `member`: the list in the response. */
+async function fetchList<T extends object>(
   address: string,
+  member: "volumes" | "scenes",
   signal: AbortSignal | undefined,
-): Promise<{ volumes: VolumeEntry[]; keptAt?: Date }> {
+): Promise<T & { keptAt?: Date }> {
   let response: Response;
   try {
     response = await fetch(address, { signal: signal ?? null });
@@ -114,9 +184,9 @@ async function fetchList(
     throw new ApiError(startTexts.listStatus(response.status), retry);
   }
   try {
-    const answer = (await response.json()) as { volumes: VolumeEntry[] };
+    const answer = (await response.json()) as T & Record<typeof member, unknown>;
     const kept = response.headers.get(keptHeader);
-    if (Array.isArray(answer.volumes))
+    if (Array.isArray(answer[member]))
       return { ...answer, ...(kept && { keptAt: new Date(kept) }) };
   } catch {} // reported below
   throw new ApiError(startTexts.notAList, false);

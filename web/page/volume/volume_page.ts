@@ -218,6 +218,7 @@ export class VolumePage {
     if (!this.#info) return null;
     return {
       volume: this.#url.volume,
+      scene: this.#url.scene,
       src: this.#url.src,
       ...this.#settings.state,
       surfaces: this.#surfaces.first,

@@ -1,0 +1,168 @@
+// Scenes of a server in the page: the start list, the first picture, steps that are appended meanwhile.
+import { execFileSync } from "node:child_process";
+import { mkdirSync, mkdtempSync, renameSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { ballIsovalue, buildBall } from "../support/series.ts";
+import { program, type RunningServer, serve } from "./support/server.ts";
+import { complete, settled } from "./support/view.ts";
+
+const look = "kind=exact&shading=exact";
+let folder: string;
+let server: RunningServer;
+
+const surfaces = (colour: string) => [{ isovalue: ballIsovalue, colour }];
+const scene = {
+  format: "isosplat-scene",
+  version: 1,
+  name: "Two balls",
+  layers: [
+    { name: "left", store: "left.isosplat", surfaces: surfaces("#c8553d") },
+    { name: "right", store: "right.isosplat", surfaces: surfaces("#4f86c6") },
+  ],
+};
+
+test.beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "isosplat-served-"));
+  mkdirSync(join(folder, "balls"));
+  for (const [name, x] of [
+    ["left", 0.27],
+    ["right", 0.73],
+  ] as const) {
+    buildBall(join(folder, "balls"), name, 72, { centre: [x, 0.5, 0.5], radius: 0.2 });
+  }
+  const document = join(folder, "balls/scene.json");
+  writeFileSync(document, JSON.stringify(scene));
+  execFileSync(program, ["bundle", document, "-o", join(folder, "two.isobundle")]);
+  writeFileSync(join(folder, "broken.isobundle"), "no bundle");
+  server = await serve([folder]);
+});
+test.afterAll(async () => {
+  await server?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** The paths below /v1 that the page requests, with their ranges. */
+function requests(page: Page): string[] {
+  const found: string[] = [];
+  page.on("request", (request) => {
+    const { pathname } = new URL(request.url());
+    const range = request.headers().range;
+    if (pathname.startsWith("/v1/")) found.push(`${pathname} ${range ?? ""}`.trim());
+  });
+  return found;
+}
+
+test("the start list shows scenes before volumes, and opens one by keyboard", async ({ page }) => {
+  await page.goto(server.url);
+  await expect(page.locator("h1")).toHaveText("Scenes and volumes");
+  const scenes = page.locator(".scene-list");
+  await expect(scenes.locator(".card h2")).toHaveText(["Two balls", "broken", "Two balls"]);
+  const card = scenes.locator("a.card").first();
+  await expect(card).toContainText("2 layers");
+  await expect(card).toContainText("KB");
+  await expect(card).toContainText("balls~scene");
+  await expect(scenes.locator(".card.broken")).toContainText("broken.isobundle");
+  await card.focus();
+  await page.keyboard.press("Enter");
+  await complete(page);
+  expect(new URL(page.url()).searchParams.get("scene")).toBe("balls~scene");
+  await expect(page).toHaveTitle("Two balls · Isosplat");
+  await expect(page.locator(".layer-name")).toHaveText(["left", "right"]);
+});
+
+for (const name of ["two", "balls~scene"]) {
+  test(`the first picture of ${name} takes one request`, async ({ page }) => {
+    const made = requests(page);
+    await page.goto(`${server.url}?scene=${name}&${look}`);
+    await complete(page);
+    await settled(page);
+    const first = `/v1/scenes/${name}/bootstrap`;
+    // The preload of the page's header and the page share one response.
+    expect(made.filter((each) => each === first)).toHaveLength(1);
+    expect(made[0]).toBe(first);
+    for (const each of made.slice(1)) {
+      expect(each).toMatch(/^\/v1\/scenes\/[a-z~]+\/[0-9a-f]{16}\/file bytes=\d+-\d+$/);
+    }
+    await expect(page.getByRole("alert")).toHaveCount(0);
+  });
+}
+
+test("the list is searched, in German and on a phone", async ({ browser }) => {
+  for (let i = 0; i < 6; ++i) {
+    writeFileSync(
+      join(folder, `balls/more${i}.scene.json`),
+      JSON.stringify({ ...scene, name: `Nummer ${i}` }),
+    );
+  }
+  const context = await browser.newContext({
+    locale: "de",
+    viewport: { width: 390, height: 844 },
+  });
+  const page = await context.newPage();
+  const more = (i: number) => page.request.get(`${server.url}v1/scenes/balls~more${i}.scene`);
+  await expect.poll(async () => (await more(5)).status()).toBe(200);
+  await page.goto(server.url);
+  await expect(page.locator("h1")).toHaveText("Szenen und Volumen");
+  await page
+    .getByRole("searchbox")
+    .or(page.locator(".catalog-filter input"))
+    .first()
+    .fill("nummer 3");
+  await expect(page.locator(".scene-list a.card")).toHaveCount(1);
+  await expect(page.getByRole("status").filter({ hasText: "nummer 3" })).toHaveText(
+    "1 Szene mit „nummer 3“",
+  );
+  await expect(page.locator(".scene-list a.card")).toContainText("2 Ebenen");
+  const { scrollWidth, clientWidth } = await page.evaluate(() => ({
+    scrollWidth: document.documentElement.scrollWidth,
+    clientWidth: document.documentElement.clientWidth,
+  }));
+  expect(scrollWidth).toBeLessThanOrEqual(clientWidth);
+  await context.close();
+});
+
+test("a layer of the server is added to a scene, and stays in the link", async ({ page }) => {
+  await page.goto(`${server.url}?scene=two&${look}`);
+  await complete(page);
+  await page.getByRole("button", { name: "Add a volume" }).click();
+  await page.locator(".add-layer-volume").first().click();
+  await expect(page.locator(".layer-name")).toHaveCount(3);
+  await settled(page);
+  const { searchParams } = new URL(page.url());
+  expect(searchParams.get("scene")).toBe("two");
+  expect(searchParams.getAll("layer").join()).toContain("balls~left");
+});
+
+test("a scene that was replaced opens as it is now", async ({ page }) => {
+  const file = join(folder, "changing.isobundle");
+  const build = (layers: object[]) => {
+    writeFileSync(join(folder, "balls/part.scene.json"), JSON.stringify({ ...scene, layers }));
+    execFileSync(program, [
+      "bundle",
+      join(folder, "balls/part.scene.json"),
+      "-o",
+      `${folder}/made`,
+    ]);
+    renameSync(`${folder}/made`, file);
+  };
+  build(scene.layers);
+  const status = () => page.request.get(`${server.url}v1/scenes/changing`);
+  await expect.poll(async () => (await status()).status()).toBe(200);
+  await page.goto(`${server.url}?scene=changing&${look}`);
+  await complete(page);
+  build([...scene.layers].reverse().concat(scene.layers.slice(0, 1)));
+  await expect
+    .poll(async () => ((await (await status()).json()) as { layers: number }).layers)
+    .toBe(3);
+  await page.goto("about:blank");
+  await page.goto(`${server.url}?scene=changing&${look}`);
+  await complete(page);
+  await expect(page.locator(".layer-name")).toHaveText(["right", "left", "left"]);
+});
+
+test("a scene that does not exist is named", async ({ page }) => {
+  await page.goto(`${server.url}?scene=none`);
+  await expect(page.getByRole("alert").first()).toBeVisible();
+});
