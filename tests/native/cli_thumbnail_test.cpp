@@ -128,8 +128,7 @@ TEST_F(CliThumbnail, ReplacesAPictureThatWouldNotBeServed) {
   const Ended drawn =
       run({"render", store, "--isovalue", "60", "--size", "2050x16", "--aliased", "-o", picture});
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-  EXPECT_NE(drawn.err.find("too large for a thumbnail"), std::string::npos)
-      << drawn.err;
+  EXPECT_NE(drawn.err.find("too large for a thumbnail"), std::string::npos) << drawn.err;
   ASSERT_EQ(build().exit_code, 0);
   EXPECT_EQ(read_file(picture), good);
 }
