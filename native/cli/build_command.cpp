@@ -156,7 +156,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option("--steps", call->steps,
                       "List of the time steps of a scene: a text file with a time, a blank and a "
                       "path in each line");
-  command->add_option("--time-unit", call->time_unit, "Unit of the times of a scene, such as s");
+  command->add_option("--time-unit", call->time_unit,
+                      "Unit of the times of a scene, such as s (default: that of the file)");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
                     "Replace the output file even if it is a store of another volume, or no store");

@@ -50,6 +50,7 @@ class SceneBuild {
   Result<void> build(const SceneInput& input, const SharedValues& values);
   std::string store_name(const SceneInput& input) const;
   Scene without_surfaces() const;
+  std::array<float, 3> layer_colour(size_t layer) const;
   Result<Scene> scene() const;
   size_t steps() const { return inputs_.times.size(); }
   bool has_time() const { return steps() > 1; }
@@ -165,12 +166,22 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
 Scene SceneBuild::without_surfaces() const {
   Scene scene;
   scene.name = options_.name;
-  if (has_time()) scene.time = SceneTime{inputs_.times, options_.time_unit};
+  if (has_time()) {
+    const std::string& unit = options_.time_unit;
+    scene.time = SceneTime{inputs_.times, unit.empty() ? inputs_.time_unit : unit};
+  }
   for (const std::string& name : inputs_.layers) scene.layers.emplace_back().name = name;
   for (const SceneInput& input : inputs_.volumes) {
     scene.layers[input.layer].stores.push_back(SceneOutput::store_path(store_name(input)));
   }
   return scene;
+}
+
+/// The colour that the file states, or one of the palette.
+std::array<float, 3> SceneBuild::layer_colour(size_t layer) const {
+  if (layer < inputs_.colours.size() && inputs_.colours[layer]) return *inputs_.colours[layer];
+  const Vec3f colour = kSurfaceColours[layer % kSurfaceColours.size()];
+  return {colour.x, colour.y, colour.z};
 }
 
 /// The scene of the stores. The surface of a layer is at the first suggestion of its middle step.
@@ -184,8 +195,7 @@ Result<Scene> SceneBuild::scene() const {
     if (const auto isovalue = suggested_isovalue((*opened)->info())) {
       SceneSurface& surface = layer.surfaces.emplace_back();
       surface.isovalue = *isovalue;
-      const Vec3f colour = kSurfaceColours[input.layer % kSurfaceColours.size()];
-      if (inputs_.layers.size() > 1) surface.colour = {colour.x, colour.y, colour.z};
+      if (inputs_.layers.size() > 1) surface.colour = layer_colour(input.layer);
     }
   }
   return scene;

@@ -12,7 +12,7 @@ struct SceneBuildOptions {
   BuildOptions build;
   std::string key;        ///< all options that determine the bytes of stores, as text
   std::string name;       ///< of the scene
-  std::string time_unit;  ///< may be empty
+  std::string time_unit;  ///< empty: that of the file
   bool force = false;
 };
 

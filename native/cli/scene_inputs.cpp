@@ -63,6 +63,18 @@ std::vector<double> indices(size_t count) {
   return times;
 }
 
+/// The times that a file states of its steps: all, or none.
+void take_times(const std::vector<VolumeChoice>& steps, SceneInputs& inputs) {
+  for (const VolumeChoice& step : steps) {
+    if (!step.time) {
+      inputs.times.clear();
+      return;
+    }
+    inputs.times.push_back(*step.time);
+  }
+  inputs.time_unit = steps.front().time_unit;
+}
+
 /// The choices that a file leaves open, if it is one of channels or of time steps. Empty: it has
 /// one volume. Errors: those of open_volume; invalid_argument if there are too many to list.
 Result<std::vector<VolumeChoice>> choices_of(const fs::path& file, ImportOptions options) {
@@ -182,6 +194,7 @@ Result<SceneInputs> volumes_of_file(const fs::path& file, const ImportOptions& o
         if (inputs.layers.size() <= i) {
           const std::string& name = (*choices)[i].name;
           inputs.layers.push_back(name.empty() ? fmt::format("channel {}", i) : name);
+          inputs.colours.push_back((*choices)[i].colour);
         }
       } else {
         each.options.time_step = (*choices)[i].time_step;
@@ -190,9 +203,13 @@ Result<SceneInputs> volumes_of_file(const fs::path& file, const ImportOptions& o
       }
       open.push_back(std::move(each));
     }
+    if (!are_channels && inputs.times.empty()) take_times(*choices, inputs);
   }
   if (inputs.layers.empty()) inputs.layers = {""};
-  inputs.times = indices(steps);
+  if (inputs.times.size() != steps) {
+    inputs.times = indices(steps);
+    inputs.time_unit.clear();
+  }
   std::sort(inputs.volumes.begin(), inputs.volumes.end(),
             [](const SceneInput& a, const SceneInput& b) {
               return std::pair(a.layer, a.step) < std::pair(b.layer, b.step);

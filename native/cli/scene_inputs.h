@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,9 +19,11 @@ struct SceneInput {
 };
 
 struct SceneInputs {
-  std::vector<SceneInput> volumes;   ///< by layer, then by step
-  std::vector<std::string> layers;   ///< the name of each; empty: none
+  std::vector<SceneInput> volumes;                             ///< by layer, then by step
+  std::vector<std::string> layers;                             ///< the name of each; empty: none
+  std::vector<std::optional<std::array<float, 3>>> colours{};  ///< sRGB, of the first layers
   std::vector<double> times;         ///< of each step; a single one: no time
+  std::string time_unit{};           ///< as the file states it; may be empty
   std::vector<std::string> notes{};  ///< for the user
 };
 

@@ -168,13 +168,17 @@ TEST_F(CliSeries, AListStatesTimesAndPaths) {
 TEST_F(CliSeries, AFileWithTimeStepsBecomesAScene) {
   const std::string path = folder / "moving.nrrd";
   write_file(path, fmt::format("NRRD0004\ntype: float\ndimension: 4\nsizes: {0} {0} {0} 3\n"
-                               "kinds: space space space time\nencoding: raw\nendian: little\n\n",
+                               "kinds: space space space time\nspacings: 1 1 1 0.1\n"
+                               "axismins: 0 0 0 0.2\nunits: \"mm\" \"mm\" \"mm\" \"ps\"\n"
+                               "encoding: raw\nendian: little\n\n",
                                kEdge) +
                        distances(1) + distances(2) + distances(3));
   const Ended built = run({"build", path, "-o", output});
   ASSERT_EQ(built.exit_code, 0) << built.err;
   const Scene scene = scene_of(output);
   EXPECT_EQ(scene.layers[0].stores.size(), 3u);
+  EXPECT_EQ(scene.time->values, (std::vector<double>{0.2, 0.3, 0.4}));
+  EXPECT_EQ(scene.time->unit, "ps");
   const auto found = mappings(output);
   EXPECT_EQ(std::set(found.begin(), found.end()).size(), 1u);
   // One of them is still a store of its own.
@@ -222,7 +226,7 @@ std::string tiff_pages(const std::vector<std::string>& pages, uint32_t edge,
   return file;
 }
 
-TEST_F(CliSeries, ChannelsAreLayersWithTheirNames) {
+TEST_F(CliSeries, ChannelsAreLayersWithTheirNamesAndColours) {
   constexpr uint32_t kPixels = 16;
   std::vector<std::string> pages;
   for (int page = 0; page < 6; ++page) {  // Z, then C
@@ -236,7 +240,7 @@ TEST_F(CliSeries, ChannelsAreLayersWithTheirNames) {
   write_file(path, tiff_pages(pages, kPixels,
                               "<?xml version=\"1.0\"?><OME><Image><Pixels DimensionOrder=\"XYZCT\" "
                               "SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\"><Channel Name=\"DAPI\"/>"
-                              "<Channel Name=\"GFP\"/></Pixels></Image></OME>"));
+                              "<Channel Name=\"GFP\" Color=\"16711935\"/></Pixels></Image></OME>"));
   const std::string cells = folder / "cells.isobundle";
   const Ended built = run({"build", path, "-o", cells});
   ASSERT_EQ(built.exit_code, 0) << built.err;
@@ -248,6 +252,7 @@ TEST_F(CliSeries, ChannelsAreLayersWithTheirNames) {
   EXPECT_NE(scene.layers[0].stores, scene.layers[1].stores);
   ASSERT_EQ(scene.layers[1].surfaces.size(), 1u);
   EXPECT_NE(scene.layers[0].surfaces[0].colour, scene.layers[1].surfaces[0].colour);
+  EXPECT_EQ(scene.layers[1].surfaces[0].colour, (std::array<float, 3>{0, 1, 0}));
   const Ended one = run({"build", path, "--channel", "1", "-o", folder / "gfp.isosplat"});
   ASSERT_EQ(one.exit_code, 0) << one.err;
   const Ended neither = run({"build", path, "-o", folder / "none.isosplat"});

@@ -400,6 +400,11 @@ TEST(DicomSeries, TimePointsAreDistinguishedByAttributes) {
       }
     }
     expect_open_error(folder.path(), {"found 3 at the same position", c.name, "--time-step 2"});
+    const auto offered = test::offered_choices(folder.path());
+    ASSERT_EQ(offered.size(), 3u);
+    const bool is_time = std::string(c.name) == "trigger time";
+    EXPECT_EQ(offered[1].time, is_time ? std::optional(95.5) : std::nullopt);
+    EXPECT_EQ(offered[1].time_unit, is_time ? "ms" : "");
     for (int t = 0; t < 3; ++t) {
       auto volume = open(folder.path(), with_step(t));
       expect_field(volume, steps[t]);

@@ -40,4 +40,13 @@ inline void expect_note(const import::OpenVolume& volume, const std::string& par
                 << "\": " << ::testing::PrintToString(volume.notes);
 }
 
+/// What a file offers when its volume is not chosen.
+inline std::vector<import::VolumeChoice> offered_choices(const std::filesystem::path& path) {
+  std::vector<import::VolumeChoice> choices;
+  import::ImportOptions options;
+  options.choices = &choices;
+  EXPECT_FALSE(import::open_volume(path, options));
+  return choices;
+}
+
 }  // namespace isosplat::test

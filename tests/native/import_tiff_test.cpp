@@ -208,6 +208,29 @@ TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
   EXPECT_EQ(asked, 6);
 }
 
+TEST(TiffDescriptions, StepsHaveTheTimesOfTheDescription) {
+  const TempFolder folder;
+  const auto expect_times = [&](const std::string& description, double second,
+                                const std::string& unit) {
+    SCOPED_TRACE(description);
+    write_stack(folder / "v.tif", description);
+    const auto offered = test::offered_choices(folder / "v.tif");
+    ASSERT_EQ(offered.size(), 2u);
+    EXPECT_EQ(offered[0].time, 0.0);
+    EXPECT_EQ(offered[1].time, second);
+    EXPECT_EQ(offered[1].time_unit, unit);
+  };
+  const std::string imagej = "ImageJ=1.53t\nimages=6\nslices=3\nframes=2\nfinterval=0.5\n";
+  expect_times(imagej, 0.5, "s");
+  expect_times(imagej + "tunit=sec\n", 0.5, "s");
+  expect_times(imagej + "tunit=min\n", 0.5, "min");
+  std::string text = ome("");
+  text.replace(text.find("SizeT=\"1\""), 9, "SizeT=\"2\" TimeIncrement=\"30\"");
+  expect_times(text, 30, "s");
+  text.insert(text.find("TimeIncrement"), "TimeIncrementUnit=\"ms\" ");
+  expect_times(text, 30, "ms");
+}
+
 TEST(TiffDescriptions, TimesAndChannelsMayBeSlices) {
   const TempFolder folder;
   ImportOptions options;

@@ -88,6 +88,8 @@ struct NiftiFile {
   std::array<std::array<float, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};  ///< RAS
   bool has_rotation = false;  ///< "qform": the identity
   std::string voxels;
+  float time_distance = 0, time_offset = 0;
+  char time_units = 0;  ///< the bits of xyzt_units
 
   std::string bytes() const {
     std::string h(352, '\0');
@@ -104,11 +106,12 @@ struct NiftiFile {
       for (size_t row = 0; row < 3; ++row) squared += rows[row][axis] * rows[row][axis];
       put(h, 80 + 4 * axis, std::sqrt(squared));
     }
-    put(h, 92, 1.0f);
     put(h, 108, 352.0f);
     put(h, 112, slope);
     put(h, 116, intercept);
-    h[123] = 2;  // millimetres
+    h[123] = static_cast<char>(2 | time_units);  // millimetres
+    put(h, 92, time_distance);
+    put(h, 136, time_offset);
     put(h, 252, static_cast<int16_t>(has_rotation));
     put(h, 254, int16_t{1});  // sform: scanner coordinates
     for (size_t row = 0; row < 3; ++row) {

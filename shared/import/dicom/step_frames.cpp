@@ -60,7 +60,7 @@ Result<std::vector<uint32_t>> frames_of_step(const OrderInput& in,
         in.name_of(nth_of_shared_position(positions, 1))));
   }
   const size_t count = steps.frames.size();
-  const auto step = chosen_step(in, count, steps.distinguished_by);
+  const auto step = chosen_step(in, count, steps.distinguished_by, steps.times);
   if (!step) return tl::unexpected(step.error());
   std::vector<uint32_t>& frames = steps.frames[*step];
   in.notes.push_back(fmt::format("this is volume {} of 0 to {}, distinguished by {}", *step,
@@ -81,10 +81,10 @@ Result<std::vector<uint32_t>> frames_of_step(const OrderInput& in,
   return std::move(frames);
 }
 
-Result<size_t> chosen_step(const OrderInput& in, size_t count,
-                           const std::string& distinguished_by) {
+Result<size_t> chosen_step(const OrderInput& in, size_t count, const std::string& distinguished_by,
+                           const TimeAxis& times) {
   if (count > 1 && !in.options.time_step) {
-    offer_steps(in.options, count);
+    offer_steps(in.options, count, times);
     return fail(
         Status::invalid_argument,
         fmt::format("{}: expected one volume, found {} at the same position, distinguished by "

@@ -6,6 +6,7 @@
 
 #include "shared/import/dicom/frame_positions.h"
 #include "shared/import/dicom/order_input.h"
+#include "shared/import/volume/time_axis.h"
 
 // Selects one of the volumes (times, echoes, …) that a stack has at the same positions.
 namespace isosplat::import::dicom {
@@ -19,6 +20,7 @@ Result<std::vector<uint32_t>> frames_of_step(const OrderInput& in,
                                              bool may_lack);
 
 /// Selects one of several volumes by the options. Errors: invalid_argument.
-Result<size_t> chosen_step(const OrderInput& in, size_t count, const std::string& distinguished_by);
+Result<size_t> chosen_step(const OrderInput& in, size_t count, const std::string& distinguished_by,
+                           const TimeAxis& times = {});
 
 }  // namespace isosplat::import::dicom

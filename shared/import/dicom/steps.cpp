@@ -102,10 +102,15 @@ class StepFinder {
     }
     if (groups.size() != max_) return {};
     Steps steps;
+    std::vector<double> times;
     for (auto& [key, frames] : groups) {
       if (2 * frames.size() < positions_.size()) return {};  // a few extra frames are not a volume
       steps.frames.push_back(std::move(frames));
+      times.push_back(key[0]);
     }
+    // Trigger Time (0018,1060) and Frame Reference Time (0054,1300) are in milliseconds.
+    const bool are_times = by[0].key == Key::trigger_time || by[0].key == Key::reference_time;
+    if (by.size() == 1 && are_times) steps.times = TimeAxis::of(std::move(times), "ms");
     steps.distinguished_by = by[0].name;
     if (by.size() > 1) steps.distinguished_by += " and " + std::string(by[1].name);
     return steps;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "shared/import/dicom/frames.h"
+#include "shared/import/volume/time_axis.h"
 
 // Separates several frames at each position (times, echoes, gradients, …) by the attributes (keys)
 // of the frames.
@@ -12,6 +13,7 @@ using Positions = std::vector<std::vector<uint32_t>>;
 struct Steps {
   std::vector<std::vector<uint32_t>> frames;  ///< of each step, in the order of positions
   std::string distinguished_by;               ///< "trigger time", for messages
+  TimeAxis times;                             ///< if that is a time since the same event
 };
 
 /// Divides frames into steps that have each position at most once. First it tries whole groups of

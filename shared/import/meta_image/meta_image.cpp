@@ -98,6 +98,15 @@ std::optional<VoxelType> type_of(const std::string& name) {
   return found->second;
 }
 
+/// The times of the fourth axis, whose unit MetaImage does not know.
+TimeAxis times_of(const MetaHeader& header, const std::vector<int64_t>& sizes) {
+  const auto spacing = numbers_in(header.field({"ElementSpacing", "ElementSize"}));
+  if (sizes.size() != 4 || !spacing || spacing->size() != 4) return {};
+  const auto offset = numbers_in(header.field({"Offset", "Position", "Origin"}));
+  const double first = offset && offset->size() == 4 ? (*offset)[3] : 0;
+  return TimeAxis::regular(first, (*spacing)[3], sizes[3], "");
+}
+
 /// The geometry: world = Offset + Σ index · spacing · row of TransformMatrix, in LPS.
 Result<HeaderGeometry> geometry_of(const std::filesystem::path& path, const MetaHeader& header,
                                    size_t dimension, std::vector<std::string>& notes) {
@@ -323,7 +332,7 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   if (!sizes) return tl::unexpected(sizes.error());
   const auto type = voxel_type_of(path, *header);
   if (!type) return tl::unexpected(type.error());
-  const auto step = choose_time_step(path, *sizes, options);
+  const auto step = choose_time_step(path, *sizes, options, times_of(*header, *sizes));
   if (!step) return tl::unexpected(step.error());
   if (sizes->size() > 4) {
     return fail(Status::unsupported_format,

@@ -18,7 +18,7 @@
 // pixdim        76   8 × f32  104  8 × f64  xyzt_units             123  u8        500  i32
 // vox_offset    108  f32      168  i64      magic                  344  4 bytes   4    8 bytes
 // scl_slope     112  f32      176  f64
-// scl_inter     116  f32      184  f64
+// scl_inter     116  f32      184  f64      toffset                136  f32       216  f64
 namespace isosplat::import {
 namespace {
 
@@ -156,6 +156,7 @@ Result<NiftiHeader> parse_nifti1(const std::filesystem::path& path,
   h.slope = static_cast<double>(f.get<float>(112));
   h.intercept = static_cast<double>(f.get<float>(116));
   h.units = f.get<uint8_t>(123);
+  h.time_offset = static_cast<double>(f.get<float>(136));
   h.qform_code = f.get<int16_t>(252);
   h.sform_code = f.get<int16_t>(254);
   f.doubles<float>(256, h.quaternion);
@@ -191,6 +192,7 @@ Result<NiftiHeader> parse_nifti2(const std::filesystem::path& path,
   h.voxel_offset = static_cast<double>(f.get<int64_t>(168));
   h.slope = f.get<double>(176);
   h.intercept = f.get<double>(184);
+  h.time_offset = f.get<double>(216);
   h.qform_code = f.get<int32_t>(344);
   h.sform_code = f.get<int32_t>(348);
   f.doubles<double>(352, h.quaternion);
@@ -255,6 +257,23 @@ std::optional<VoxelType> nifti_type(int16_t code) {
       return VoxelType::u64;
     default:
       return std::nullopt;
+  }
+}
+
+TimeAxis nifti_times(const NiftiHeader& header) {
+  if (header.sizes.size() < 4) return {};
+  const auto times = [&](const char* unit) {
+    return TimeAxis::regular(header.time_offset, header.pixdim[4], header.sizes[3], unit);
+  };
+  switch (header.units & 0x38) {
+    case 8:
+      return times("s");
+    case 16:
+      return times("ms");
+    case 24:
+      return times("µs");
+    default:
+      return {};
   }
 }
 

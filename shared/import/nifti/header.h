@@ -11,6 +11,7 @@
 
 #include "shared/core/base/status.h"
 #include "shared/import/geometry/orientation.h"
+#include "shared/import/volume/time_axis.h"
 #include "shared/import/voxels/stored_voxels.h"
 
 namespace isosplat::import {
@@ -31,6 +32,7 @@ struct NiftiHeader {
   std::array<double, 3> qoffset{};
   std::array<double, 12> srow{};  ///< row by row
   int32_t units = 0;              ///< xyzt_units
+  double time_offset = 0;         ///< toffset
 };
 
 /// Size of a NIfTI-2 header in bytes; a NIfTI-1 header has 348.
@@ -46,6 +48,11 @@ tl::unexpected<Error> malformed_nifti(const std::filesystem::path& path, const s
 
 /// The voxel type of a data type code. Nothing for types that are not scalar or not supported.
 std::optional<VoxelType> nifti_type(int16_t code);
+
+/// The times of the steps along the fourth axis: from toffset on, at distances of pixdim[4].
+/// Without a unit of times in xyzt_units, programs leave 1 there, or the number of something else:
+/// then the header states nothing.
+TimeAxis nifti_times(const NiftiHeader& header);
 
 /// The geometry in LPS and millimetres: from the sform, else from the qform, else from the spacings
 /// alone. Adds a note for each assumption. Errors: malformed_volume.

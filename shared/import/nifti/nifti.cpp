@@ -37,8 +37,9 @@ Result<std::unique_ptr<ByteReader>> open_bytes(const std::filesystem::path& path
 }
 
 /// Checks the sizes: three spatial axes, optionally a time axis.
-Result<uint64_t> check_sizes(const std::filesystem::path& path, std::vector<int64_t>& sizes,
-                             const ImportOptions& options, std::vector<std::string>& notes) {
+Result<uint64_t> check_sizes(const std::filesystem::path& path, const NiftiHeader& header,
+                             std::vector<int64_t>& sizes, const ImportOptions& options,
+                             std::vector<std::string>& notes) {
   for (size_t i = 0; i < sizes.size(); ++i) {
     if (sizes[i] == 0 && i > 2) {
       notes.push_back(fmt::format("the header's size of dimension {} is 0: 1 is assumed", i + 1));
@@ -51,7 +52,7 @@ Result<uint64_t> check_sizes(const std::filesystem::path& path, std::vector<int6
                             path.string(), sizes[i], i + 1));
   }
   if (sizes.size() > 4 && sizes[4] > 1) return not_scalar(path, static_cast<int>(sizes[4]));
-  return choose_time_step(path, sizes, options);
+  return choose_time_step(path, sizes, options, nifti_times(header));
 }
 
 /// Reads the header at the beginning of `bytes`.
@@ -127,7 +128,7 @@ Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options
   if (!type) return tl::unexpected(type.error());
   std::vector<std::string> notes;
   std::vector<int64_t> sizes = header->sizes;
-  const auto step = check_sizes(path, sizes, options, notes);
+  const auto step = check_sizes(path, *header, sizes, options, notes);
   if (!step) return tl::unexpected(step.error());
   if (header->bits != 0 && static_cast<size_t>(header->bits) != 8 * voxel_bytes(*type)) {
     return malformed_nifti(path,

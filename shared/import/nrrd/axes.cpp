@@ -206,7 +206,10 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
   result.voxels = {(*axes)[spatial[0]].size, (*axes)[spatial[1]].size, (*axes)[spatial[2]].size};
   if (!others->empty()) {
     const size_t other = others->front();
-    result.steps = (*axes)[other].size;
+    const NrrdAxis& axis = (*axes)[other];
+    result.steps = axis.size;
+    const double first = std::isfinite(axis.min) ? axis.min : 0;
+    result.times = TimeAxis::regular(first, axis.spacing, axis.size, axis.unit);
     result.step_axis = static_cast<size_t>(
         std::count_if(spatial.begin(), spatial.end(), [&](size_t i) { return i < other; }));
   }

@@ -7,6 +7,7 @@
 
 #include "shared/import/geometry/orientation.h"
 #include "shared/import/nrrd/header.h"
+#include "shared/import/volume/time_axis.h"
 
 namespace isosplat::import {
 
@@ -17,6 +18,7 @@ struct NrrdAxes {
   HeaderGeometry geometry;  ///< in LPS and millimetres
   size_t step_axis = 3;     ///< position of the other axis among the four; 3 if there is none
   int64_t steps = 1;        ///< number of samples of the other axis
+  TimeAxis times;           ///< of these
   std::vector<std::string> notes;
 };
 

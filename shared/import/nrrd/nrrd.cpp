@@ -187,7 +187,7 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   auto axes = read_nrrd_axes(path, *header);
   if (!axes) return tl::unexpected(axes.error());
   note_unused_fields(*header, axes->notes);
-  const auto step = choose_step(path, axes->steps, options);
+  const auto step = choose_step(path, axes->steps, options, axes->times);
   if (!step) return tl::unexpected(step.error());
   auto coding = coding_of(path, *header);
   if (!coding) return tl::unexpected(coding.error());

@@ -77,7 +77,7 @@ Result<size_t> choose_series(const std::filesystem::path& path,
 
 std::string names_of(const TiffSeries& series) {
   std::string text;
-  for (const std::string& name : series.channel_names) {
+  for (const auto& [name, colour] : series.channels) {
     if (name.empty()) return {};
     text += (text.empty() ? "" : ", ") + name;
     if (text.size() > 200) return {};
@@ -112,7 +112,7 @@ Result<TiffAxis> choose_frames(const std::filesystem::path& path, const TiffSeri
   }
   if (channels > 1 && times > 1) {
     if (options.channel.has_value() == options.time_step.has_value()) {
-      if (!options.channel) offer_channels(options, channels, series.channel_names);
+      if (!options.channel) offer_channels(options, channels, series.channels);
       return fail(Status::invalid_argument,
                   fmt::format("{}: expected slices, found {} channels at {} times: choose a "
                               "--channel to read its times as slices, or a --time-step to read its "
@@ -173,7 +173,7 @@ Result<TiffVolume> choose_tiff_volume(const std::filesystem::path& path,
   if (volume.slices != TiffAxis::channel) {
     const auto channel = options.channel;
     if (channels > 1 && !channel) {
-      offer_channels(options, channels, chosen.channel_names);
+      offer_channels(options, channels, chosen.channels);
       return fail(Status::unsupported_type,
                   fmt::format("{}: expected one number per voxel, found {} channels{}: choose one "
                               "with --channel 0 to --channel {}",
@@ -188,7 +188,9 @@ Result<TiffVolume> choose_tiff_volume(const std::filesystem::path& path,
         static_cast<uint64_t>(channel.value_or(0));
   }
   if (volume.slices != TiffAxis::time) {
-    const auto step = choose_step(path, static_cast<int64_t>(times), options);
+    const auto count = static_cast<int64_t>(times);
+    const auto step = choose_step(
+        path, count, options, TimeAxis::regular(0, chosen.time_distance, count, chosen.time_unit));
     if (!step) return tl::unexpected(step.error());
     volume.fixed[static_cast<size_t>(TiffAxis::time)] = *step;
   }
@@ -218,10 +220,11 @@ std::vector<VolumeChoice> tiff_choices(const std::vector<TiffSeries>& series) {
         }
         if (channels > 1) {
           choice.channel = static_cast<int64_t>(channel);
-          const auto& names = series[i].channel_names;
+          const auto& described = series[i].channels;
           const auto at = static_cast<size_t>(channel);
-          add(at < names.size() && !names[at].empty() ? names[at]
-                                                      : fmt::format("channel {}", channel));
+          add(at < described.size() && !described[at].name.empty()
+                  ? described[at].name
+                  : fmt::format("channel {}", channel));
         }
         if (times > 1) {
           choice.time_step = static_cast<int64_t>(time);

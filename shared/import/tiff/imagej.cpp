@@ -71,6 +71,14 @@ void read_lengths(std::string_view text, const TiffPage& first, TiffSeries& seri
       unit));
 }
 
+/// ImageJ's interval between frames. Its unit is the second, which it calls "sec", unless the
+/// description names another one.
+void read_times(std::string_view text, TiffSeries& series) {
+  series.time_distance = number_in(line_value(text, "finterval").value_or("")).value_or(0);
+  const std::string_view unit = line_value(text, "tunit").value_or("sec");
+  series.time_unit = unit == "sec" ? "s" : unit;
+}
+
 /// SCIFIO's axes beyond x and y, in the order of the pages. Errors: unsupported_format for an axis
 /// that is neither z, channels nor time.
 Result<void> read_scifio_order(const std::filesystem::path& path, std::string_view text,
@@ -142,6 +150,7 @@ TiffSeriesList imagej_series(const std::filesystem::path& path, const TiffPages&
   // ImageJ writes stacks of more than 4 GB as one page, followed by the voxels of the others.
   series.follow = pages.offsets.size() == 1 && series.pages > 1 && !pages.ends_early;
   read_lengths(text, first, series);
+  read_times(text, series);
   if (auto fine = read_calibration(path, text, series); !fine) return tl::unexpected(fine.error());
   if (text.starts_with("SCIFIO=")) {
     if (auto fine = read_scifio_order(path, text, series); !fine) {

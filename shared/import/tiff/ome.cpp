@@ -18,6 +18,16 @@ constexpr size_t kMaxBlocks = size_t{1} << 20, kMaxImages = 10000;
 constexpr uint64_t kMaxPlanes = uint64_t{1} << 24;
 constexpr size_t kMaxText = size_t{64} << 20;
 
+/// The colour of a channel: its bytes are red, green, blue and alpha, as a signed number.
+std::optional<std::array<float, 3>> colour_of(const XmlTag& channel) {
+  const auto text = channel.attribute("Color");
+  const auto number = text ? whole_number(trimmed(*text)) : std::nullopt;
+  if (!number || *number < INT32_MIN || *number > UINT32_MAX) return std::nullopt;
+  const auto rgba = static_cast<uint32_t>(*number);
+  const auto part = [&](int shift) { return static_cast<float>(rgba >> shift & 255) / 255; };
+  return std::array{part(24), part(16), part(8)};
+}
+
 /// Parses one text. Each function takes a tag.
 class OmeParser {
  public:
@@ -99,6 +109,9 @@ class OmeParser {
       if (length && *length > 0 && std::isfinite(*length)) image_.lengths[axis] = *length;
       image_.units[axis] = tag.attribute(std::string(sizes[axis]) + "Unit").value_or("um");
     }
+    image_.time_distance =
+        number_in(trimmed(tag.attribute("TimeIncrement").value_or(""))).value_or(0);
+    image_.time_unit = tag.attribute("TimeIncrementUnit").value_or("s");
     return {};
   }
 
@@ -109,8 +122,8 @@ class OmeParser {
                                                   ? static_cast<uint64_t>(*samples)
                                                   : 1);
       samples_++;
-      if (image_.channel_names.size() < 1000) {
-        image_.channel_names.push_back(tag.attribute("Name").value_or(""));
+      if (image_.channels.size() < 1000) {
+        image_.channels.push_back({tag.attribute("Name").value_or(""), colour_of(tag)});
       }
     } else if (tag.name == "TiffData" && tag.begins) {
       if (++blocks_ > kMaxBlocks) return malformed("up to a million TiffData");

@@ -10,6 +10,7 @@
 #include "shared/core/base/status.h"
 #include "shared/import/tiff/file.h"
 #include "shared/import/tiff/pages.h"
+#include "shared/import/volume/volume_choices.h"
 
 // The order of a TIFF file's pages, from its metadata.
 namespace isosplat::import {
@@ -33,7 +34,9 @@ struct TiffSeries {
   /// The axes in the order of the pages: the first one changes with each page, the last one is
   /// slowest.
   std::array<TiffAxis, 3> order{TiffAxis::channel, TiffAxis::z, TiffAxis::time};
-  std::vector<std::string> channel_names;
+  std::vector<ChannelDescription> channels;
+  double time_distance = 0;  ///< between steps; 0: not stated
+  std::string time_unit;
   std::optional<TiffAxis> in_samples;  ///< the axis of the samples of each pixel; mostly channels
   bool depth_is_z = false;             ///< the slices are those of pages with a depth
   /// The axis of time has no name, and may be another one. If it has this size, the axis of z may

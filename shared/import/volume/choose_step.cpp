@@ -7,7 +7,8 @@
 namespace isosplat::import {
 
 Result<uint64_t> choose_time_step(const std::filesystem::path& path,
-                                  const std::vector<int64_t>& sizes, const ImportOptions& options) {
+                                  const std::vector<int64_t>& sizes, const ImportOptions& options,
+                                  const TimeAxis& times) {
   size_t axes = sizes.size();
   while (axes > 3 && sizes[axes - 1] == 1) --axes;
   if (axes < 3) {
@@ -22,13 +23,13 @@ Result<uint64_t> choose_time_step(const std::filesystem::path& path,
                             "as a separate file",
                             path.string(), axes));
   }
-  return choose_step(path, axes == 4 ? sizes[3] : 1, options);
+  return choose_step(path, axes == 4 ? sizes[3] : 1, options, times);
 }
 
 Result<uint64_t> choose_step(const std::filesystem::path& path, int64_t steps,
-                             const ImportOptions& options) {
+                             const ImportOptions& options, const TimeAxis& times) {
   if (steps > 1 && !options.time_step) {
-    offer_steps(options, static_cast<uint64_t>(steps));
+    offer_steps(options, static_cast<uint64_t>(steps), times);
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected one volume, found {} time steps: choose one with "
                             "--time-step 0 to --time-step {}",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,7 +19,10 @@ struct VolumeChoice {
       {};  ///< its name in the file, and sizes, without words of Isosplat. May be empty
   std::string dataset = {}, series = {}, segment = {};
   std::optional<int64_t> channel = {}, time_step = {};
-  std::optional<Allowance> allowance = {};  ///< not another volume, but a fault to accept
+  std::optional<double> time = {};                  ///< of the time step, if the file states it
+  std::string time_unit = {};                       ///< may be empty
+  std::optional<std::array<float, 3>> colour = {};  ///< of the channel, sRGB, if the file states it
+  std::optional<Allowance> allowance = {};          ///< not another volume, but a fault to accept
 };
 
 /// Options that complete or override the file's header.

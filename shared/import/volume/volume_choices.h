@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "shared/import/volume/import_options.h"
+#include "shared/import/volume/time_axis.h"
 
 namespace isosplat::import {
 
@@ -15,11 +18,17 @@ inline constexpr size_t kMaxOffered = 10000;
 void offer(const ImportOptions& options, std::vector<VolumeChoice> volumes);
 
 /// Offers time steps 0 to count − 1.
-void offer_steps(const ImportOptions& options, uint64_t count);
+void offer_steps(const ImportOptions& options, uint64_t count, const TimeAxis& times = {});
 
-/// Offers channels 0 to count − 1. `names`: names of the first channels.
+/// A channel as its file describes it.
+struct ChannelDescription {
+  std::string name;                            ///< may be empty
+  std::optional<std::array<float, 3>> colour;  ///< sRGB, 0 … 1
+};
+
+/// Offers channels 0 to count − 1. `described`: the first channels.
 void offer_channels(const ImportOptions& options, uint64_t count,
-                    const std::vector<std::string>& names = {});
+                    const std::vector<ChannelDescription>& described = {});
 
 /// Offers the allowance whose flag an error's message recommends, if there is one and no other
 /// choice is offered.
