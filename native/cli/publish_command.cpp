@@ -33,9 +33,9 @@ int run(const PublishCall& call) {
     std::error_code error;
     if (!std::filesystem::exists(store, error)) {
       return report(
-          {Status::io_error, fmt::format("{}: expected a store or a folder of stores, found "
-                                         "nothing: check the path, or build a store with isosplat "
-                                         "build",
+          {Status::io_error, fmt::format("{}: expected a store, a scene or a folder of them, "
+                                         "found nothing: check the path, or build a store with "
+                                         "isosplat build",
                                          store.string())});
     }
   }
@@ -47,35 +47,51 @@ int run(const PublishCall& call) {
   const auto site = publish_site(options);
   line.clear();
   if (!site) return report(site.error());
-  for (const SiteVolume& volume : site->volumes) {
-    fmt::print("{}: {}{}\n", volume.name, volume.file, volume.is_new ? "" : " (unchanged)");
+  size_t volumes = 0, scenes = 0;
+  for (const SiteFile& file : site->files) {
+    ++(file.kind == server::ServedKind::volume ? volumes : scenes);
+    fmt::print("{}: {}{}\n", file.name, file.file, file.is_new ? "" : " (unchanged)");
   }
   for (const std::filesystem::path& path : site->pruned) {
     fmt::print("removed {}\n", path.string());
   }
-  fmt::print("{}: a site of {} volume{}: copy it to any web host that supports range requests\n",
-             call.to, site->volumes.size(), site->volumes.size() == 1 ? "" : "s");
+  const auto counted = [](size_t count, std::string_view word) {
+    return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
+  };
+  std::string listed = counted(volumes, "volume");
+  if (scenes > 0) {
+    listed = volumes > 0 ? counted(scenes, "scene") + " and " + listed : counted(scenes, "scene");
+  }
+  fmt::print("{}: a site of {}: copy it to any web host that supports range requests\n", call.to,
+             listed);
   return kSuccess;
 }
 
 }  // namespace
 
 void add_publish_command(CLI::App& program, int& exit_code) {
-  CLI::App* command =
-      program.add_subcommand("publish", "Write a static web site: the page, a catalog, and stores");
+  CLI::App* command = program.add_subcommand(
+      "publish", "Write a static web site: the page, a catalog, stores and scenes");
   auto call = std::make_shared<PublishCall>();
-  command->add_option("stores", call->stores, "Store files, and folders with *.isosplat files")
+  command
+      ->add_option(
+          "stores", call->stores,
+          "Stores (*.isosplat), scenes (*.isobundle, scene.json, *.scene.json), and folders "
+          "with such files")
       ->required();
   command->add_option("--to", call->to, "Folder of the site, which is created if it does not exist")
       ->required();
   command->add_option("--web-root", call->web_root,
                       "Folder with the page (default: the page built with this program)");
-  command->add_flag("--prune", call->prune, "Remove stores and assets that the site does not use");
+  command->add_flag("--prune", call->prune,
+                    "Remove stores, scenes and assets that the site does not use");
   command->add_flag("--force", call->force,
                     "Write into the folder even if it contains other files than a site");
   command->footer(examples(
       "  isosplat publish engine.isosplat head.isosplat --to site\n"
       "  isosplat publish stores/ --to site --prune\n"
+      "  isosplat publish run.isobundle --to site\n"
+      "A scene is published as one file, a bundle. Stores that a scene.json names are in it.\n"
       "Any web host that supports range requests can serve the site: nginx, Caddy, or a bucket.\n"
       "The host needs no program of Isosplat. Everyone who can reach the host can read all "
       "volumes.\n"

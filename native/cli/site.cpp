@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "native/cli/outputs.h"
+#include "native/cli/site_source.h"
 #include "native/files/output_file.h"
 #include "server/catalog/catalog.h"
+#include "server/catalog/scene_json.h"
 #include "server/catalog/thumbnail.h"
 #include "server/catalog/volume_json.h"
 #include "server/http/conditions.h"
@@ -116,46 +118,12 @@ Result<std::string> site_index(const fs::path& path) {
   return html;
 }
 
-/// Copies the store in the state in which it was opened.
-Result<void> copy_store(const StoreFile& store, const fs::path& to,
-                        const std::function<void(uint64_t bytes)>& copied) {
-  constexpr uint64_t kPiece = uint64_t{1} << 20;
-  auto file = OutputFile::create(to);
-  if (!file) return tl::unexpected(file.error());
-  std::vector<std::byte> piece;
-  const uint64_t size = store.info().file_bytes;
-  for (uint64_t offset = 0; offset < size; offset += piece.size()) {
-    piece.resize(std::min(kPiece, size - offset));
-    if (auto read = store.read(offset, piece); !read) return read;
-    if (auto written = file->write(offset, piece); !written) return written;
-    copied(piece.size());
-  }
-  if (auto unchanged = store.check_unchanged(); !unchanged) return unchanged;
-  return file->publish();
-}
-
 /// The file name of a picture. Different pictures of a store have different names.
 std::string picture_file(const std::string& store, std::span<const std::byte> picture) {
   const std::string etag =
       server::etag_for({reinterpret_cast<const char*>(picture.data()), picture.size()});
   const std::string_view hash = std::string_view(etag).substr(1, etag.size() - 2);
   return fmt::format("{}-{}.png", store.substr(0, store.rfind('.')), hash);
-}
-
-/// Copies the pictures that `listed` names. Removes the name of a picture that was removed or
-/// replaced meanwhile.
-Result<void> copy_thumbnails(const Site& site, std::span<server::PublishedVolume> listed,
-                             const fs::path& to) {
-  for (size_t i = 0; i < listed.size(); ++i) {
-    if (listed[i].thumbnail.empty()) continue;
-    const auto picture = server::read_thumbnail(site.volumes[i].path, listed[i].content);
-    if (!picture || picture_file(listed[i].file, *picture) != listed[i].thumbnail) {
-      listed[i].thumbnail.clear();
-    } else if (auto written = write_whole_file(to / listed[i].thumbnail, *picture); !written) {
-      return written;
-    }
-  }
-  return {};
 }
 
 /// Whether a path is the site's folder, or below it.
@@ -168,12 +136,12 @@ bool is_within(const fs::path& path, const fs::path& site) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-bool has_content(const fs::path& path, const std::string& content) {
-  const auto store = StoreFile::open(path);
-  return store && (*store)->content() == content;
+bool has_content(server::ServedKind kind, const fs::path& path, const std::string& content) {
+  const auto source = SiteSource::open(kind, path);
+  return source && source->content() == content;
 }
 
-/// Removes stores and assets that the site does not use. `kept`: relative paths.
+/// Removes stores, bundles and assets that the site does not use. `kept`: relative paths.
 Result<std::vector<fs::path>> prune(const fs::path& site, const std::set<fs::path>& kept,
                                     std::span<const fs::path> inputs) {
   std::vector<fs::path> unused;
@@ -199,6 +167,127 @@ Result<std::vector<fs::path>> prune(const fs::path& site, const std::set<fs::pat
   return unused;
 }
 
+/// A file to publish, and its description in the catalog.
+struct Item {
+  SiteFile file;
+  uint64_t bytes = 0;
+  StoreInfo info;             ///< of a volume
+  server::SceneFacts facts;   ///< of a scene
+  std::set<fs::path> stores;  ///< of a scene document
+};
+
+/// Opens a store or a scene, and compares it with the file that the site has.
+Result<Item> item_of(const server::CatalogEntry& entry, const fs::path& site) {
+  const auto source = SiteSource::open(entry.kind, entry.path);
+  if (!source) return tl::unexpected(source.error());
+  Item item;
+  item.stores = source->stores();
+  if (const StoreFile* store = source->store()) item.info = store->info();
+  item.facts = source->facts();
+  item.bytes = source->bytes();
+  SiteFile& file = item.file;
+  file.kind = entry.kind;
+  file.name = entry.name;
+  file.path = entry.path;
+  file.content = source->content();
+  file.file = fmt::format("stores/{}-{}{}", file.name, file.content,
+                          source->store() ? server::kStoreExtension : server::kBundleExtension);
+  file.is_new = !has_content(file.kind, site / file.file, file.content);
+  if (const auto picture = server::read_thumbnail(file.path, file.content)) {
+    file.thumbnail = picture_file(file.file, *picture);
+  }
+  return item;
+}
+
+/// All files to publish: volumes, then scenes.
+Result<std::vector<Item>> items_of(const SiteOptions& options) {
+  std::string folder_error;
+  server::Catalog catalog(options.stores, [&](std::string_view line) {
+    if (line.starts_with("folder ")) folder_error = line;
+  });
+  catalog.scan();
+  if (!folder_error.empty()) return fail(Status::io_error, folder_error);
+  // The site may be inside a folder that is published. Its own files are published only if they are
+  // named.
+  const bool are_named = std::ranges::any_of(
+      options.stores, [&](const fs::path& source) { return is_within(source, options.to); });
+  std::vector<Item> items;
+  std::set<fs::path> in_scenes;
+  for (const auto kind : {server::ServedKind::scene, server::ServedKind::volume}) {
+    const auto entries = catalog.snapshot(kind);
+    for (const auto& [name, entry] : *entries) {
+      if (!are_named && is_within(entry->folder, options.to)) continue;
+      const bool is_named = std::ranges::find(options.stores, entry->path) != options.stores.end();
+      if (!is_named && in_scenes.contains(entry->path.lexically_normal())) continue;
+      auto item = item_of(*entry, options.to);
+      if (!item) return tl::unexpected(item.error());
+      in_scenes.insert(item->stores.begin(), item->stores.end());
+      items.push_back(std::move(*item));
+    }
+  }
+  if (items.empty()) {
+    return fail(Status::invalid_argument,
+                "expected at least one store or scene, found none: isosplat build makes them");
+  }
+  std::ranges::stable_partition(
+      items, [](const Item& item) { return item.file.kind == server::ServedKind::volume; });
+  return items;
+}
+
+/// Copies pictures. Removes the name of one that was removed or replaced meanwhile.
+Result<void> copy_thumbnails(std::span<Item> items, const fs::path& to) {
+  for (Item& item : items) {
+    SiteFile& file = item.file;
+    if (file.thumbnail.empty()) continue;
+    const auto picture = server::read_thumbnail(file.path, file.content);
+    if (!picture || picture_file(file.file, *picture) != file.thumbnail) {
+      file.thumbnail.clear();
+    } else if (auto written = write_whole_file(to / file.thumbnail, *picture); !written) {
+      return written;
+    }
+  }
+  return {};
+}
+
+/// Copies new stores and scenes. Opens each of them again, since there may be more than a program
+/// may open at a time.
+Result<void> copy_files(std::span<const Item> items, const SiteOptions& options) {
+  uint64_t all = 0, done = 0;
+  for (const Item& item : items) all += item.file.is_new ? item.bytes : 0;
+  for (const auto& [file, bytes, info, facts, stores] : items) {
+    if (!file.is_new) continue;
+    const auto source = SiteSource::open(file.kind, file.path);
+    if (!source) return tl::unexpected(source.error());
+    if (source->content() != file.content) {
+      return fail(Status::io_error, fmt::format("{}: was replaced while the site was written: "
+                                                "publish it again",
+                                                file.path.string()));
+    }
+    auto copied = source->copy(options.to / file.file, [&](uint64_t more) {
+      done += more;
+      if (options.progress) options.progress(done, all);
+    });
+    if (!copied) return copied;
+  }
+  return {};
+}
+
+std::string catalog_json(std::span<const Item> items) {
+  std::vector<std::string> volumes, scenes;
+  for (const auto& [file, bytes, info, facts, stores] : items) {
+    if (file.kind == server::ServedKind::volume) {
+      volumes.push_back(server::published_volume_json(
+          {file.name, file.content, file.file, info, file.thumbnail}));
+    } else {
+      scenes.push_back(server::published_scene_json(file.name, file.file, facts, file.thumbnail));
+    }
+  }
+  const std::string listed =
+      scenes.empty() ? std::string() : fmt::format(",\"scenes\":[{}]", fmt::join(scenes, ","));
+  return fmt::format("{}1\",\"volumes\":[{}]{}}}\n", kCatalogBeginning, fmt::join(volumes, ","),
+                     listed);
+}
+
 }  // namespace
 
 Result<Site> publish_site(const SiteOptions& options) {
@@ -210,57 +299,25 @@ Result<Site> publish_site(const SiteOptions& options) {
   const auto index = site_index(page->back().source);
   if (!index) return tl::unexpected(index.error());
 
-  std::string folder_error;
-  server::Catalog catalog(options.stores, [&](std::string_view line) {
-    if (line.starts_with("folder ")) folder_error = line;
-  });
-  catalog.scan();
-  if (!folder_error.empty()) return fail(Status::io_error, folder_error);
-  const auto entries = catalog.snapshot();
-  Site site;
-  std::vector<server::PublishedVolume> listed;
-  std::vector<fs::path> inputs;
+  auto items = items_of(options);
+  if (!items) return tl::unexpected(items.error());
+  std::vector<fs::path> inputs, outputs{kCatalogFile};
   std::set<fs::path> kept;
   for (const PageFile& file : *page) {
     inputs.push_back(file.source);
+    outputs.push_back(file.relative);
     kept.insert(file.relative);
   }
-  uint64_t all_bytes = 0;
-  // The site may be inside a folder that is published. Its own stores are published only if they
-  // are named.
-  const bool are_named = std::ranges::any_of(
-      options.stores, [&](const fs::path& source) { return is_within(source, options.to); });
-  for (const auto& [name, entry] : *entries) {
-    if (!are_named && is_within(entry->folder, options.to)) continue;
-    const auto store = StoreFile::open(entry->path);
-    if (!store) return tl::unexpected(store.error());
-    const std::string& content = (*store)->content();
-    const std::string file = fmt::format("stores/{}-{}.isosplat", name, content);
-    const bool is_new = !has_content(options.to / file, content);
-    site.volumes.push_back({name, entry->path, file, is_new});
-    listed.push_back({name, content, file, (*store)->info()});
-    if (const auto picture = server::read_thumbnail(entry->path, content)) {
-      listed.back().thumbnail = picture_file(file, *picture);
-      kept.insert(listed.back().thumbnail);
-    }
-    inputs.push_back(entry->path);
-    kept.insert(file);
-    if (is_new) all_bytes += (*store)->info().file_bytes;
+  for (const auto& [file, bytes, info, facts, stores] : *items) {
+    inputs.push_back(file.path);
+    inputs.insert(inputs.end(), stores.begin(), stores.end());
+    kept.insert(file.file);
+    if (file.is_new) outputs.emplace_back(file.file);
+    if (file.thumbnail.empty()) continue;
+    outputs.emplace_back(file.thumbnail);
+    kept.insert(file.thumbnail);
   }
-  if (listed.empty()) {
-    return fail(Status::invalid_argument,
-                "expected at least one store, found none: isosplat build makes stores");
-  }
-
   // All checks come before the first write.
-  std::vector<fs::path> outputs{kCatalogFile};
-  for (const PageFile& file : *page) outputs.push_back(file.relative);
-  for (const SiteVolume& volume : site.volumes) {
-    if (volume.is_new) outputs.emplace_back(volume.file);
-  }
-  for (const server::PublishedVolume& volume : listed) {
-    if (!volume.thumbnail.empty()) outputs.emplace_back(volume.thumbnail);
-  }
   for (const fs::path& output : outputs) {
     if (auto checked = check_not_input(options.to / output, inputs); !checked) {
       return tl::unexpected(checked.error());
@@ -268,27 +325,10 @@ Result<Site> publish_site(const SiteOptions& options) {
   }
 
   if (auto made = create_folders(options.to / "stores"); !made) return tl::unexpected(made.error());
-  if (auto copied = copy_thumbnails(site, listed, options.to); !copied) {
+  if (auto copied = copy_thumbnails(*items, options.to); !copied) {
     return tl::unexpected(copied.error());
   }
-  uint64_t done = 0;
-  for (size_t i = 0; i < site.volumes.size(); ++i) {
-    const SiteVolume& volume = site.volumes[i];
-    if (!volume.is_new) continue;
-    // Opens the store again, since there may be more stores than a program may open at a time.
-    const auto store = StoreFile::open(volume.path);
-    if (!store) return tl::unexpected(store.error());
-    if ((*store)->content() != listed[i].content) {
-      return fail(Status::io_error, fmt::format("{}: was replaced while the site was written: "
-                                                "publish it again",
-                                                volume.path.string()));
-    }
-    auto copied = copy_store(**store, options.to / volume.file, [&](uint64_t bytes) {
-      done += bytes;
-      if (options.progress) options.progress(done, all_bytes);
-    });
-    if (!copied) return tl::unexpected(copied.error());
-  }
+  if (auto copied = copy_files(*items, options); !copied) return tl::unexpected(copied.error());
   for (const PageFile& file : *page) {
     const bool is_index = file.relative == kIndexFile;
     // The compressed forms of index.html lack the elements that name the catalog.
@@ -296,13 +336,15 @@ Result<Site> publish_site(const SiteOptions& options) {
     const fs::path to = options.to / file.relative;
     if (auto made = create_folders(to.parent_path()); !made) return tl::unexpected(made.error());
     if (is_index) {
-      auto written = write_text(options.to / kCatalogFile, server::published_catalog_json(listed));
+      auto written = write_text(options.to / kCatalogFile, catalog_json(*items));
       if (!written) return tl::unexpected(written.error());
     }
     const auto text = is_index ? index : read_text(file.source);
     if (!text) return tl::unexpected(text.error());
     if (auto written = write_text(to, *text); !written) return tl::unexpected(written.error());
   }
+  Site site;
+  for (Item& item : *items) site.files.push_back(std::move(item.file));
   if (options.prune) {
     auto pruned = prune(options.to, kept, inputs);
     if (!pruned) return tl::unexpected(pruned.error());

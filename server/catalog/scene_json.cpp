@@ -23,13 +23,17 @@ std::string url_of(std::string_view name) {
   return fmt::format("/v1/scenes/{}", name);
 }
 
-Json described(std::string_view name, const SceneFacts& facts) {
-  Json json = {{"name", name}, {"url", url_of(name)}};
+void add_facts(Json& json, const SceneFacts& facts) {
   json["contentId"] = facts.content;
   json["fileBytes"] = facts.bytes;
   json["layers"] = facts.layers;
   if (facts.steps > 0) json["steps"] = facts.steps;
   if (!facts.title.empty()) json["title"] = facts.title;
+}
+
+Json described(std::string_view name, const SceneFacts& facts) {
+  Json json = {{"name", name}, {"url", url_of(name)}};
+  add_facts(json, facts);
   if (facts.has_thumbnail) {
     json["thumbnail"] = fmt::format("{}/{}/thumbnail.png", url_of(name), facts.content);
   }
@@ -65,6 +69,14 @@ StoreSummary scene_summary(const std::string& name, Error error) {
   summary.list_item = json_text(json);
   summary.error = std::move(error);
   return summary;
+}
+
+std::string published_scene_json(std::string_view name, std::string_view file,
+                                 const SceneFacts& facts, std::string_view thumbnail) {
+  Json json = {{"name", name}, {"file", file}};
+  add_facts(json, facts);
+  if (!thumbnail.empty()) json["thumbnail"] = thumbnail;
+  return json_text(json);
 }
 
 std::string scene_json(std::string_view name, const SceneFacts& facts) {

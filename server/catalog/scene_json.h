@@ -25,6 +25,11 @@ SceneFacts facts_of(const Scene& scene, std::string content, uint64_t bytes);
 StoreSummary scene_summary(const std::string& name, const SceneFacts& facts);
 StoreSummary scene_summary(const std::string& name, Error error);
 
+/// A scene in the catalog of a static site. It equals that in /v1/scenes, but has `file` in place
+/// of `url`, and `thumbnail` is the file of its picture; empty: it has none.
+std::string published_scene_json(std::string_view name, std::string_view file,
+                                 const SceneFacts& facts, std::string_view thumbnail);
+
 /// The body of /v1/scenes/{name}.
 std::string scene_json(std::string_view name, const SceneFacts& facts);
 

@@ -152,15 +152,11 @@ StoreSummary summary_of(const std::string& name, Error error) {
   return summary;
 }
 
-std::string published_catalog_json(std::span<const PublishedVolume> published) {
-  Json volumes = Json::array();
-  for (const PublishedVolume& volume : published) {
-    Json json = {{"name", volume.name}, {"file", volume.file}};
-    add_summary(json, volume.content, volume.info);
-    if (!volume.thumbnail.empty()) json["thumbnail"] = volume.thumbnail;
-    volumes.push_back(std::move(json));
-  }
-  return json_text({{"isosplat", "site 1"}, {"volumes", std::move(volumes)}}) + "\n";
+std::string published_volume_json(const PublishedVolume& volume) {
+  Json json = {{"name", volume.name}, {"file", volume.file}};
+  add_summary(json, volume.content, volume.info);
+  if (!volume.thumbnail.empty()) json["thumbnail"] = volume.thumbnail;
+  return json_text(json);
 }
 
 std::string volume_json(std::string_view name, const StoreFile& store) {

@@ -29,9 +29,9 @@ struct PublishedVolume {
   std::string thumbnail = {};  ///< file of the picture, relative to the site; empty: none
 };
 
-/// The catalog of a static site. It equals /v1/volumes, but each volume has `file` in place of
-/// `url`, and the file of its picture as `thumbnail`. Begins with {"isosplat":"site 1".
-std::string published_catalog_json(std::span<const PublishedVolume> published);
+/// A volume in the catalog of a static site. It equals that in /v1/volumes, but has `file` in place
+/// of `url`, and the file of its picture as `thumbnail`.
+std::string published_volume_json(const PublishedVolume& volume);
 
 /// The body of /v1/volumes/{name}.
 std::string volume_json(std::string_view name, const StoreFile& store);

@@ -86,6 +86,49 @@ TEST_F(CliPublish, WritesThePageTheCatalogAndTheStores) {
       << index;
 }
 
+TEST_F(CliPublish, AScenesStoresArePublishedInItsBundle) {
+  const auto run_folder = stores / "run";
+  std::filesystem::create_directory(run_folder);
+  std::filesystem::rename(stores / "two.isosplat", run_folder / "two.isosplat");
+  write_file(run_folder / "scene.json", R"({"format":"isosplat-scene","version":1,"name":"Run",)"
+                                        R"("layers":[{"store":"two.isosplat"}]})");
+  ASSERT_EQ(run({"bundle", run_folder / "scene.json", "-o", folder / "run.isobundle"}).exit_code,
+            0);
+  const std::string picture = folder / "picture.png";
+  ASSERT_EQ(run({"render", folder / "run.isobundle", "--size", "48x30", "-o", picture}).exit_code,
+            0);
+  write_file(run_folder / "scene.json.png", read_file(picture));
+  const Ended ended = publish({stores});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("a site of 1 scene and 1 volume"), std::string::npos) << ended.out;
+  ASSERT_EQ(catalog()["volumes"].size(), 1u);
+  EXPECT_EQ(catalog()["volumes"][0]["name"], "one");
+  const Json scene = catalog()["scenes"][0];
+  EXPECT_EQ(scene["name"], "run~scene");
+  EXPECT_EQ(scene["title"], "Run");
+  EXPECT_EQ(scene["layers"], 1);
+  const std::string content = scene["contentId"];
+  EXPECT_EQ(scene["file"], "stores/run~scene-" + content + ".isobundle");
+  const std::string published = read_file(site / scene["file"].get<std::string>());
+  EXPECT_EQ(published, read_file(folder / "run.isobundle"));
+  EXPECT_EQ(published.size(), scene["fileBytes"]);
+  EXPECT_EQ(read_file(site / scene["thumbnail"].get<std::string>()), read_file(picture));
+  // A store that is named is published by itself as well.
+  ASSERT_EQ(publish({run_folder, run_folder / "two.isosplat"}, {"--prune"}).exit_code, 0);
+  const Ended both = publish({run_folder / "scene.json", run_folder / "two.isosplat"});
+  ASSERT_EQ(both.exit_code, 0) << both.err;
+  EXPECT_EQ(catalog()["volumes"].size(), 1u) << both.out;
+  EXPECT_EQ(catalog()["scenes"].size(), 1u) << both.out;
+  // One that cannot be read ends it before anything is written.
+  write_file(run_folder / "bad.scene.json",
+             R"({"format":"isosplat-scene","version":1,"layers":[{"store":"none.isosplat"}]})");
+  const std::string before = read_file(site / "catalog.json");
+  const Ended bad = publish({stores});
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_NE(bad.err.find("none.isosplat"), std::string::npos) << bad.err;
+  EXPECT_EQ(read_file(site / "catalog.json"), before);
+}
+
 TEST_F(CliPublish, StoresOfSubfoldersButNotThoseOfTheSite) {
   std::filesystem::create_directory(stores / "ct");
   std::filesystem::rename(stores / "two.isosplat", stores / "ct/two.isosplat");

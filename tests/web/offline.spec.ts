@@ -17,6 +17,12 @@ describe("which answers are kept", () => {
     [`v1/volumes/${id}/bootstrap`, "", "list"],
     [`stores/head-${id}.isosplat`, "", { store: id }],
     [`head-${id}-0123abcd.png`, "", { store: id }],
+    ["v1/scenes", "", "list"],
+    ["v1/scenes/run", "", "list"],
+    ["v1/scenes/run~scene/bootstrap", "", "list"],
+    ["v1/scenes/run/0123456789abcdef/file", "", { store: "0123456789abcdef" }],
+    ["stores/run-0123456789abcdef.isobundle", "", { store: "0123456789abcdef" }],
+    ["stores/run-0123456789abcdef-0123abcd.png", "", { store: "0123456789abcdef" }],
     ["metrics", "", undefined],
     ["head.isosplat", "", undefined],
   ])("%s%s", (path, query, kind) => expect(answerKind(path, query)).toEqual(kind));

@@ -38,6 +38,9 @@ export function answerKind(path: string, query: string): AnswerKind | undefined 
   if (isEntry && (rest === undefined || rest === "/bootstrap")) return "list";
   const [, scene] = /^v1\/scenes\/[^/]+\/([0-9a-f]{16})\//.exec(path) ?? [];
   if (scene !== undefined) return { store: scene };
+  const [, published] =
+    /^stores\/.*-([0-9a-f]{16})(?:-[0-9a-f]+)?\.(?:isobundle|png)$/.exec(path) ?? [];
+  if (published !== undefined) return { store: published };
   const [, id] = /(?:^|[/-])([0-9a-f]{32})(?:\/|-[0-9a-f]+\.|\.)/.exec(path) ?? [];
   return id === undefined ? undefined : { store: id };
 }
