@@ -8,6 +8,7 @@
 #include "native/cli/terminal.h"
 #include "native/cli/thumbnail.h"
 #include "native/scene/scene_output.h"
+#include "shared/core/scene/bundle_header.h"
 
 namespace isosplat::cli {
 namespace {
@@ -93,6 +94,14 @@ int run_scene(const BuildCall& call, const import::ImportOptions& import_options
                format_bytes(built->bytes), format_seconds(built->seconds),
                built->kept > 0 ? fmt::format(" ({} stores were complete before)", built->kept)
                                : std::string());
+    fmt::print("isosplat view {} shows it\n", call.store);
+  }
+  if (!call.no_thumbnail) {
+    // The scene is complete, and can be served without a picture.
+    const auto scene = output.extension() == ".isobundle" ? output : output / kSceneName;
+    if (auto drawn = draw_scene_thumbnail(scene); !drawn) {
+      note("no thumbnail: " + drawn.error().message);
+    }
   }
   return kSuccess;
 }

@@ -4,14 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <optional>
 
 #include "native/files/output_file.h"
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
+#include "native/headless/scene_picture.h"
 #include "native/headless/store_scene.h"
 #include "native/scene/layer_surfaces.h"
 #include "server/catalog/thumbnail.h"
+#include "shared/system/scene_file/bundle_bytes.h"
+#include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -86,22 +90,55 @@ void frame_visible(const Image& image, render::Camera& camera) {
   camera.distance *= std::max(filled / kFilled, kNearest);
 }
 
-Result<Image> draw(const StoreFile& store, double isovalue) {
+/// What a thumbnail shows: its surfaces, and the camera.
+struct View {
+  render::RenderSettings settings;
+  render::Camera camera;
+  bool is_framed = false;  ///< the camera is moved so that what is visible fills the picture
+};
+
+/// Uploads what a thumbnail of a store or a scene shows.
+using Show = std::function<Result<View>(render::Renderer& renderer)>;
+
+Result<View> show(render::Renderer& renderer, const StoreFile& store, double isovalue) {
+  const std::array isovalues{isovalue};
+  const auto shown = show_store(renderer, store, isovalues, std::nullopt, kEnoughSamples,
+                                enough_level(store.info()));
+  if (!shown) return tl::unexpected(shown.error());
+  View view;
+  view.settings.isosurfaces = {{isovalue, kBone, 1}};
+  view.camera = render::default_camera(store.info().grid, double(kWidth) / kHeight);
+  view.is_framed = true;
+  return view;
+}
+
+/// The first step of a scene, with its surfaces and its camera.
+Result<View> show(render::Renderer& renderer, const SceneFile& scene) {
+  const auto shown = show_scene(renderer, scene, 0, std::nullopt, kEnoughSamples);
+  if (!shown) return tl::unexpected(shown.error());
+  View view;
+  view.settings.isosurfaces = shown->isosurfaces;
+  apply_scene(scene.scene(), view.settings);
+  const auto& camera = scene.scene().camera;
+  view.camera =
+      camera ? camera_of(*camera) : render::default_camera(shown->extent, double(kWidth) / kHeight);
+  view.is_framed = !camera;
+  return view;
+}
+
+/// On a transparent background.
+Result<Image> draw(const Show& show) {
   const auto context = EglContext::create();
   if (!context) return tl::unexpected(context.error());
   auto renderer = render::Renderer::create();
   if (!renderer) return tl::unexpected(renderer.error());
-  const std::array isovalues{isovalue};
-  const auto scene = show_store(**renderer, store, isovalues, std::nullopt, kEnoughSamples,
-                                enough_level(store.info()));
-  if (!scene) return tl::unexpected(scene.error());
-  render::RenderSettings settings;
+  auto view = show(**renderer);
+  if (!view) return tl::unexpected(view.error());
+  auto& [settings, camera, is_framed] = *view;
   settings.kind = render::SplatKind::quad;
-  settings.isosurfaces = {{isovalue, kBone, 1}};
   settings.background = {1, 1, 1, 0};
   (*renderer)->set_settings(settings);
-  render::Camera camera = render::default_camera(store.info().grid, double(kWidth) / kHeight);
-  for (int turn = 0; turn < 3; ++turn) {  // later iterations correct the error of perspective
+  for (int turn = 0; is_framed && turn < 3; ++turn) {  // later turns correct perspective
     (*renderer)->set_camera(camera);
     const auto sketch = draw_image(**renderer, kWidth / 2, kHeight / 2);
     if (!sketch) return tl::unexpected(sketch.error());
@@ -113,6 +150,23 @@ Result<Image> draw(const StoreFile& store, double isovalue) {
   auto image = draw_image(**renderer, kScale * kWidth, kScale * kHeight);
   if (image) *image = reduced(*image);
   return image;
+}
+
+/// Draws and writes the thumbnail of a file, unless it has one.
+Result<void> draw_thumbnail_of(const std::filesystem::path& file, std::string_view content,
+                               const Show& show) {
+  const std::filesystem::path path = server::thumbnail_path(file);
+  if (server::read_thumbnail(file, content)) return {};
+  if (server::thumbnail_content(path).empty() && !first_bytes(path, 1).empty()) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("{}: expected no file, or a thumbnail, found another file: move it away",
+                    path.string()));
+  }
+  const auto image = draw(show);
+  if (!image) return tl::unexpected(image.error());
+  if (image->is_uniform()) return fail(Status::not_found, "the picture is empty");
+  return write_picture(path, *image, content);
 }
 
 }  // namespace
@@ -135,22 +189,23 @@ bool is_refused_thumbnail(const std::filesystem::path& picture, const std::files
 }
 
 Result<void> draw_thumbnail(const std::filesystem::path& store) {
-  const std::filesystem::path path = server::thumbnail_path(store);
   const auto opened = StoreFile::open(store);
   if (!opened) return tl::unexpected(opened.error());
-  if (server::read_thumbnail(store, (*opened)->content())) return {};
-  if (server::thumbnail_content(path).empty() && !first_bytes(path, 1).empty()) {
-    return fail(
-        Status::invalid_argument,
-        fmt::format("{}: expected no file, or a thumbnail, found another file: move it away",
-                    path.string()));
-  }
-  const auto isovalue = suggested_isovalue((*opened)->info());
-  if (!isovalue) return fail(Status::not_found, "the volume has no suggested isovalue");
-  const auto image = draw(**opened, *isovalue);
-  if (!image) return tl::unexpected(image.error());
-  if (image->is_uniform()) return fail(Status::not_found, "the picture is empty");
-  return write_picture(path, *image, (*opened)->content());
+  return draw_thumbnail_of(
+      store, (*opened)->content(), [&](render::Renderer& renderer) -> Result<View> {
+        const auto isovalue = suggested_isovalue((*opened)->info());
+        if (!isovalue) return fail(Status::not_found, "the volume has no suggested isovalue");
+        return show(renderer, **opened, *isovalue);
+      });
+}
+
+Result<void> draw_scene_thumbnail(const std::filesystem::path& scene) {
+  const auto opened = SceneFile::open(scene);
+  if (!opened) return tl::unexpected(opened.error());
+  const auto bundle = BundleBytes::plan(*opened);
+  if (!bundle) return tl::unexpected(bundle.error());
+  return draw_thumbnail_of(scene, bundle->content(),
+                           [&](render::Renderer& renderer) { return show(renderer, *opened); });
 }
 
 }  // namespace isosplat::cli

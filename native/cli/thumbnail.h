@@ -26,4 +26,9 @@ bool is_refused_thumbnail(const std::filesystem::path& picture, const std::files
 /// has its name), not_found (no isosurface to show), those of StoreFile and of write_picture().
 Result<void> draw_thumbnail(const std::filesystem::path& store);
 
+/// The same of a scene (a bundle or a document): its surfaces at the first step, with its camera,
+/// or else from the page's initial viewpoint. Errors: those above, of SceneFile and of
+/// BundleBytes::plan.
+Result<void> draw_scene_thumbnail(const std::filesystem::path& scene);
+
 }  // namespace isosplat::cli

@@ -15,14 +15,14 @@ namespace {
 
 constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kKey{"Isosplat content\0", 17};
-constexpr size_t kContentDigits = 32;
-constexpr size_t kHeaderBytes = 13;     // of the data of IHDR
-constexpr size_t kChunkOverhead = 12;   // length, type and checksum
-constexpr size_t kMaxLength = 1 << 30;  // of a chunk
+constexpr size_t kStoreDigits = 32, kSceneDigits = 16;  // of content ids
+constexpr size_t kHeaderBytes = 13;                     // of the data of IHDR
+constexpr size_t kChunkOverhead = 12;                   // length, type and checksum
+constexpr size_t kMaxLength = 1 << 30;                  // of a chunk
 
 /// Offset of the text chunk, and the number of bytes up to its end.
 constexpr size_t kTextBegin = 8 + kChunkOverhead + kHeaderBytes;
-constexpr size_t kTextEnd = kTextBegin + kChunkOverhead + kKey.size() + kContentDigits;
+constexpr size_t kTextEnd = kTextBegin + kChunkOverhead + kKey.size() + kStoreDigits;
 
 std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -133,7 +133,9 @@ std::string thumbnail_content(const std::filesystem::path& png) {
   std::array<std::byte, kTextEnd> bytes;
   if (const auto read = file->read(0, bytes); !read) return {};
   const std::string_view all = text_of(bytes);
-  const std::string_view content = all.substr(kTextBegin + 8 + kKey.size(), kContentDigits);
+  const size_t digits = big_endian(all.substr(kTextBegin)) - kKey.size();
+  if (digits != kStoreDigits && digits != kSceneDigits) return {};
+  const std::string_view content = all.substr(kTextBegin + 8 + kKey.size(), digits);
   const bool is_one = all.starts_with(kSignature) && all.substr(kTextBegin + 4, 4) == "tEXt" &&
                       all.substr(kTextBegin + 8).starts_with(kKey) &&
                       std::ranges::all_of(content, is_content_digit);

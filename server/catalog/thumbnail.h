@@ -10,11 +10,13 @@
 
 #include "shared/core/base/status.h"
 
-// The thumbnail of a store: a small picture for lists, in a PNG file beside the store
-// (`head.isosplat.png` for `head.isosplat`). Its first text chunk names the content id of the store
-// that it shows, so that a picture of another content is never served:
+// The thumbnail of a store or a scene: a small picture for lists, in a PNG file beside it
+// (`head.isosplat.png` for `head.isosplat`). Its first text chunk names the content id that it
+// shows, so that a picture of another content is never served:
 //
-//     signature | IHDR | tEXt "Isosplat content", 0, 32 hexadecimal digits | … IDAT … | IEND
+//     signature | IHDR | tEXt "Isosplat content", 0, hexadecimal digits | … IDAT … | IEND
+//
+// A store's content id has 32 digits, a scene's 16.
 namespace isosplat::server {
 
 inline constexpr size_t kMaxThumbnailBytes = size_t{1} << 20;
@@ -23,7 +25,7 @@ inline constexpr uint32_t kMaxThumbnailSize = 2048;  ///< pixels of each side
 /// The path of a store's thumbnail.
 std::filesystem::path thumbnail_path(const std::filesystem::path& store);
 
-/// A PNG with the text chunk of this content id (32 hexadecimal digits) behind its IHDR. Requires a
+/// A PNG with the text chunk of this content id behind its IHDR. Requires a
 /// PNG as libpng writes it.
 std::vector<std::byte> with_content_id(std::span<const std::byte> png, std::string_view content);
 

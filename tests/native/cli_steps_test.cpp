@@ -168,7 +168,7 @@ TEST_F(CliSteps, AFolderDoesNotTellWhereItsInputsAre) {
     ++files;
     EXPECT_EQ(read_file(entry.path()).find(inputs), std::string::npos) << entry.path();
   }
-  EXPECT_EQ(files, 4u);  // a scene, two stores, and their keys
+  EXPECT_EQ(files, 5u);  // a scene with its picture, two stores, and their keys
 }
 
 }  // namespace

@@ -72,6 +72,50 @@ TEST_F(CliThumbnail, BuildDrawsThePictureOfTheStore) {
   EXPECT_LT(read_file(picture).size(), 300'000u);
 }
 
+TEST_F(CliThumbnail, BuildDrawsThePictureOfAScene) {
+  const std::string scene = folder / "run.isobundle", drawn = scene + ".png";
+  const auto build_steps = [&](const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"build", volume, write_ball(folder, 36, "next"), "-o",
+                                       scene};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ended built = run(arguments);
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_EQ(built.err.find("note: no thumbnail"), std::string::npos) << built.err;
+    return built.out;
+  };
+  build_steps({"--no-thumbnail"});
+  EXPECT_FALSE(std::filesystem::exists(drawn));
+  const std::string said = build_steps();
+  EXPECT_NE(said.find("isosplat view " + scene + " shows it"), std::string::npos) << said;
+  const std::string first = read_file(drawn);
+  EXPECT_GT(first.size(), 2000u);
+  // The id in the picture is the checksum at the end of the bundle's header, lowest byte first.
+  const auto id_of_bundle = [&] {
+    const std::string bundle = read_file(scene);
+    size_t header = 0;
+    for (int i = 3; i >= 0; --i) header = header << 8 | static_cast<uint8_t>(bundle[12 + i]);
+    std::string id;
+    for (size_t i = 1; i <= 8; ++i) {
+      constexpr const char* kDigits = "0123456789abcdef";
+      const auto byte = static_cast<uint8_t>(bundle[header - i]);
+      id += kDigits[byte >> 4];
+      id += kDigits[byte & 15];
+    }
+    return id;
+  };
+  EXPECT_EQ(content_of(first).substr(0, 16), id_of_bundle());
+  // Another content has another picture; the user's picture of this content stays.
+  build_steps({"--time-unit", "s"});
+  const std::string second = read_file(drawn);
+  EXPECT_EQ(content_of(second).substr(0, 16), id_of_bundle());
+  EXPECT_NE(content_of(second), content_of(first));
+  ASSERT_EQ(run({"render", scene, "--size", "48x30", "-o", drawn}).exit_code, 0);
+  const std::string own = read_file(drawn);
+  EXPECT_EQ(content_of(own).substr(0, 16), id_of_bundle());
+  build_steps({"--time-unit", "s"});
+  EXPECT_EQ(read_file(drawn), own);
+}
+
 TEST_F(CliThumbnail, ASmallSurfaceInACornerFillsThePicture) {
   constexpr int kVoxels = 48;
   std::string voxels;

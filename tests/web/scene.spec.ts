@@ -23,6 +23,7 @@ import { StreamError } from "../../web/stream/types.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { Chance } from "../support/chance.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
+import { ballVoxels } from "../support/series.ts";
 import { core } from "./fixture.ts";
 
 const golden = new URL("../golden/bundle1.0/", import.meta.url);
@@ -349,6 +350,39 @@ describe("a scene of a server", () => {
         header.length,
       ),
     );
+  });
+
+  it("takes further steps, which `isosplat build` appends while it is served", async () => {
+    const files = [0.2, 0.25, 0.3].map((radius, step) => {
+      const header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 24 24 24\nencoding: raw\n\n";
+      const voxels = ballVoxels(24, { centre: [0.5, 0.5, 0.5], radius });
+      const file = join(folder, `step_${step}.nrrd`);
+      writeFileSync(file, Buffer.concat([Buffer.from(header), voxels]));
+      return file;
+    });
+    const build = (steps: number) => {
+      const output = ["-o", `${join(folder, "run")}/`, "--quiet", "--no-thumbnail"];
+      execFileSync(program, ["build", ...files.slice(0, steps), ...output]);
+    };
+    const described = async () => {
+      const response = await fetch(`${server.url}v1/scenes/run~scene`);
+      return response.ok
+        ? ((await response.json()) as { steps: number; urls: { file: string } })
+        : null;
+    };
+    build(2);
+    await expect.poll(async () => (await described())?.steps, { timeout: 20_000 }).toBe(2);
+    const before = await described();
+    build(3);
+    await expect.poll(async () => (await described())?.steps, { timeout: 20_000 }).toBe(3);
+    const old = await fetch(new URL(before?.urls.file ?? "", server.url));
+    expect(old.status).toBe(404);
+    expect(await old.text()).toContain("the content of this scene is now");
+    const opened = await servedScene({ base: server.url, scene: "run~scene" }).open(
+      instance,
+      signal,
+    );
+    expect(opened.document.time?.values).toHaveLength(3);
   });
 
   it("that does not exist is not found", async () => {
