@@ -402,7 +402,7 @@ test("linked elements show the same time, whatever the number of its step", asyn
   await open(
     page,
     view(`scene="${host.origin}/run.isobundle" link="a" step="2"`) +
-      view(`scene="${host.origin}/fewer.scene.json" link="a"`) +
+      view(`scene="${server.url}v1/scenes/fewer.scene" link="a"`) +
       view(`scene="${host.origin}/run.isobundle" step="3"`),
   );
   await completed(page, 1, 1, 1);

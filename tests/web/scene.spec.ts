@@ -18,6 +18,7 @@ import { parseScene } from "../../web/scene/parse_scene.ts";
 import { bundleScene, sceneAt, sceneOfFiles, servedScene } from "../../web/scene/scene_source.ts";
 import { ServedBundle } from "../../web/scene/served_bundle.ts";
 import { BlobSource } from "../../web/stream/blob_source.ts";
+import { ServerSource } from "../../web/stream/server_source.ts";
 import { joined } from "../../web/stream/transfer.ts";
 import { StreamError } from "../../web/stream/types.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
@@ -77,6 +78,9 @@ describe("a scene's document", () => {
     const scene = parseScene(utf8(JSON.stringify({ ...example, time, layers })));
     expect(scene.time).toEqual({ values: [0, 0.5, 2], unit: "s" });
     expect(scene.layers.map(({ stores }) => stores)).toEqual([["a", "b", "c"], ["d"]]);
+    const stepOf = (step: unknown) =>
+      parseScene(utf8(JSON.stringify({ ...example, time: { ...time, step }, layers }))).step;
+    expect([undefined, 2, 3, -1, 0.5, "1", null].map(stepOf)).toEqual([0, 2, 0, 0, 0, 0, 0]);
   });
 
   // The program reads the same documents (shared/core/scene/parse_scene.cpp).
@@ -428,6 +432,44 @@ describe("a scene at an address", () => {
     expect(opened.source("a/b.isosplat").name).toBe(`${host.origin}/a/b.isosplat`);
     expect(opened.source("https://other.example/b").name).toBe("https://other.example/b");
     expect(fault(() => opened.source("file:///etc/passwd"))).toContain("http or https");
+  });
+
+  it("as a document names volumes of servers, and stores in bundles by fragments", async () => {
+    const opened = await sceneAt(`${host.origin}/golden.scene.json`).open(instance, signal);
+    const served = opened.source("https://other.example/ct/v1/volumes/a%20b?key=1");
+    expect(served).toBeInstanceOf(ServerSource);
+    expect(served.address).toBe("https://other.example/ct/v1/volumes/a%20b");
+    const paths = ["golden.isobundle#u8.isosplat", "golden.isobundle#tiny.isosplat"];
+    expect(opened.source("https://other.example/v1/scenes/run#a%20b.isosplat").address).toBe(
+      "https://other.example/v1/scenes/run#a%20b.isosplat",
+    );
+    host.asked.length = 0;
+    await opened.fetchFirst(paths);
+    for (const path of paths) {
+      const source = opened.source(path);
+      const [, name = ""] = path.split("#");
+      const file = readFileSync(new URL(`../golden/v1.0/${name}`, import.meta.url));
+      expect(Buffer.from(await wholeOf(source))).toEqual(file);
+      // The address names the same store again.
+      expect(source.address).toBe(`${host.origin}/${path}`);
+      expect(opened.source(source.address ?? "").name).toBe(source.name);
+    }
+    // The bundle's header, the coarse parts of both, and what is left of each.
+    expect(host.asked.length).toBeLessThanOrEqual(4);
+    const absent = opened.source("golden.isobundle#absent.isosplat");
+    await expect(absent.header(signal)).rejects.toThrow("expected the store absent.isosplat");
+    const wrong = opened.source("golden.isobundle#%zz");
+    await expect(wrong.header(signal)).rejects.toThrow("expected the store %zz");
+    expect(fault(() => opened.source("file:///a.isobundle#b"))).toContain("http or https");
+  });
+
+  it("as a document of this device may have stores at addresses", async () => {
+    const store = `${host.origin}/golden.isobundle#u8.isosplat`;
+    const json = JSON.stringify({ ...example, layers: [{ store }, { store: "near.isosplat" }] });
+    const files = [{ path: "saved.scene.json", file: new Blob([json]) }];
+    const opened = await sceneOfFiles(files)?.open(instance, signal);
+    expect(opened?.source(store).address).toBe(store);
+    expect(fault(() => opened?.source("near.isosplat"))).toContain("among the chosen files");
   });
 
   it("is refused with the cause", async () => {

@@ -15,6 +15,7 @@ describe("the schema of scenes", () => {
   });
 
   it("keeps what it does not know", () => {
+    expect(validate({ ...example, time: { steps: [0, 1], step: 7 } })).toBe(true);
     expect(validate({ ...example, future: [1], layers: [{ store: "a", more: 1 }] })).toBe(true);
   });
 

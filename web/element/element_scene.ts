@@ -1,7 +1,7 @@
 import type { SceneSource } from "../scene/scene_source.ts";
 
 /**
- * Makes the source of the scene at a URL: a bundle, or a document if its path ends with `.json`. `base`: the
+ * Makes the source of the scene at a URL: see sceneAt. `base`: the
  * URL of the document. Undefined if it is not an http or https URL. The code that reads scenes is loaded by
  * the function alone.
  */

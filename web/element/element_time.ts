@@ -42,6 +42,7 @@ export class ElementTime {
       this.#host.shown(time);
       if (!time) return;
       this.#values = time.values;
+      this.#wanted = { step: time.step };
       for (const name of ["step", "play", "change"] as const) {
         time.on(name, () => this.#host.shown(time));
       }
@@ -54,9 +55,10 @@ export class ElementTime {
     });
   }
 
-  /** The step with which a scene of these values is opened. */
-  firstOf(values: readonly number[]): number {
+  /** The step with which a scene of these values is opened; undefined: that of the scene. */
+  firstOf(values: readonly number[]): number | undefined {
     const wanted = this.#wanted;
+    if ("step" in wanted && !this.#isChosen) return undefined;
     return "step" in wanted ? wanted.step : nearestStep(values, wanted.value);
   }
 

@@ -36,7 +36,7 @@ const ownProperties =
  * element without one shows its last picture until it is seen or used again.
  *
  * @attr {string} src - The address of a store (any host that answers Range requests), or of a volume of a server: `https://host/v1/volumes/head`.
- * @attr {string} scene - The address of a scene, which is shown instead of `src`: a bundle, or a document `scene.json`.
+ * @attr {string} scene - The address of a scene, which is shown instead of `src`: a bundle, a document `scene.json`, or a scene of a server: `https://host/v1/scenes/run`.
  * @attr {string} step - The number of the first step of a scene that changes with time. Default: 0. The element does not change it.
  * @attr {string} isovalue - One or more isovalues, with commas. Default: the volume's first suggestion, or as in the scene. The element does not change it. Of several volumes, `isovalue`, `colour` and `opacity` are those of `src`, or of the first layer of `scene`.
  * @attr {string} colour - The colours of the surfaces: `d9ccb3,c8553d`.

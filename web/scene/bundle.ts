@@ -11,7 +11,10 @@ import {
 
 /** The file of a bundle: what a source of a store has for its bytes. */
 export interface BundleFile
-  extends Pick<Source, "name" | "concurrency" | "fresh" | "range" | "bypassCaches" | "forget"> {
+  extends Pick<
+    Source,
+    "name" | "address" | "concurrency" | "fresh" | "range" | "bypassCaches" | "forget"
+  > {
   /** The first bytes: at least `count`, unless the file is shorter. */
   firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array>;
   /** The file that was read again is the same one. */

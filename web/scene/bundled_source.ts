@@ -20,6 +20,12 @@ export class BundledSource extends RangeSource {
     this.name = `${bundle.file.name}: ${path}`;
   }
 
+  /** That of the bundle, with the store's path as its fragment. */
+  get address(): string | undefined {
+    const { address } = this.#bundle.file;
+    return address && `${address}#${encodeURI(this.#path)}`;
+  }
+
   get concurrency(): number {
     return this.#bundle.file.concurrency;
   }

@@ -16,3 +16,4 @@ export {
   servedScene,
 } from "./scene_source.ts";
 export type { ServedSceneOptions } from "./served_bundle.ts";
+export { type WriteSceneOptions, type WrittenScene, writeScene } from "./write_scene.ts";

@@ -1,7 +1,7 @@
 import type { Triple } from "../core/types.ts";
 import { StreamError } from "../stream/types.ts";
+import { maxTextBytes } from "./scene_document.ts";
 
-const maxText = 1024;
 const maxNumber = 1e300;
 const utf8 = new TextEncoder();
 
@@ -49,6 +49,13 @@ export class Member {
     return this.#value === value;
   }
 
+  /** The value, if it is a whole number from 0 and below `count`; otherwise undefined. */
+  index(count: number): number | undefined {
+    const value = this.#value;
+    const isIndex = Number.isInteger(value) && (value as number) >= 0 && (value as number) < count;
+    return isIndex ? (value as number) : undefined;
+  }
+
   at(key: string): Member {
     const isObject = this.#value !== null && typeof this.#value === "object";
     const found =
@@ -77,7 +84,7 @@ export class Member {
   }
 
   /** most: in bytes of UTF-8. */
-  text(most = maxText): string {
+  text(most = maxTextBytes): string {
     const value = this.#value;
     if (typeof value === "string" && utf8.encode(value).length <= most) return value;
     return this.refuse(`a text of at most ${most} bytes`);

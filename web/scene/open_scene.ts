@@ -12,8 +12,11 @@ import type {
 import type { OpenedScene, SceneSource } from "./scene_source.ts";
 
 export interface OpenSceneOptions {
-  /** The step of a scene with time that is shown first, or a function of its values. Default: the first one. */
-  step?: number | ((values: readonly number[]) => number);
+  /**
+   * The step of a scene with time that is shown first, or a function of its values. Default, also if the
+   * function returns undefined: that of the scene.
+   */
+  step?: number | ((values: readonly number[]) => number | undefined);
   signal?: AbortSignal;
 }
 
@@ -31,6 +34,8 @@ export interface ShownScene {
   /** The layer of each of the document's layers; null: it is missing. */
   readonly layers: readonly (Layer | null)[];
   readonly missing: readonly MissingLayer[];
+  /** A store of the document, by its path or address there. Throws a StreamError for wrong addresses. */
+  readonly source: OpenedScene["source"];
 }
 
 /**
@@ -42,14 +47,14 @@ export interface ShownScene {
 export async function openScene(
   viewer: Viewer,
   source: SceneSource,
-  { step = 0, signal = new AbortController().signal }: OpenSceneOptions = {},
+  { step, signal = new AbortController().signal }: OpenSceneOptions = {},
 ): Promise<ShownScene> {
   const opened = await source.open(await viewer.core(), signal);
   signal.throwIfAborted();
   const { document } = opened;
   const { time, background } = document;
   const values = time?.values ?? [0];
-  const wanted = typeof step === "number" ? step : step(values);
+  const wanted = (typeof step === "function" ? step(values) : step) ?? document.step;
   const first = Math.min(Math.max(0, Math.trunc(wanted)), values.length - 1);
   viewer.setTime(time, first);
   viewer.setClip(document.clip);
@@ -74,7 +79,8 @@ export async function openScene(
   if (missing.length === document.layers.length) throw missing[0]?.error;
   if (document.camera) viewer.setCamera(cameraOf(document.camera));
   else viewer.reset();
-  return { document, layers, missing: missing.sort((a, b) => a.index - b.index) };
+  missing.sort((a, b) => a.index - b.index);
+  return { document, layers, missing, source: (path) => opened.source(path) };
 }
 
 async function addLayer(

@@ -41,6 +41,7 @@ export function parseScene(bytes: Uint8Array): SceneDocument {
   return {
     name,
     time,
+    step: time ? (root.at("time").at("step").index(time.values.length) ?? 0) : 0,
     layers: layers.map((layer) => readLayer(layer, time?.values.length ?? 0)),
     camera: optional(root.at("camera"), readCamera, null),
     clip: readClip(root.at("clip")),

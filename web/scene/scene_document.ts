@@ -7,6 +7,8 @@ export interface SceneDocument {
   layers: readonly LayerDocument[];
   /** Null: the scene does not change with time. */
   time: Required<SceneTime> | null;
+  /** The number of the step that is shown first. */
+  step: number;
   camera: CameraDocument | null;
   clip: Required<Clip>;
   /** #rrggbb or #rrggbbaa. */
@@ -42,6 +44,7 @@ export interface CameraDocument extends Omit<Camera, "projection"> {
 
 /** The limits of shared/core/scene/scene.h. */
 export const maxSceneBytes = 4 * 1024 * 1024;
+export const maxTextBytes = 1024;
 export const maxLayers = 4096;
 export const maxSurfacesOfLayer = 8;
 export const maxSteps = 65536;

@@ -1,10 +1,12 @@
 import type { Core } from "../core/core.ts";
 import { BlobSource } from "../stream/blob_source.ts";
-import { FileSource, type SourceOptions } from "../stream/file_source.ts";
+import type { SourceOptions } from "../stream/file_source.ts";
 import type { Source } from "../stream/source.ts";
 import { joined, Traffic, transfer, transferWhole } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
+import { AddressedStores } from "./addressed_stores.ts";
 import { Bundle, type BundleFile } from "./bundle.ts";
+import { bundleAt, isServed } from "./bundle_at.ts";
 import { BundledSource } from "./bundled_source.ts";
 import { sceneError } from "./member.ts";
 import { parseScene } from "./parse_scene.ts";
@@ -30,14 +32,15 @@ export interface SceneSource {
 }
 
 /**
- * A scene at an address: a document if the address's path ends with `.json`, otherwise a bundle, which the
- * host serves by HTTP Range requests. Stores of other origins get no headers and no query of `options`.
+ * A scene at an address: a scene of an Isosplat server (`…/v1/scenes/NAME`), a document if the address's path
+ * ends with `.json`, otherwise a bundle, which the host serves by HTTP Range requests. Stores of other origins get no headers and no query of `options`.
  */
 export function sceneAt(address: string, options: SourceOptions = {}): SceneSource {
   const page = typeof location === "undefined" ? undefined : location.href;
   const url = new URL(address, page);
-  if (!/\.json$/i.test(url.pathname)) return bundleScene(new FileSource(url.href, options));
-  return { name: url.href, open: (_, signal) => openDocument(url, options, signal) };
+  const isDocument = /\.json$/i.test(url.pathname) && !isServed(url);
+  if (!isDocument) return bundleScene(bundleAt(url, options));
+  return { name: url.href, open: (core, signal) => openDocument(core, url, options, signal) };
 }
 
 /** A scene of an Isosplat server. */
@@ -95,7 +98,10 @@ export function sceneOfFiles(files: readonly SceneFile[]): SceneSource | null {
   if (bundle) return bundleScene(new BlobSource(bundle.file, nameOf(bundle.path)));
   const document = files.find(({ path }) => isDocumentName(path));
   if (!document) return null;
-  return { name: nameOf(document.path), open: () => openFiles(document, files) };
+  return {
+    name: nameOf(document.path),
+    open: (core, signal) => openFiles(core, document, files, signal),
+  };
 }
 
 /** A scene in a bundle. */
@@ -115,6 +121,7 @@ export function bundleScene(file: BundleFile): SceneSource {
 }
 
 async function openDocument(
+  core: Core,
   url: URL,
   options: SourceOptions,
   signal: AbortSignal,
@@ -128,16 +135,11 @@ async function openDocument(
     if (received > maxSceneBytes) throw tooLarge("more");
     parts.push(part.slice());
   });
+  const stores = new AddressedStores(core, url.href, url.origin, options);
   return {
     document: parseScene(joined(parts)),
-    source: (path) => {
-      const store = addressOf(path, url);
-      // Credentials are for the scene's own host.
-      const { longestSilence } = options;
-      const others = longestSilence === undefined ? {} : { longestSilence };
-      return new FileSource(store.href, store.origin === url.origin ? options : others);
-    },
-    fetchFirst: async () => {},
+    source: (path) => stores.source(path, url.href),
+    fetchFirst: (paths) => stores.fetchFirst(paths, signal, url.href),
   };
 }
 
@@ -145,28 +147,23 @@ function tooLarge(found: number | string): StreamError {
   return sceneError(`expected at most ${maxSceneBytes} bytes, found ${found}`);
 }
 
-function addressOf(path: string, scene: URL): URL {
-  const url = URL.canParse(path, scene.href) ? new URL(path, scene.href) : null;
-  if (url && /^https?:$/.test(url.protocol)) return url;
-  throw new StreamError(
-    "not-found",
-    `${scene.href}: expected stores at addresses of http or https, found ${path}`,
-  );
-}
-
 async function openFiles(
+  core: Core,
   { path: at, file: document }: SceneFile,
   files: readonly SceneFile[],
+  signal: AbortSignal,
 ): Promise<OpenedScene> {
   if (document.size > maxSceneBytes) {
     throw tooLarge(document.size);
   }
   const folder = at.replace(/[^/]*$/, "");
   const scene = parseScene(new Uint8Array(await document.arrayBuffer()));
+  const stores = new AddressedStores(core, nameOf(at));
   const paths = [...new Set(scene.layers.flatMap(({ stores }) => stores))];
   return {
     document: scene,
     source: (path) => {
+      if (URL.canParse(path)) return stores.source(path);
       const hasName = (each: string) => nameOf(each) === nameOf(path);
       const named = files.filter((each) => hasName(each.path));
       // Files that were chosen one by one have no folders, so that only their names tell them apart.
@@ -181,7 +178,7 @@ async function openFiles(
           : `${nameOf(at)}: expected the store ${path} among the chosen files, found none: choose it too`,
       );
     },
-    fetchFirst: async () => {},
+    fetchFirst: (asked) => stores.fetchFirst(asked, signal),
   };
 }
 

@@ -24,6 +24,10 @@ export class ServedBundle extends FileSource {
     this.#sceneUrl = `${base}v1/scenes/${encodeURIComponent(options.scene)}`;
   }
 
+  override get address(): string {
+    return this.#sceneUrl;
+  }
+
   /** The header, and coarse parts of stores: everything for the first picture. */
   override async firstBytes(_count: number, signal: AbortSignal): Promise<Uint8Array> {
     const url = `${this.#sceneUrl}/bootstrap`;

@@ -53,6 +53,12 @@ export class FileSource extends RangeSource {
     if (options.longestSilence) this.traffic.longestSilence = options.longestSilence;
   }
 
+  get address(): string | undefined {
+    const page = typeof location === "undefined" ? undefined : location.href;
+    const url = this.fileUrl();
+    return URL.canParse(url, page) ? new URL(url, page).href : undefined;
+  }
+
   get concurrency(): number {
     return 6;
   }

@@ -17,6 +17,10 @@ export class KeptSource implements Source {
     return this.#source.name;
   }
 
+  get address(): string | undefined {
+    return this.#source.address;
+  }
+
   get concurrency(): number {
     return this.#source.concurrency;
   }

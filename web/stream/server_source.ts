@@ -45,6 +45,10 @@ export class ServerSource extends FileSource {
     this.#volumeUrl = `${base}v1/volumes/${encodeURIComponent(options.volume)}`;
   }
 
+  override get address(): string {
+    return this.#volumeUrl;
+  }
+
   override forget(): void {
     super.forget();
     this.#contentUrl = undefined;

@@ -23,6 +23,11 @@ export class SiteSource extends FileSource {
     this.#catalogUrl = new URL(options.catalog, page).href;
   }
 
+  /** Undefined until the catalog has been read. */
+  override get address(): string | undefined {
+    return this.#fileUrl;
+  }
+
   override forget(): void {
     super.forget();
     this.#fileUrl = undefined;

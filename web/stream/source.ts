@@ -38,6 +38,11 @@ export class PartError extends StreamError {
 export interface Source {
   /** For messages: the URL or the volume's name. */
   readonly name: string;
+  /**
+   * The absolute address by which a scene can name the store (shared/core/scene/SCENE.md); undefined if it has
+   * none, as files of this device.
+   */
+  readonly address?: string | undefined;
   /** The useful number of concurrent calls of `chunks`. */
   readonly concurrency: number;
   /** Requests made and payload bytes received so far. */

@@ -1,0 +1,155 @@
+import { isDefaultClip } from "../viewer/clipping.ts";
+import type { Layer } from "../viewer/layer.ts";
+import { isIdentity } from "../viewer/transform.ts";
+import type { Camera, Clip, Surface } from "../viewer/types.ts";
+import type { Viewer } from "../viewer/viewer.ts";
+import type { ShownScene } from "./open_scene.ts";
+import { type JsonObject, maxTextBytes } from "./scene_document.ts";
+
+export interface WriteSceneOptions {
+  name: string;
+  /** The scene that was opened: members that are unknown here, and its missing layers, are kept. */
+  scene: ShownScene | null;
+  /** The names of layers without one of their own, such as their volumes' titles. */
+  nameOf: (layer: Layer) => string;
+  /** Whether the background is that of the viewer, not of its page. */
+  hasBackground: boolean;
+}
+
+export interface WrittenScene {
+  /** JSON; null: no layer has an address. */
+  text: string | null;
+  /** The layers whose stores have no address: files of this device. They are not in the scene. */
+  left: readonly Layer[];
+}
+
+/**
+ * The document (shared/core/scene/SCENE.md) of what a viewer shows: its layers, by the absolute addresses of
+ * their stores, time, camera, clipping and background. Opened, it gives the same picture.
+ */
+export function writeScene(viewer: Viewer, options: WriteSceneOptions): WrittenScene {
+  const { name, scene, hasBackground } = options;
+  const left: Layer[] = [];
+  const layers: JsonObject[] = [];
+  for (const layer of inOrder(viewer)) {
+    const written = writeLayer(layer, options);
+    if (written) layers.push(written);
+    else left.push(layer);
+  }
+  if (layers.length === 0) return { text: null, left };
+  const before = scene?.document.json ?? {};
+  const lost = scene?.missing.flatMap(({ index }) => lostLayer(scene, index) ?? []) ?? [];
+  const { time, camera, clip, look } = viewer;
+  const document = {
+    ...before,
+    format: "isosplat-scene",
+    version: 1,
+    ...(name && { name: shortened(name) }),
+    layers: [...layers, ...lost],
+    ...(time && {
+      time: {
+        ...objectOf(before.time),
+        steps: time.values,
+        ...(time.unit && { unit: time.unit }),
+        step: time.wantedStep,
+      },
+    }),
+    camera: camera ? { ...objectOf(before.camera), ...cameraDocument(camera) } : undefined,
+    clip: isDefaultClip(clip) ? undefined : { ...objectOf(before.clip), ...clipDocument(clip) },
+    background: hasBackground ? look.background : undefined,
+  };
+  return { text: `${JSON.stringify(document, null, 2)}\n`, left };
+}
+
+/** The clip box is a fraction of the viewer's first layer, which is then the first of the document. */
+function inOrder({ layers, clip }: Viewer): readonly Layer[] {
+  const isWhole = clip.low.every((low) => low === 0) && clip.high.every((high) => high === 1);
+  if (isWhole) return layers;
+  const [some] = layers;
+  const first = layers.reduce((a, b) => (a && b.id < a.id ? b : a), some);
+  return first ? [first, ...layers.filter((layer) => layer !== first)] : layers;
+}
+
+/** Undefined if a store has no address. */
+function writeLayer(layer: Layer, { scene, nameOf }: WriteSceneOptions): JsonObject | undefined {
+  const index = scene?.layers.findIndex((each) => each?.sources === layer.sources) ?? -1;
+  const addresses = scene && index >= 0 ? addressesOf(scene, index) : [layer.source.address];
+  const stores = addresses.filter((address) => address !== undefined && isShort(address));
+  if (stores.length < addresses.length) return undefined;
+  const before = index >= 0 && scene ? layerOf(scene, index) : {};
+  const { store: _, stores: __, ...others } = before;
+  const name = layer.name || nameOf(layer);
+  const { group, surfaces, visible, transform } = layer;
+  return {
+    ...others,
+    ...(name ? { name: shortened(name) } : {}),
+    ...(group || others.group ? { group: shortened(group) } : {}),
+    ...(layer.hasSteps ? { stores } : { store: stores[0] }),
+    ...(surfaces.length > 0 && { surfaces: surfacesDocument(surfaces, before.surfaces) }),
+    visible: visible ? undefined : false,
+    transform: isIdentity(transform) ? undefined : transform,
+  };
+}
+
+/** A layer that could not be opened, with absolute addresses. */
+function lostLayer(scene: ShownScene, index: number): JsonObject | undefined {
+  const { store: _, stores: __, ...others } = layerOf(scene, index);
+  const addresses = addressesOf(scene, index);
+  if (addresses.some((address) => address === undefined)) return undefined;
+  return { ...others, ...(addresses.length > 1 ? { stores: addresses } : { store: addresses[0] }) };
+}
+
+function layerOf({ document }: ShownScene, index: number): JsonObject {
+  const { layers } = document.json;
+  return Array.isArray(layers) ? objectOf(layers[index]) : {};
+}
+
+/** Those of the stores of a layer of the scene. */
+function addressesOf({ document, source }: ShownScene, index: number): (string | undefined)[] {
+  const { stores = [] } = document.layers[index] ?? {};
+  return stores.map((path) => {
+    try {
+      return source(path).address;
+    } catch {
+      return undefined; // the layer is missing, for this reason
+    }
+  });
+}
+
+function surfacesDocument(surfaces: readonly Surface[], before: unknown): JsonObject[] {
+  return surfaces.map(({ isovalue, colour, opacity }, i) => {
+    const { opacity: _, ...others } = Array.isArray(before) ? objectOf(before[i]) : {};
+    return { ...others, isovalue, colour, ...(opacity !== 1 && { opacity }) };
+  });
+}
+
+function cameraDocument({ projection, fieldOfView, ...camera }: Camera): JsonObject {
+  const { target, distance, azimuth, elevation, roll } = camera;
+  return {
+    ...{ target, distance, azimuth, elevation, roll },
+    field_of_view: fieldOfView,
+    orthographic: projection === "orthographic",
+  };
+}
+
+function clipDocument({ low, high, planes, caps = false }: Clip): JsonObject {
+  return { box: { low, high }, planes, caps };
+}
+
+function objectOf(value: unknown): JsonObject {
+  const isObject = typeof value === "object" && value !== null && !Array.isArray(value);
+  return isObject ? (value as JsonObject) : {};
+}
+
+const utf8 = new TextEncoder();
+
+function isShort(text: string): boolean {
+  return utf8.encode(text).length <= maxTextBytes;
+}
+
+/** A name that is too long for a scene, without its end. */
+function shortened(text: string): string {
+  let short = text;
+  while (!isShort(short)) short = short.slice(0, -1);
+  return short;
+}
