@@ -12,6 +12,17 @@ export const layers: typeof layersTexts = {
   none: "Alle verbergen",
   add: "Volumen hinzufügen …",
   addTitle: "Volumen hinzufügen",
+  save: "Szene speichern",
+  saveTitle:
+    "Speichert eine Datei mit den Adressen der Ebenen, ihren Flächen und ihrer Lage, Zeit, Kamera und Schnitten. Sie enthält keine Volumen.",
+  saved: (file) => `${file} wurde gespeichert. Öffnen Sie die Datei mit dieser Seite.`,
+  savedWithout: (file, layers, count) =>
+    plural(count, {
+      one: `${file} wurde ohne ${layers} gespeichert: Diese Ebene ist aus einer Datei dieses Geräts und hat keine Adresse.`,
+      other: `${file} wurde ohne ${layers} gespeichert: Diese Ebenen sind aus Dateien dieses Geräts und haben keine Adressen.`,
+    }),
+  notSaved:
+    "Es wurde keine Szene gespeichert: Alle Ebenen sind aus Dateien dieses Geräts und haben keine Adressen. Legen Sie die Dateien zuerst auf einen Server oder Webspace.",
   ofServer: "Ein Volumen dieses Servers",
   noVolume: "Kein Volumen dieses Servers passt.",
   moreVolumes: (volumes) => `${volumes} weitere: Suchen Sie danach.`,

@@ -13,6 +13,17 @@ export const layersTexts = part("layers", {
   none: "Hide all",
   add: "Add a volume …",
   addTitle: "Add a volume",
+  save: "Save the scene",
+  saveTitle:
+    "Saves a file with the addresses of the layers, their surfaces and places, time, camera and clipping. It contains no volumes.",
+  saved: (file: string) => `${file} was saved. Open it with this page.`,
+  savedWithout: (file: string, layers: string, count: number) =>
+    plural(count, {
+      one: `${file} was saved without ${layers}: this layer is from a file of this device, and has no address.`,
+      other: `${file} was saved without ${layers}: these layers are from files of this device, and have no addresses.`,
+    }),
+  notSaved:
+    "No scene was saved: all layers are from files of this device, and have no addresses. Put the files on a server or a web host first.",
   ofServer: "A volume of this server",
   noVolume: "No volume of this server matches.",
   moreVolumes: (volumes: number) => `${volumes} more: search for them.`,

@@ -31,6 +31,7 @@ import { readUrl } from "../address/url_state.ts";
 import { formatDims } from "../shell/format.ts";
 import { releaseView } from "../volume/view.ts";
 import type { VolumePage } from "../volume/volume_page.ts";
+import { addressedScene } from "./addressed_scene.ts";
 import {
   chooseInFile,
   chooseManner,
@@ -162,7 +163,10 @@ export class DeviceFiles {
     return this.#run(deviceTexts.reading, async (task) => {
       const found = await files;
       const [first] = found;
-      if (first && found.length === 1 && /\.json$/i.test(first.path)) {
+      const scene = first && found.length === 1 ? await addressedScene(first.file) : null;
+      if (scene) {
+        this.#shown.openScene({ name: scene.name, scene: async () => scene });
+      } else if (first && found.length === 1 && isSession(first.path)) {
         const { openSession } = await import("../address/open_session.ts");
         await openSession(first.file);
       } else if (found.some(({ path }) => isSceneName(path))) {
@@ -332,6 +336,10 @@ export class DeviceFiles {
     }
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
   }
+}
+
+function isSession(path: string): boolean {
+  return /\.json$/i.test(path) && !isSceneName(path);
 }
 
 /** The version is that of a single file. Several files would have to be checked one by one. */

@@ -36,6 +36,7 @@ export class LayersList {
         drop: (key, drop) => layers.drop(key, drop),
         remove: (key) => layers.remove(key),
         add: () => void this.#openDialog(),
+        save: () => host.saveScene(),
       },
     );
   }

@@ -34,6 +34,8 @@ export interface LayersActions {
   drop(key: number, drop: Drop): void;
   remove(key: number): void;
   add(): void;
+  /** Saves what is shown as a scene. */
+  save(): void;
 }
 
 /** With fewer layers there is no search. */
@@ -107,6 +109,9 @@ export class LayersSection {
           </button>
           <button type="button" class="chip" @click=${() => this.#actions.add()}>
             ${layersTexts.add}
+          </button>
+          <button type="button" class="chip" title=${layersTexts.saveTitle} @click=${() => this.#actions.save()}>
+            ${layersTexts.save}
           </button>
         </div>
         ${rows.length === 0 ? html`<p class="quiet">${layersTexts.noMatch}</p>` : this.#list(rows)}

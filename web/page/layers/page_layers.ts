@@ -31,6 +31,8 @@ export interface PageLayersHost {
   /** Another layer was chosen. */
   chosen(): void;
   note(text: string): void;
+  /** Saves what is shown as a scene. */
+  saveScene(): void;
   /** Adds volumes in files of this device; null while the code for them has not loaded. */
   takeFiles(): ((files: readonly File[]) => void) | null;
 }

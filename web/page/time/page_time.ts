@@ -16,6 +16,8 @@ export class PageTime {
   readonly #host: PageTimeHost;
   /** The value in the address; undefined after the scene was opened. */
   #ofAddress: number | undefined;
+  /** The step that the scene shows first. */
+  #first = 0;
   #bar: TimeBar | null = null;
 
   constructor(viewer: Viewer, ofAddress: number | undefined, host: PageTimeHost) {
@@ -32,18 +34,18 @@ export class PageTime {
     return this.#bar?.element ?? null;
   }
 
-  /** The value of the step that is shown; undefined for the first one, and without steps. */
+  /** The value of the step that is shown; undefined for the one that the scene shows first, and without steps. */
   get value(): number | undefined {
     const { time } = this.#viewer;
     if (!time) return this.#ofAddress;
-    return time.wantedStep === 0 ? undefined : time.values[time.wantedStep];
+    return time.wantedStep === this.#first ? undefined : time.values[time.wantedStep];
   }
 
   /** Shows the step of an earlier view, for undo and redo. */
   restore(value: number | undefined): void {
     const { time } = this.#viewer;
     time?.pause();
-    void time?.setStep(value === undefined ? 0 : nearestStep(time.values, value));
+    void time?.setStep(value === undefined ? this.#first : nearestStep(time.values, value));
   }
 
   step(by: 1 | -1): void {
@@ -59,6 +61,7 @@ export class PageTime {
     this.#bar = null;
     this.#host.render();
     if (!time) return;
+    this.#first = time.step;
     // No layer has been added yet: its first step is this one.
     if (this.#ofAddress !== undefined) {
       void time.setStep(nearestStep(time.values, this.#ofAddress));

@@ -1,3 +1,4 @@
+import type { ShownScene } from "../../scene/open_scene.ts";
 import { pageTexts } from "../../texts/page.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
@@ -24,6 +25,9 @@ export class LayersPart {
 
   /** Adds volumes in files of this device to the picture; null until the code for them has loaded. */
   takeFiles: ((files: readonly File[]) => void) | null = null;
+
+  /** The scene that the page has opened; null: a single store. */
+  scene: ShownScene | null = null;
 
   constructor(host: Omit<PageLayersHost, "takeFiles">, url: UrlState, search: string) {
     this.#viewer = host.viewer;
@@ -90,10 +94,11 @@ export class LayersPart {
   }
 
   /**
-   * The volume of the page is open, or the layers of its scene; null: one is missing. The first time, the
-   * layers of the address follow.
+   * The volume of the page is open, or its scene. The first time, the layers of the address follow.
    */
-  async opened(layers: readonly (Layer | null)[] = this.#viewer.layers): Promise<void> {
+  async opened(scene: ShownScene | null): Promise<void> {
+    this.scene = scene;
+    const layers = scene?.layers ?? this.#viewer.layers;
     this.#opened = layers;
     this.#list?.layers.opened(layers);
     if (this.#isOfSeveral) void this.load();

@@ -1,6 +1,6 @@
 import type { StoreInfo } from "../../core/types.ts";
+import type { ShownScene } from "../../scene/open_scene.ts";
 import { pageTexts } from "../../texts/page.ts";
-import type { Layer } from "../../viewer/layer.ts";
 import type { Camera, Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { SceneTarget, StoreTarget, Target } from "../address/target.ts";
@@ -17,8 +17,8 @@ export interface FirstView {
 export interface Opened {
   /** Of the first layer. */
   info: StoreInfo;
-  /** The layers of a scene; null: it is missing. */
-  layers?: readonly (Layer | null)[];
+  /** Null: a single store was opened. */
+  scene: ShownScene | null;
   /** The viewer has the scene's surfaces. */
   hasSurfaces: boolean;
   /** Of a scene; empty: that of its first layer. */
@@ -57,7 +57,7 @@ async function openStoreIn(
     ...(camera ? { camera } : {}),
     ...(projection && { projection }),
   });
-  return { info, hasSurfaces: false, title: "", notes: [] };
+  return { info, scene: null, hasSurfaces: false, title: "", notes: [] };
 }
 
 /** The settings of the address come before those of the scene. */
@@ -71,7 +71,8 @@ async function openSceneIn(
     target.scene(),
     import("../../scene/open_scene.ts"),
   ]);
-  const { missing, layers, document } = await openScene(viewer, scene);
+  const shown = await openScene(viewer, scene);
+  const { missing, layers, document } = shown;
   if (clip) viewer.setClip(clip);
   if (background) viewer.setLook({ background });
   if (surfaces.length > 0) viewer.setSurfaces(surfaces);
@@ -88,7 +89,7 @@ async function openSceneIn(
   // More would hide the picture.
   return {
     info,
-    layers,
+    scene: shown,
     hasSurfaces: surfaces.length === 0,
     title: document.name || target.name,
     notes: notes.slice(0, 3),

@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../../core/types.ts";
+import { layersTexts } from "../../texts/layers.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { wholeVolume } from "../../viewer/clipping.ts";
 import { identity, isIdentity } from "../../viewer/transform.ts";
@@ -6,6 +7,7 @@ import type { Viewer } from "../../viewer/viewer.ts";
 import type { CaptureDialog } from "../capture/capture_dialog.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { plainValue } from "../shell/format.ts";
+import { theme, themeBackground } from "../shell/theme.ts";
 import { keepThumbnailWhenIdle } from "../shell/thumbnails.ts";
 import type { Toast } from "../shell/toast.ts";
 import type { LayersPart } from "./layers_part.ts";
@@ -37,11 +39,37 @@ export class PageFiles {
 
   /** Offers a file to save, whose name begins with the volume's name. */
   save(ending: string, content: Blob): void {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(content);
-    link.download = `${this.#title().replace(/[^\w.-]+/g, "-")}-${ending}`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    download(`${this.#fileName}-${ending}`, content);
+  }
+
+  get #fileName(): string {
+    return this.#title().replace(/[^\w.-]+/g, "-");
+  }
+
+  /** Saves the document of a scene. Layers without an address are named. hasBackground: it was chosen. */
+  async saveScene(hasBackground: boolean): Promise<void> {
+    try {
+      const { writeScene } = await import("../../scene/write_scene.ts");
+      const layers = this.#layers;
+      const { look } = this.#viewer;
+      const { text, left } = writeScene(this.#viewer, {
+        name: this.#title(),
+        scene: layers.scene,
+        nameOf: (layer) => layers.titleOf(layer),
+        hasBackground: hasBackground || look.background !== themeBackground[theme()],
+      });
+      if (text === null) {
+        this.#toast.note(layersTexts.notSaved);
+        return;
+      }
+      const file = `${this.#fileName.replace(/\.(isobundle|isosplat|scene\.json)$/i, "")}.scene.json`;
+      download(file, new Blob([text], { type: "application/json" }));
+      const names = left.map((layer) => layers.titleOf(layer)).join(", ");
+      if (left.length === 0) this.#toast.done(layersTexts.saved(file));
+      else this.#toast.note(layersTexts.savedWithout(file, names, left.length));
+    } catch {
+      this.#toast.note(pageTexts.noSaving);
+    }
   }
 
   async saveScreenshot(options: { transparent?: boolean } = {}): Promise<void> {
@@ -101,4 +129,12 @@ export class PageFiles {
   get #isovalues(): string {
     return this.#surfaces.first.map((surface) => plainValue(surface.isovalue)).join("-");
   }
+}
+
+function download(name: string, content: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }

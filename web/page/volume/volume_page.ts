@@ -54,6 +54,7 @@ export class VolumePage {
       changed: () => this.#changed(),
       render: () => this.#layout.request(),
       chosen: () => this.#viewer.isBusy || this.#layout.rests(),
+      saveScene: () => void this.#files.saveScene(!this.#settings.state.isThemeBackground),
       note: (text) => this.#toast.note(text),
     },
     this.#url,
@@ -195,7 +196,7 @@ export class VolumePage {
       this.#sceneTitle = opened.title;
       if (this.#info !== opened.info || opened.title) this.#onOpened(opened.info);
       const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
-      void this.layers.opened(opened.layers);
+      void this.layers.opened(opened.scene);
       const isElsewhere = this.#camera.opened(camera, before, keepsView, "scene" in this.#target);
       if (keepsView) return;
       notes.unshift(...(this.#url.notes ?? []));

@@ -1,0 +1,25 @@
+import { maxSceneBytes } from "../../scene/scene_document.ts";
+import type { SceneSource } from "../../scene/scene_source.ts";
+
+/**
+ * The scene of a file of this device whose stores are all at addresses, as the page saves it. Nothing of this
+ * device is read for it but this file, so that requests to other hosts stay allowed. Null for other files.
+ */
+export async function addressedScene(file: File): Promise<SceneSource | null> {
+  if (!/\.json$/i.test(file.name) || file.size > maxSceneBytes) return null;
+  if (!(await file.text()).includes('"isosplat-scene"')) return null;
+  const [{ parseScene }, { sceneOfFiles }] = await Promise.all([
+    import("../../scene/parse_scene.ts"),
+    import("../../scene/scene_source.ts"),
+  ]);
+  // Faults of the document are reported when it is opened.
+  const isAddressed = (path: string) => URL.canParse(path);
+  try {
+    const { layers } = parseScene(new Uint8Array(await file.arrayBuffer()));
+    if (!layers.every(({ stores }) => stores.every(isAddressed))) return null;
+  } catch {
+    return null;
+  }
+  // Browsers add a number to the name of a second download.
+  return sceneOfFiles([{ path: "scene.json", file }]);
+}
