@@ -164,7 +164,7 @@ TEST(ImportErrors, TwoAndFourDimensionsColoursAndUnknownTypes) {
              "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\n"
              "kinds: RGB-color domain domain domain\nencoding: raw\n\n" +
                  std::string(24, 'x'));
-  expect_error(folder / "rgb.nrrd", Status::unsupported_type, "found 3 (colours or vectors)");
+  expect_error(folder / "rgb.nrrd", Status::unsupported_type, "found 3 channels: choose one with");
   write_file(folder / "block.nrrd", nrrd_header(kSize, "block", "encoding: raw\n\nabcd"));
   expect_error(folder / "block.nrrd", Status::unsupported_type, "found block");
   write_file(folder / "rgb.mha",

@@ -124,7 +124,7 @@ TEST(RuleNrrd, AListOrTimeAxisIsFoundInAnyPosition) {
   }
 }
 
-TEST(RuleNrrd, ColoursAndFlatListsAreErrors) {
+TEST(RuleNrrd, FlatColoursVectorsAndFlatListsAreErrors) {
   const TempFolder folder;
   const auto header = [](const char* sizes, const char* kinds) {
     return fmt::format(
@@ -133,10 +133,11 @@ TEST(RuleNrrd, ColoursAndFlatListsAreErrors) {
   };
   write_file(folder / "rgb.nrrd",
              header("3 5 4", "RGB-color domain domain") + std::string(60, 'x'));
-  expect_error(folder / "rgb.nrrd", "found 3 (colours or vectors)");
+  expect_error(folder / "rgb.nrrd", "found an image with 2");
   write_file(folder / "last.nrrd",
              header("5 4 3 3", "domain domain domain vector") + std::string(180, 'x'));
-  expect_error(folder / "last.nrrd", "found 3 (colours or vectors)");
+  expect_error(folder / "last.nrrd",
+               "found 3 channels: choose one with --channel 0 to --channel 2");
   write_file(folder / "list.nrrd", header("5 4 3", "list domain domain") + std::string(60, 'x'));
   expect_error(folder / "list.nrrd", "three spatial axes");
 }

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "shared/import/geometry/conventions.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/import_options.h"
-#include "shared/import/volume/volume_choices.h"
 
 namespace isosplat::import {
 namespace {
@@ -78,24 +78,11 @@ class Reader {
   }
 
   Result<uint64_t> choose_channel(const Hdf5Axis& channels) const {
-    const auto count = static_cast<int64_t>(std::max<uint64_t>(channels.size, 1));
-    if (count > 1 && !options_.channel) {
-      offer_channels(options_, static_cast<uint64_t>(count));
-      return fail(
-          Status::invalid_argument,
-          fmt::format("{}: expected one number per voxel, found {} channels{} in {}: choose "
-                      "one with --channel 0 to --channel {}",
-                      file_.path().string(), count,
-                      channels.name.empty() ? "" : " (" + hdf5_printable(channels.name) + ")",
-                      hdf5_printable(volume_.path), count - 1));
-    }
-    const int64_t channel = options_.channel.value_or(0);
-    if (channel < 0 || channel >= count) {
-      return fail(Status::invalid_argument,
-                  fmt::format("{}: expected a --channel from 0 to {}, found {}: choose another",
-                              file_.path().string(), count - 1, channel));
-    }
-    return static_cast<uint64_t>(channel);
+    const std::string which = fmt::format(
+        "{} in {}", channels.name.empty() ? "" : " (" + hdf5_printable(channels.name) + ")",
+        hdf5_printable(volume_.path));
+    return import::choose_channel(file_.path(), std::max<uint64_t>(channels.size, 1), options_, {},
+                                  which);
   }
 
   tl::unexpected<Error> too_many() const {

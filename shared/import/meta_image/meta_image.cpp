@@ -13,6 +13,7 @@
 #include "shared/import/codecs/deflated_reader.h"
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
@@ -186,14 +187,19 @@ Result<std::vector<int64_t>> sizes_of(const std::filesystem::path& path, const M
   return *std::move(sizes);
 }
 
-/// The type of the voxels. Errors: also if a voxel has several channels.
-Result<VoxelType> voxel_type_of(const std::filesystem::path& path, const MetaHeader& header) {
-  const std::string channels = header.field({"ElementNumberOfChannels"});
-  if (!channels.empty() && channels != "1") {
-    const auto count = whole_number(channels);
-    if (!count || *count < 1) return malformed(path, fmt::format("{} channels", channels));
-    return not_scalar(path, static_cast<int>(std::min<int64_t>(*count, 1000)));
+/// The numbers of each voxel.
+Result<uint64_t> channels_of(const std::filesystem::path& path, const MetaHeader& header) {
+  const std::string text = header.field({"ElementNumberOfChannels"});
+  if (text.empty()) return 1;
+  const auto count = whole_number(text);
+  if (!count || *count < 1 || *count > int64_t{1} << 20) {
+    return malformed(path, fmt::format("expected ElementNumberOfChannels from 1 to {}, found '{}'",
+                                       int64_t{1} << 20, text));
   }
+  return static_cast<uint64_t>(*count);
+}
+
+Result<VoxelType> voxel_type_of(const std::filesystem::path& path, const MetaHeader& header) {
   const std::string name = header.field({"ElementType"});
   const auto type = type_of(name);
   if (!type) return unknown_type(path, name.empty() ? "no ElementType" : name);
@@ -332,6 +338,10 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   if (!sizes) return tl::unexpected(sizes.error());
   const auto type = voxel_type_of(path, *header);
   if (!type) return tl::unexpected(type.error());
+  const auto channels = channels_of(path, *header);
+  if (!channels) return tl::unexpected(channels.error());
+  const auto channel = choose_channel(path, *channels, options);
+  if (!channel) return tl::unexpected(channel.error());
   const auto step = choose_time_step(path, *sizes, options, times_of(*header, *sizes));
   if (!step) return tl::unexpected(step.error());
   if (sizes->size() > 4) {
@@ -354,6 +364,14 @@ Result<OpenVolume> open_meta_image(const std::filesystem::path& path,
   array.steps = static_cast<uint64_t>(sizes->size() > 3 ? (*sizes)[3] : 1);
   array.step = *step;
   const std::string data_name = header->field({"ElementDataFile"});
+  if (*channels > 1) {
+    if (array.steps > 1 || names_several_files(data_name)) {
+      return not_scalar(path, static_cast<int>(*channels));
+    }
+    array.steps = *channels;
+    array.step = *channel;
+    array.step_axis = 0;
+  }
   if (names_several_files(data_name)) {
     return open_several(path, data_name, *sizes, *encoding, std::move(array), std::move(notes));
   }

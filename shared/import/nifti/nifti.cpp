@@ -10,6 +10,7 @@
 #include "shared/import/codecs/deflated_reader.h"
 #include "shared/import/nifti/header.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
@@ -36,10 +37,21 @@ Result<std::unique_ptr<ByteReader>> open_bytes(const std::filesystem::path& path
   return deflated ? open_deflated(path) : open_plain(path);
 }
 
-/// Checks the sizes: three spatial axes, optionally a time axis.
-Result<uint64_t> check_sizes(const std::filesystem::path& path, const NiftiHeader& header,
-                             std::vector<int64_t>& sizes, const ImportOptions& options,
-                             std::vector<std::string>& notes) {
+/// The numbers of a voxel that is a colour: 24-bit RGB or 32-bit RGBA.
+uint64_t colours_of(int16_t data_type) {
+  return data_type == 128 ? 3 : data_type == 2304 ? 4 : 1;
+}
+
+/// The fourth axis of the stored array, with more than one sample for files of several volumes.
+struct FourthAxis {
+  size_t position = 3;  ///< 0: colours alternate
+  uint64_t count = 1, chosen = 0;
+};
+
+/// Checks the sizes: three spatial axes, and one of times, of channels (the fifth), or of colours.
+Result<FourthAxis> fourth_axis(const std::filesystem::path& path, const NiftiHeader& header,
+                               std::vector<int64_t>& sizes, const ImportOptions& options,
+                               std::vector<std::string>& notes) {
   for (size_t i = 0; i < sizes.size(); ++i) {
     if (sizes[i] == 0 && i > 2) {
       notes.push_back(fmt::format("the header's size of dimension {} is 0: 1 is assumed", i + 1));
@@ -51,8 +63,24 @@ Result<uint64_t> check_sizes(const std::filesystem::path& path, const NiftiHeade
                             "header is damaged; export the volume again",
                             path.string(), sizes[i], i + 1));
   }
-  if (sizes.size() > 4 && sizes[4] > 1) return not_scalar(path, static_cast<int>(sizes[4]));
-  return choose_time_step(path, sizes, options, nifti_times(header));
+  const uint64_t colours = colours_of(header.data_type);
+  const uint64_t components = sizes.size() > 4 ? static_cast<uint64_t>(sizes[4]) : 1;
+  const uint64_t channels = colours > 1 ? colours : components;
+  const int64_t others = sizes.size() < 4 ? 0
+                                          : std::count_if(sizes.begin() + 3, sizes.end(),
+                                                          [](int64_t size) { return size > 1; });
+  if (channels > 1 && others > (colours > 1 ? 0 : 1)) {
+    return not_scalar(path, static_cast<int>(std::min<uint64_t>(channels, 1000)));
+  }
+  const auto channel = choose_channel(
+      path, channels, options, colours > 1 ? rgba_channels() : std::vector<ChannelDescription>{});
+  if (!channel) return tl::unexpected(channel.error());
+  if (channels > 1 && sizes.size() > 3) sizes.resize(3);
+  const auto step = choose_time_step(path, sizes, options, nifti_times(header));
+  if (!step) return tl::unexpected(step.error());
+  if (colours > 1) return FourthAxis{0, colours, *channel};
+  if (components > 1) return FourthAxis{3, components, *channel};
+  return FourthAxis{3, static_cast<uint64_t>(sizes.size() > 3 ? sizes[3] : 1), *step};
 }
 
 /// Reads the header at the beginning of `bytes`.
@@ -71,9 +99,10 @@ Result<NiftiHeader> read_header(const std::filesystem::path& path, ByteReader& b
   return parse_nifti(path, header_bytes);
 }
 
-/// The type of the voxels. Errors: also if a voxel is a colour or a complex number.
+/// The type of the voxels, or of each channel of a colour. Errors: also if a voxel is a complex
+/// number.
 Result<VoxelType> voxel_type_of(const std::filesystem::path& path, int16_t code) {
-  if (code == 128 || code == 2304) return not_scalar(path, code == 128 ? 3 : 4);
+  if (colours_of(code) > 1) return VoxelType::u8;
   if (code == 32 || code == 1792 || code == 2048) return not_scalar(path, 2);
   const auto type = nifti_type(code);
   if (!type) return unknown_type(path, fmt::format("NIfTI data type {}", code));
@@ -128,12 +157,12 @@ Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options
   if (!type) return tl::unexpected(type.error());
   std::vector<std::string> notes;
   std::vector<int64_t> sizes = header->sizes;
-  const auto step = check_sizes(path, *header, sizes, options, notes);
-  if (!step) return tl::unexpected(step.error());
-  if (header->bits != 0 && static_cast<size_t>(header->bits) != 8 * voxel_bytes(*type)) {
-    return malformed_nifti(path,
-                           fmt::format("expected {} bits per voxel of data type {}, found {}",
-                                       8 * voxel_bytes(*type), header->data_type, header->bits));
+  const auto axis = fourth_axis(path, *header, sizes, options, notes);
+  if (!axis) return tl::unexpected(axis.error());
+  const uint64_t bits = 8 * voxel_bytes(*type) * colours_of(header->data_type);
+  if (header->bits != 0 && static_cast<uint64_t>(header->bits) != bits) {
+    return malformed_nifti(path, fmt::format("expected {} bits per voxel of data type {}, found {}",
+                                             bits, header->data_type, header->bits));
   }
   const auto geometry = nifti_geometry(path, *header, notes);
   if (!geometry) return tl::unexpected(geometry.error());
@@ -144,8 +173,9 @@ Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options
 
   ArrayVolume array = make_array("NIfTI", path, {sizes[0], sizes[1], sizes[2]}, *geometry, options);
   array.stored = *stored;
-  array.steps = static_cast<uint64_t>(sizes.size() > 3 ? sizes[3] : 1);
-  array.step = *step;
+  array.step_axis = axis->position;
+  array.steps = axis->count;
+  array.step = axis->chosen;
   array.offset = *offset;
   if (header->is_pair) {
     const auto voxels = names_voxels ? named : sibling(path, ".img", ".IMG");

@@ -9,7 +9,7 @@
 
 #include "shared/import/nrrd/geometry.h"
 #include "shared/import/text/header_text.h"
-#include "shared/import/volume/refusals.h"
+#include "shared/import/volume/choose_channel.h"
 
 namespace isosplat::import {
 namespace {
@@ -170,9 +170,6 @@ Result<std::vector<size_t>> find_other_axes(const std::filesystem::path& path,
     if (std::find(spatial.begin(), spatial.end(), i) == spatial.end() && axes[i].size > 1)
       others.push_back(i);
   }
-  for (const size_t i : others) {
-    if (is_component_kind(axes[i].kind)) return not_scalar(path, static_cast<int>(axes[i].size));
-  }
   if (spatial.size() != 3) {
     return fail(spatial.size() < 3 ? Status::no_cells : Status::unsupported_format,
                 fmt::format("{}: expected a volume with three spatial axes, found an image with "
@@ -181,10 +178,11 @@ Result<std::vector<size_t>> find_other_axes(const std::filesystem::path& path,
                             path.string(), spatial.size()));
   }
   if (others.size() > 1) {
-    return fail(Status::unsupported_format,
-                fmt::format("{}: expected three spatial axes and one of time, found {} others: "
-                            "save one volume as a separate file",
-                            path.string(), others.size()));
+    return fail(
+        Status::unsupported_format,
+        fmt::format("{}: expected three spatial axes and one of times or channels, found {} "
+                    "others: save one volume as a separate file",
+                    path.string(), others.size()));
   }
   return others;
 }
@@ -209,7 +207,11 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
     const NrrdAxis& axis = (*axes)[other];
     result.steps = axis.size;
     const double first = std::isfinite(axis.min) ? axis.min : 0;
-    result.times = TimeAxis::regular(first, axis.spacing, axis.size, axis.unit);
+    result.are_channels = is_component_kind(axis.kind);
+    if (axis.kind == "rgb-color" || axis.kind == "rgba-color") result.channels = rgba_channels();
+    if (!result.are_channels) {
+      result.times = TimeAxis::regular(first, axis.spacing, axis.size, axis.unit);
+    }
     result.step_axis = static_cast<size_t>(
         std::count_if(spatial.begin(), spatial.end(), [&](size_t i) { return i < other; }));
   }

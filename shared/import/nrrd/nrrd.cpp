@@ -11,6 +11,7 @@
 #include "shared/import/nrrd/axes.h"
 #include "shared/import/nrrd/header.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
@@ -187,7 +188,11 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   auto axes = read_nrrd_axes(path, *header);
   if (!axes) return tl::unexpected(axes.error());
   note_unused_fields(*header, axes->notes);
-  const auto step = choose_step(path, axes->steps, options, axes->times);
+  const auto count = static_cast<uint64_t>(axes->steps);
+  const auto channel =
+      choose_channel(path, axes->are_channels ? count : 1, options, axes->channels);
+  if (!channel) return tl::unexpected(channel.error());
+  const auto step = choose_step(path, axes->are_channels ? 1 : axes->steps, options, axes->times);
   if (!step) return tl::unexpected(step.error());
   auto coding = coding_of(path, *header);
   if (!coding) return tl::unexpected(coding.error());
@@ -196,7 +201,7 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   array.stored.type = *type;
   array.steps = static_cast<uint64_t>(axes->steps);
   array.step_axis = axes->step_axis;
-  array.step = *step;
+  array.step = axes->are_channels ? *channel : *step;
   const std::string endian = lower_case(header->field("endian"));
   if (voxel_bytes(*type) > 1 && *coding != Coding::text && endian != "little" && endian != "big") {
     return malformed_nrrd(path, fmt::format("expected endian: little or big, found '{}'", endian));

@@ -6,6 +6,7 @@
 
 #include "shared/core/grid/grid.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/volume_choices.h"
@@ -171,21 +172,9 @@ Result<TiffVolume> choose_tiff_volume(const std::filesystem::path& path,
                                 *axis == TiffAxis::time ? "times" : "channels"));
   }
   if (volume.slices != TiffAxis::channel) {
-    const auto channel = options.channel;
-    if (channels > 1 && !channel) {
-      offer_channels(options, channels, chosen.channels);
-      return fail(Status::unsupported_type,
-                  fmt::format("{}: expected one number per voxel, found {} channels{}: choose one "
-                              "with --channel 0 to --channel {}",
-                              path.string(), channels, names_of(chosen), channels - 1));
-    }
-    if (channel.value_or(0) < 0 || static_cast<uint64_t>(channel.value_or(0)) >= channels) {
-      return fail(Status::invalid_argument,
-                  fmt::format("{}: expected a --channel from 0 to {}, found {}: choose another",
-                              path.string(), channels - 1, *channel));
-    }
-    volume.fixed[static_cast<size_t>(TiffAxis::channel)] =
-        static_cast<uint64_t>(channel.value_or(0));
+    const auto channel = choose_channel(path, channels, options, chosen.channels, names_of(chosen));
+    if (!channel) return tl::unexpected(channel.error());
+    volume.fixed[static_cast<size_t>(TiffAxis::channel)] = *channel;
   }
   if (volume.slices != TiffAxis::time) {
     const auto count = static_cast<int64_t>(times);

@@ -11,8 +11,8 @@
 #include "shared/import/tiff/geometry.h"
 #include "shared/import/tiff/slices.h"
 #include "shared/import/tiff/source.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/refusals.h"
-#include "shared/import/volume/volume_choices.h"
 #include "shared/import/volume/volume_name.h"
 
 // Opens TIFF stacks: a file with a page per slice, or a folder with a file per slice. series.h
@@ -267,19 +267,9 @@ Result<OpenVolume> open_tiff_folder(const std::filesystem::path& path,
                             "file itself",
                             first->string(), std::max<uint64_t>(one.pages, page.depth)));
   }
-  if (page.samples > 1 && !options.channel) {
-    offer_channels(options, page.samples);
-    return fail(Status::unsupported_type,
-                fmt::format("{}: expected one number per voxel, found {} channels: choose one with "
-                            "--channel 0 to --channel {}",
-                            path.string(), page.samples, page.samples - 1));
-  }
-  if (options.channel.value_or(0) < 0 || options.channel.value_or(0) >= page.samples) {
-    return fail(Status::invalid_argument,
-                fmt::format("{}: expected a --channel from 0 to {}, found {}: choose another",
-                            path.string(), page.samples - 1, *options.channel));
-  }
-  for (TiffSlice& slice : slices) slice.part.sample = static_cast<int>(options.channel.value_or(0));
+  const auto channel = choose_channel(path, page.samples, options);
+  if (!channel) return tl::unexpected(channel.error());
+  for (TiffSlice& slice : slices) slice.part.sample = static_cast<int>(*channel);
   if (auto fine = check_page(*first, page, notes); !fine) return tl::unexpected(fine.error());
   return make_stack(path, page, one, options, std::move(slices), first_pages, std::move(notes));
 }
