@@ -162,7 +162,10 @@ test("a scene that was replaced opens as it is now", async ({ page }) => {
   await expect(page.locator(".layer-name")).toHaveText(["right", "left", "left"]);
 });
 
-test("a scene that does not exist is named", async ({ page }) => {
+test("a scene that does not exist is named, and others are offered", async ({ page }) => {
   await page.goto(`${server.url}?scene=none`);
-  await expect(page.getByRole("alert").first()).toBeVisible();
+  await expect(page.getByRole("alert")).toContainText("There is no scene “none”");
+  await page.getByRole("alert").getByRole("link", { name: "two" }).click();
+  await complete(page);
+  expect(new URL(page.url()).searchParams.get("scene")).toBe("two");
 });

@@ -19,6 +19,9 @@ export const start: typeof English = {
     `Der Server hat auf die Frage nach der Liste der Volumen mit Status ${status} geantwortet.`,
   notAList: "Die Liste der Volumen ist nicht lesbar: Ist das ein Isosplat-Server?",
   volumes: "Volumen",
+  noScene: "Diese Szene gibt es nicht",
+  noSceneText: (name) =>
+    `Es gibt keine Szene „${name}“. Vielleicht wurde sie umbenannt oder entfernt. Kommt sie wieder, wird sie von selbst geöffnet.`,
   scenes: "Szenen",
   scenesAndVolumes: "Szenen und Volumen",
   sceneCount: scenes,

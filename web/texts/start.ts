@@ -18,6 +18,9 @@ export const startTexts = part("start", {
   listStatus: (status: number) => `The server returned status ${status} for the list of volumes.`,
   notAList: "The server's list of volumes cannot be read: is it an Isosplat server?",
   volumes: "Volumes",
+  noScene: "No such scene",
+  noSceneText: (name: string) =>
+    `There is no scene “${name}”. It may have been renamed or removed. If it comes back, the page opens it automatically.`,
   scenes: "Scenes",
   scenesAndVolumes: "Scenes and volumes",
   sceneCount: scenes,

@@ -65,8 +65,14 @@ export function languageChoice(): TemplateResult {
 
 export interface ProblemActions {
   retry: () => void;
-  /** Other volumes that the visitor can open, if the list of volumes is available. */
-  names?: readonly string[];
+  /** What the visitor can open instead, if the server's list is available. */
+  others?: readonly ListedName[];
+}
+
+/** A volume or a scene of the server, by the parameter of the page that opens it. */
+export interface ListedName {
+  kind: "volume" | "scene";
+  name: string;
 }
 
 export function problemCard(problem: Problem, actions: ProblemActions): TemplateResult {
@@ -75,11 +81,11 @@ export function problemCard(problem: Problem, actions: ProblemActions): Template
     <h2>${problem.title}</h2>
     <p>${problem.text}</p>
     ${
-      actions.names && actions.names.length > 0
+      actions.others && actions.others.length > 0
         ? html`<nav class="problem-names" aria-label=${pageTexts.onThisServer}>
-            ${actions.names.map(
-              (name) =>
-                html`<a class="chip" href="?volume=${encodeURIComponent(name)}">${name}</a>`,
+            ${actions.others.map(
+              ({ kind, name }) =>
+                html`<a class="chip" href="?${kind}=${encodeURIComponent(name)}">${name}</a>`,
             )}
           </nav>`
         : nothing

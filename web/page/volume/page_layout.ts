@@ -165,7 +165,7 @@ export class PageLayout {
       background: settings.look.background,
       // If there is no picture, the error is shown instead.
       problem: faults.problem ?? (hasPicture ? null : fault),
-      names: faults.names,
+      others: faults.others,
       legend: viewer.legend,
       banner: hasPicture ? bannerOf(fault) : null,
       toast: toast.message,

@@ -1,8 +1,10 @@
 import { faults, slowWait } from "../../stream/faults.ts";
 import { type Progress, StreamError } from "../../stream/types.ts";
+import { startTexts } from "../../texts/start.ts";
 import type { RendererError } from "../../viewer/renderer_error.ts";
+import type { ListedName } from "../shell/chrome.ts";
 import { kindOf, type Problem, problemOf, problemOfFault } from "../shell/problems.ts";
-import { fetchVolumes } from "../shell/volumes_api.ts";
+import { fetchScenes, fetchVolumes } from "../shell/volumes_api.ts";
 import type { Banner } from "./volume_layout.ts";
 
 /**
@@ -17,7 +19,7 @@ export class VolumeFaults {
   #reopenTimer = 0;
   /** Number of consecutive failures to open it. */
   #failures = 0;
-  #names: readonly string[] = [];
+  #others: readonly ListedName[] = [];
   #progress: Progress | null = null;
   /** The renderer's last error, until it draws again. */
   #rendererError: RendererError | null = null;
@@ -33,9 +35,9 @@ export class VolumeFaults {
     return this.#problem;
   }
 
-  /** Names of existing volumes, if the volume of the address does not exist. */
-  get names(): readonly string[] {
-    return this.#names;
+  /** Existing volumes or scenes, if that of the address does not exist. */
+  get others(): readonly ListedName[] {
+    return this.#others;
   }
 
   get isContextLost(): boolean {
@@ -95,24 +97,36 @@ export class VolumeFaults {
 
   /**
    * The volume cannot be opened. `what`: its name; `isRetryScheduled`: another attempt is already
-   * scheduled; `isListed`: the name is one that the server lists.
+   * scheduled; `listed`: the kind, if the server lists such names.
    */
-  notOpened(error: unknown, what: string, isRetryScheduled: boolean, isListed: boolean): void {
+  notOpened(
+    error: unknown,
+    what: string,
+    isRetryScheduled: boolean,
+    listed: ListedName["kind"] | null,
+  ): void {
     this.#problem = problemOf(error, what);
     clearTimeout(this.#reopenTimer);
     const { retry } = faults[kindOf(error)];
     if (!isRetryScheduled && retry !== "never") {
       this.#reopenTimer = window.setTimeout(this.#reopen, slowWait(this.#failures++));
     }
-    this.#changed();
-    if (error instanceof StreamError && error.kind === "not-found" && isListed) {
-      fetchVolumes({ limit: 20 })
-        .then(({ volumes }) => {
-          this.#names = volumes.filter((volume) => !volume.error).map((volume) => volume.name);
-          this.#changed();
-        })
-        .catch(() => {}); // the message is shown without the list
+    const isMissing = error instanceof StreamError && error.kind === "not-found";
+    if (isMissing && listed === "scene") {
+      this.#problem = {
+        ...this.#problem,
+        title: startTexts.noScene,
+        text: startTexts.noSceneText(what),
+      };
     }
+    this.#changed();
+    if (!isMissing || !listed) return;
+    namesOf(listed)
+      .then((names) => {
+        this.#others = names;
+        this.#changed();
+      })
+      .catch(() => {}); // the message is shown without the list
   }
 
   /** The fault that currently prevents a complete picture, while the volume is open. */
@@ -130,6 +144,14 @@ export class VolumeFaults {
   close(): void {
     clearTimeout(this.#reopenTimer);
   }
+}
+
+/** The first volumes or scenes of the server that can be opened. */
+async function namesOf(kind: ListedName["kind"]): Promise<ListedName[]> {
+  const wanted = { limit: 20 };
+  const entries =
+    kind === "volume" ? (await fetchVolumes(wanted)).volumes : (await fetchScenes(wanted)).scenes;
+  return entries.filter(({ error }) => !error).map(({ name }) => ({ kind, name }));
 }
 
 /** A fault shown over a picture. */

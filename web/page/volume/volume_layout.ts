@@ -14,7 +14,7 @@ import type { PanelActions, PanelState } from "../panel/panel_state.ts";
 import { surfacesSection } from "../panel/surfaces_section.ts";
 import { viewSection } from "../panel/view_section.ts";
 import { volumeSection } from "../panel/volume_section.ts";
-import { brand, iconButton, problemCard, themeButton } from "../shell/chrome.ts";
+import { brand, iconButton, type ListedName, problemCard, themeButton } from "../shell/chrome.ts";
 import { formatDims, formatType } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";
 import type { Problem } from "../shell/problems.ts";
@@ -41,8 +41,8 @@ export interface LayoutState {
   panel: PanelState | null;
   background: string;
   problem: Problem | null;
-  /** Names of other volumes that the visitor can open instead. */
-  names: readonly string[];
+  /** What the visitor can open instead. */
+  others: readonly ListedName[];
   legend: Legend | null;
   banner: Banner | null;
   toast: ToastMessage | null;
@@ -143,7 +143,7 @@ function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): Temp
 function cover(state: LayoutState, actions: LayoutActions): TemplateResult | typeof nothing {
   if (state.problem) {
     return html`<div class="cover">
-      ${problemCard(state.problem, { retry: actions.retry, names: state.names })}
+      ${problemCard(state.problem, { retry: actions.retry, others: state.others })}
     </div>`;
   }
   if (!state.isOpening) return nothing;

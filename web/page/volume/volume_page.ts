@@ -287,8 +287,8 @@ export class VolumePage {
     this.#resolveFirstContent();
     this.#surfaces.closed();
     this.#resetProgress();
-    const isListed = Boolean(this.#url.volume);
-    this.#faults.notOpened(error, this.#target.name, isRetryScheduled, isListed);
+    const listed = this.#url.volume ? "volume" : this.#url.scene ? "scene" : null;
+    this.#faults.notOpened(error, this.#target.name, isRetryScheduled, listed);
   }
 
   #retry(): void {
