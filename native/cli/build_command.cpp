@@ -2,6 +2,7 @@
 
 #include "native/cli/building.h"
 #include "native/cli/command.h"
+#include "native/cli/label_building.h"
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
 #include "native/cli/scene_building.h"
@@ -15,10 +16,10 @@ namespace {
 
 struct BuildCall {
   std::vector<std::string> volumes;
-  std::string store, steps, time_unit;
+  std::string store, steps, time_unit, labels;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
-  bool quiet = false, force = false, no_thumbnail = false;
+  bool has_labels = false, quiet = false, force = false, no_thumbnail = false;
 };
 
 /// A file in the volume's folder.
@@ -66,6 +67,34 @@ Result<SceneInputs> scene_inputs(const BuildCall& call, const import::ImportOpti
   return files_as_steps({call.volumes.begin(), call.volumes.end()}, options);
 }
 
+SceneBuildOptions scene_options(const BuildCall& call, const std::filesystem::path& output,
+                                const BuildOptions& build_options) {
+  SceneBuildOptions options;
+  options.build = build_options;
+  options.key = call.volume_flags.key() + '\n' + call.build_flags.key();
+  options.name = build_options.title.empty()
+                     ? (output.has_filename() ? output : output.parent_path()).stem().string()
+                     : build_options.title;
+  options.time_unit = call.time_unit;
+  options.force = call.force;
+  return options;
+}
+
+std::string kept_text(const SceneReport& built) {
+  return built.kept > 0 ? fmt::format(" ({} stores were complete before)", built.kept) : "";
+}
+
+/// States how a scene is shown, and draws its picture.
+void finish_scene(const BuildCall& call, const std::filesystem::path& output) {
+  if (!call.quiet) fmt::print("isosplat view {} shows it\n", output.string());
+  if (call.no_thumbnail) return;
+  // The scene is complete, and can be served without a picture.
+  const auto scene = output.extension() == ".isobundle" ? output : output / kSceneName;
+  if (auto drawn = draw_scene_thumbnail(scene); !drawn) {
+    note("no thumbnail: " + drawn.error().message);
+  }
+}
+
 /// Builds several stores and their scene.
 int run_scene(const BuildCall& call, const import::ImportOptions& import_options,
               const BuildOptions& build_options) {
@@ -78,35 +107,62 @@ int run_scene(const BuildCall& call, const import::ImportOptions& import_options
   const auto inputs = scene_inputs(call, import_options);
   if (!inputs) return report(inputs.error());
   for (const std::string& text : inputs->notes) note(text);
-  SceneBuildOptions options;
-  options.build = build_options;
-  options.key = call.volume_flags.key() + '\n' + call.build_flags.key();
-  options.name = build_options.title.empty()
-                     ? (output.has_filename() ? output : output.parent_path()).stem().string()
-                     : build_options.title;
-  options.time_unit = call.time_unit;
-  options.force = call.force;
-  const auto built = build_scene(*inputs, output, options);
+  const auto built = build_scene(*inputs, output, scene_options(call, output, build_options));
   if (!built) return report(built.error());
   if (!call.quiet) {
     fmt::print("{}: {} layer{}, {} time step{}, {}, built in {}{}\n", call.store, built->layers,
                built->layers == 1 ? "" : "s", built->steps, built->steps == 1 ? "" : "s",
-               format_bytes(built->bytes), format_seconds(built->seconds),
-               built->kept > 0 ? fmt::format(" ({} stores were complete before)", built->kept)
-                               : std::string());
-    fmt::print("isosplat view {} shows it\n", call.store);
+               format_bytes(built->bytes), format_seconds(built->seconds), kept_text(*built));
   }
-  if (!call.no_thumbnail) {
-    // The scene is complete, and can be served without a picture.
-    const auto scene = output.extension() == ".isobundle" ? output : output / kSceneName;
-    if (auto drawn = draw_scene_thumbnail(scene); !drawn) {
-      note("no thumbnail: " + drawn.error().message);
-    }
-  }
+  finish_scene(call, output);
   return kSuccess;
 }
 
-int run(const BuildCall& call) {
+/// Builds a scene with a layer for each label of a volume.
+int run_labels(const BuildCall& call, const import::ImportOptions& import_options,
+               const BuildOptions& build_options) {
+  if (call.volumes.size() != 1) {
+    return report(
+        {Status::invalid_argument,
+         fmt::format("--labels: expected one volume of labels, found {}", call.volumes.size())});
+  }
+  const std::filesystem::path volume = call.volumes.front();
+  std::filesystem::path output = call.store;
+  if (output.empty()) {
+    output = default_store(volume).replace_extension();
+    output += ".isobundle";
+  }
+  if (!SceneOutput::is_scene(output) && !is_folder(output)) {
+    return report({Status::invalid_argument,
+                   fmt::format("--labels: expected a bundle (-o NAME.isobundle) or a folder (-o "
+                               "NAME/) for several layers, found '{}'",
+                               output.string())});
+  }
+  if (output.extension() == ".isobundle") {
+    if (auto checked = check_replaceable_bundle(output, call.force); !checked) {
+      return report(checked.error());
+    }
+  }
+  LabelBuildOptions options;
+  options.scene = scene_options(call, output, build_options);
+  options.import = import_options;
+  options.surface = call.labels == "raw" ? LabelSurface::raw : LabelSurface::smooth;
+  const auto built = build_labels(volume, output, options);
+  if (!built) return report(built.error());
+  if (!call.quiet) {
+    fmt::print("{}: {} label{}, {}, built in {}{}\n", output.string(), built->layers,
+               built->layers == 1 ? "" : "s", format_bytes(built->bytes),
+               format_seconds(built->seconds), kept_text(*built));
+  }
+  finish_scene(call, output);
+  return kSuccess;
+}
+
+int run(BuildCall& call) {
+  // As in "--labels seg.nii.gz", since the kind of surface is optional.
+  if (call.has_labels && !call.labels.empty() && call.labels != "raw" && call.labels != "smooth") {
+    call.volumes.insert(call.volumes.begin(), std::exchange(call.labels, {}));
+  }
   if (call.quiet) set_quiet();
   auto import_options = call.volume_flags.options();
   if (!import_options) return report(import_options.error());
@@ -119,6 +175,7 @@ int run(const BuildCall& call) {
   if (call.volumes.empty() == call.steps.empty()) {
     return report({Status::invalid_argument, "expected volumes, or a list of them after --steps"});
   }
+  if (call.has_labels) return run_labels(call, *import_options, *build_options);
   if (is_scene) return run_scene(call, *import_options, *build_options);
   if (has_steps) {
     return report({Status::invalid_argument,
@@ -167,6 +224,17 @@ void add_build_command(CLI::App& program, int& exit_code) {
                       "path in each line");
   command->add_option("--time-unit", call->time_unit,
                       "Unit of the times of a scene, such as s (default: that of the file)");
+  command
+      ->add_option_function<std::string>(
+          "--labels",
+          [call](const std::string& kind) {
+            call->has_labels = true;
+            call->labels = kind;
+          },
+          "A scene with a smooth surface for each label of a segmentation; raw: with the stairs of "
+          "its voxels")
+      ->expected(0, 1)
+      ->type_name("[raw]");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
                     "Replace the output file even if it is a store of another volume, or no store");
@@ -182,6 +250,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build huge.nrrd --memory 4G --threads 8\n"
       "  isosplat build step_*.nrrd -o run.isobundle --time-unit s\n"
       "  isosplat build cells.tif -o cells.isobundle\n"
+      "  isosplat build organs.nii.gz --labels\n"
       "A scene has a layer for each channel and a store for each time step. The steps of a layer\n"
       "have the same quantized values. An interrupted build goes on where it was when it is "
       "called\n"

@@ -1,12 +1,12 @@
 #include "native/cli/scene_building.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
 #include <set>
 
+#include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/scene/layer_surfaces.h"
@@ -18,13 +18,6 @@ namespace isosplat::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Identifies the content of a file without reading it.
-std::string version_of(const fs::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return "none";
-  return fmt::format("{} {}.{:09}", status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
-}
 
 std::string which(const SceneInput& input) {
   return fmt::format("{}, channel {}, step {}", input.file.string(), input.layer, input.step);
@@ -144,7 +137,7 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
   if (!opened) return tl::unexpected(opened.error());
   std::string key = options_.key;
   for (const fs::path& file : opened->source->files()) {
-    key += fmt::format("\n{} {}", file.string(), version_of(file));
+    key += fmt::format("\n{} {}", file.string(), input_version(file));
   }
   key += fmt::format("\n{} {}\n{}", input.layer, input.step, values.key);
   if (output_->has(name, key)) {

@@ -42,6 +42,9 @@ Json layer_json(const SceneLayer& layer) {
   }
   if (!layer.visible) json["visible"] = false;
   if (layer.transform) json["transform"] = *layer.transform;
+  if (const auto& label = layer.label) {
+    json["label"] = {{"value", label->value}, {"voxels", label->voxels}, {"volume", label->volume}};
+  }
   return json;
 }
 

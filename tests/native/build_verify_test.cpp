@@ -54,6 +54,41 @@ void reseal(std::vector<std::byte>& store, StoreHeader header) {
   std::copy(bytes.begin(), bytes.end(), store.begin());
 }
 
+/// The cells of a volume that are active at an isovalue.
+uint64_t active_cells(const std::vector<uint8_t>& voxels, Index3 n, int isovalue) {
+  uint64_t active = 0;
+  for (int32_t z = 0; z + 1 < n.z; ++z) {
+    for (int32_t y = 0; y + 1 < n.y; ++y) {
+      for (int32_t x = 0; x + 1 < n.x; ++x) {
+        int above = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+          const int32_t i = x + (corner & 1), j = y + (corner >> 1 & 1), k = z + (corner >> 2);
+          above += voxels[static_cast<size_t>((k * n.y + j) * n.x + i)] > isovalue ? 1 : 0;
+        }
+        active += above > 0 && above < 8 ? 1 : 0;
+      }
+    }
+  }
+  return active;
+}
+
+TEST(Verify, StoresForOneIsovalueHaveItsCellsOnly) {
+  std::mt19937 random(5);
+  VolumeGrid grid;
+  grid.voxels = {15, 12, 9};  // one level
+  std::vector<uint8_t> voxels(15 * 12 * 9);
+  for (uint8_t& voxel : voxels) voxel = static_cast<uint8_t>(random() % 3 == 0 ? random() : 200);
+  const TemporaryFolder folder;
+  for (const int isovalue : {0, 31, 127, 199, 250}) {
+    BuildOptions options;
+    options.only_isovalue = isovalue;
+    write_file(folder.path() / "a", *build_store_bytes<uint8_t>(grid, voxels, options));
+    const auto report = verify_store_file(folder.path() / "a");
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_EQ(report->cells, active_cells(voxels, grid.voxels, isovalue)) << isovalue;
+  }
+}
+
 TEST(Verify, AcceptsStoresOfTheBuilder) {
   const TemporaryFolder folder;
   const auto store = small_store();

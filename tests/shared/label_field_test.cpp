@@ -119,11 +119,11 @@ int defined_value(const TestLabels& volume, std::uint16_t label, Vec3<int> at) {
   if (!weights.contains(label)) return 0;
   const int own = weights[label];
   weights.erase(label);
-  if (weights.empty()) return 254;
+  if (weights.empty()) return 62;
   int other = -1000;
   for (const auto& [ignored, weight] : weights) other = std::max(other, weight);
-  const int distance = 127 * (own - other) / 512;
-  return 127 + (centre == label ? std::clamp(distance, 13, 127) : std::clamp(distance, -127, -13));
+  const int distance = 31 * (own - other) / 512;
+  return 31 + (centre == label ? std::clamp(distance, 10, 31) : std::clamp(distance, -31, -10));
 }
 
 TEST(LabelField, IsAsDefinedForAnySlabsAndLabels) {

@@ -25,7 +25,8 @@ std::string error_of(const std::string& text) {
 
 TEST(Scene, HasLayersWithSurfacesAndPlaces) {
   const auto scene = parse_scene(scene_of(
-      R"([{"name":"bone","group":"CT","store":"a.isosplat","surfaces":[
+      R"([{"name":"bone","group":"CT","store":"a.isosplat",
+           "label":{"value":-5,"voxels":9007199254740992,"volume":0.25},"surfaces":[
             {"isovalue":1250.5,"colour":"#d9CCb3","opacity":0.5},{"isovalue":-3}]},
           {"store":"https://example.org/b.isosplat","visible":false,
            "transform":[1,0,0,5, 0,2,0,6, 0,0,3,7, 0,0,0,1]}])",
@@ -46,6 +47,11 @@ TEST(Scene, HasLayersWithSurfacesAndPlaces) {
   EXPECT_FLOAT_EQ((*bone.surfaces[0].colour)[1], 0xcc / 255.0f);
   EXPECT_FALSE(bone.surfaces[1].colour);
   EXPECT_TRUE(bone.visible);
+  ASSERT_TRUE(bone.label);
+  EXPECT_EQ(bone.label->value, -5);
+  EXPECT_EQ(bone.label->voxels, uint64_t{1} << 53);
+  EXPECT_EQ(bone.label->volume, 0.25);
+  EXPECT_FALSE(scene->layers[1].label);
   EXPECT_FALSE(scene->layers[1].visible);
   EXPECT_EQ((*scene->layers[1].transform)[7], 6);
   EXPECT_EQ(scene->camera->elevation, -90);

@@ -50,6 +50,7 @@ describe("the README's commands", () => {
   beforeAll(() => {
     folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
     writeFileSync(join(folder, "head.nii.gz"), header());
+    writeFileSync(join(folder, "organs.nii.gz"), header()); // each value is a label
     for (const step of [1, 2]) writeFileSync(join(folder, `step_${step}.nii.gz`), header());
     const layer = { store: "head.isosplat", surfaces: [{ isovalue: 100 }] };
     const scene = { format: "isosplat-scene", version: 1, layers: [layer] };

@@ -72,6 +72,19 @@ describe("a scene's document", () => {
     expect(scene.json.unknown).toEqual({ kept: true });
   });
 
+  it("has the labels of layers", () => {
+    const label = { value: 7, voxels: 1000, volume: 1953.125 };
+    const layers = [{ store: "a", label }, { store: "b" }];
+    const scene = parseScene(utf8(JSON.stringify({ ...example, layers })));
+    expect(scene.layers.map((layer) => layer.label)).toEqual([label, null]);
+    for (const value of [0.5, 2 ** 54, "7", null]) {
+      const wrong = [{ store: "a", label: { ...label, value } }];
+      expect(
+        fault(() => parseScene(utf8(JSON.stringify({ ...example, layers: wrong })))),
+      ).toContain("layers[0].label.value: expected an integer from -2^53 to 2^53");
+    }
+  });
+
   it("has stores for each step of time, or one for all", () => {
     const time = { steps: [0, 0.5, 2], unit: "s" };
     const layers = [{ stores: ["a", "b", "c"] }, { store: "d" }];
@@ -100,6 +113,7 @@ describe("a scene's document", () => {
           visible: true,
           surfaces: [{ isovalue: 1, colour: "#010203", opacity: 0.5 }],
           transform: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+          label: { value: -3, voxels: 12, volume: 40.5 },
         },
         { stores: ["a", "b"] },
       ],

@@ -3,6 +3,8 @@ import { StreamError } from "../stream/types.ts";
 import { maxTextBytes } from "./scene_document.ts";
 
 const maxNumber = 1e300;
+/** Beyond it, numbers of JSON are rounded. */
+export const maxInteger = 2 ** 53;
 const utf8 = new TextEncoder();
 
 /** The value that was found, short enough for a message. */
@@ -97,6 +99,14 @@ export class Member {
     return this.refuse(
       isAny ? "a finite number" : `a number from ${plain(least)} to ${plain(most)}`,
     );
+  }
+
+  /** Up to maxInteger. */
+  integer(least: number): number {
+    const value = this.#value;
+    const isInteger = typeof value === "number" && Math.floor(value) === value;
+    if (isInteger && value >= least && value <= maxInteger) return value;
+    return this.refuse(`an integer from ${least < 0 ? "-2^53" : "0"} to 2^53`);
   }
 
   flag(): boolean {

@@ -1,10 +1,11 @@
 import { StreamError } from "../stream/types.ts";
 import type { SceneTime } from "../viewer/time.ts";
 import type { Clip } from "../viewer/types.ts";
-import { Member, sceneError } from "./member.ts";
+import { Member, maxInteger, sceneError } from "./member.ts";
 import {
   type CameraDocument,
   type JsonObject,
+  type LabelDocument,
   type LayerDocument,
   maxLayers,
   maxSceneBytes,
@@ -84,6 +85,7 @@ function readLayer(layer: Member, steps: number): LayerDocument {
     ),
     visible: optional(layer.at("visible"), (visible) => visible.flag(), true),
     transform: optional(layer.at("transform"), readTransform, null),
+    label: optional(layer.at("label"), readLabel, null),
   };
 }
 
@@ -93,6 +95,15 @@ function readSurface(surface: Member): SurfaceDocument {
     isovalue: surface.at("isovalue").number(),
     colour: optional(surface.at("colour"), (colour) => colour.colour(false), null),
     opacity: optional(surface.at("opacity"), (opacity) => opacity.number(0, 1), 1),
+  };
+}
+
+function readLabel(label: Member): LabelDocument {
+  label.requireObject("a label");
+  return {
+    value: label.at("value").integer(-maxInteger),
+    voxels: label.at("voxels").integer(0),
+    volume: label.at("volume").number(0),
   };
 }
 

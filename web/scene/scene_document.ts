@@ -29,6 +29,17 @@ export interface LayerDocument {
   visible: boolean;
   /** 4 × 4, row by row. */
   transform: readonly number[] | null;
+  label: LabelDocument | null;
+}
+
+/** The label of a segmentation whose surface a layer shows. */
+export interface LabelDocument {
+  /** In the file of labels. */
+  value: number;
+  /** With this value. */
+  voxels: number;
+  /** Of these voxels, in cubic units of the world. */
+  volume: number;
 }
 
 export interface SurfaceDocument {

@@ -92,6 +92,10 @@ Result<void> StoreBuild::begin() {
   if (!quantization) return tl::unexpected(quantization.error());
   quantization_ = std::move(*quantization);
   mapping_ = quantization_.mapping();
+  if (options_.only_isovalue) {
+    const float quantized = mapping_.quantized_isovalue(*options_.only_isovalue);
+    only_isovalue_ = static_cast<QuantizedValue>(std::clamp(std::floor(quantized), 0.0f, 65534.0f));
+  }
   reader_.emplace(source_, quantization_, executor_);
   if (auto created = create_budget(); !created) return created;
   encoding_start_ = Clock::now();
@@ -102,6 +106,11 @@ Result<void> StoreBuild::create_budget() {
   const auto sample = sample_volume(source_, quantization_, executor_);
   if (!sample) return tl::unexpected(sample.error());
   isovalue_distribution_ = guess_isovalues(sample->statistics, sample->voxels);
+  if (only_isovalue_) {
+    const auto above = isovalue_distribution_.begin() + *only_isovalue_ + 1;
+    std::fill(isovalue_distribution_.begin(), above, 0.0);
+    std::fill(above, isovalue_distribution_.end(), 1.0);
+  }
   band_options_.isovalue_distribution = isovalue_distribution_;
   band_options_.storage_weight =
       std::min(kMinStorageWeight / options_.fetch_weight, kMaxStorageWeight);
@@ -162,6 +171,7 @@ Result<bool> StoreBuild::next_layer() {
     }
   } else {
     layer_ = {level_grid(header_.grid.voxels, 0), mapping_.bits, mapping_.has_missing};
+    layer_.only_isovalue = only_isovalue_;
   }
   if (z_ == 0) {
     if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());

@@ -106,6 +106,7 @@ class StoreBuild {
   ValueMapping mapping_;
   BandOptions band_options_;
   std::vector<double> isovalue_distribution_;
+  std::optional<QuantizedValue> only_isovalue_;
   uint64_t max_bytes_ = 0;  // of the store
   std::optional<SizeForecast> forecast_;
   std::optional<SizeBudget> budget_;

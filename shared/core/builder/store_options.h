@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,10 @@ struct StoreOptions {
   /// Largest difference between a stored value and the voxel's, in the volume's units. 0: lossless
   /// if 16 bits allow it, else with the precision of 16 bits. See choose_quantization.
   double max_error = 0;
+  /// If set, the store is for this isovalue alone, such as the border of a label: cells of level 0
+  /// that are not active at it are left out, as if a voxel were missing there. The store is
+  /// smaller, and has no isosurfaces elsewhere that are whole. Native builds only.
+  std::optional<double> only_isovalue;
   /// The values of all volumes that get the same quantized values, such as the steps of a series:
   /// of this volume too, whose type it has. Null: this volume alone decides.
   std::shared_ptr<const VoxelScan> scan;

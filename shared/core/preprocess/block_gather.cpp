@@ -70,6 +70,19 @@ void find_intervals(bool has_missing, GatheredBlock& block) {
   }
 }
 
+/// Flattens the intervals of cells that are not active at an isovalue: all those above it to one
+/// quantized value, and all those below to another, so that their unions at coarser levels are flat
+/// too.
+void keep_active(QuantizedValue isovalue, QuantizedValue greatest, GatheredBlock& block) {
+  for (CellInterval& cell : block.intervals) {
+    if (cell.min > isovalue) {
+      cell = {greatest, greatest};
+    } else if (cell.max <= isovalue) {
+      cell = {0, 0};
+    }
+  }
+}
+
 }  // namespace
 
 void gather_block(const Layer& layer, Index3 index, GatheredBlock& block) {
@@ -83,6 +96,8 @@ void gather_block(const Layer& layer, Index3 index, GatheredBlock& block) {
   layer.bits == 8 ? gather_voxels<uint8_t>(layer, block) : gather_voxels<uint16_t>(layer, block);
   if (!layer.intervals) {
     find_intervals(layer.has_missing, block);
+    if (layer.only_isovalue)
+      keep_active(*layer.only_isovalue, layer.bits == 8 ? 255 : kMissingVoxel - 1, block);
   } else {
     layer.bits == 8 ? gather_intervals<uint8_t>(layer, block)
                     : gather_intervals<uint16_t>(layer, block);

@@ -14,8 +14,8 @@ constexpr int kVoxels = kWidth * kRows;
 constexpr std::array<int, kWidth> kKernel = {-1, 2, 6, 2, -1};
 constexpr int kKernelSum = 8 * 8 * 8;
 
-/// The distance from the isovalue that a voxel keeps at least, of 127.
-constexpr int kLeastDistance = 13;
+/// The distance from the isovalue that a voxel keeps at least, of kLabelFieldIsovalue.
+constexpr int kLeastDistance = 10;
 
 /// Vectors of labels and weights. A row of kWidth voxels is the first lanes; the others are
 /// ignored.

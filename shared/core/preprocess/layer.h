@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "shared/core/grid/grid.h"
 
@@ -44,6 +45,9 @@ struct Layer {
   LevelBox voxel_box = {};
   const std::byte* intervals = nullptr;  ///< null at level 0
   LevelBox cell_box = {};
+  /// If set, cells of level 0 that are not active at this quantized isovalue count as flat.
+  /// Messages to other encoders (block_transfer.h) do not contain it.
+  std::optional<QuantizedValue> only_isovalue = {};
 };
 
 /// The memory for the part of the next coarser level that covers a layer, in the same form.

@@ -11,6 +11,7 @@ using Json = nlohmann::json;
 
 constexpr size_t kMaxText = 1024;  // of names, units and paths, in bytes
 constexpr double kMaxNumber = 1e300;
+constexpr double kMaxInteger = 9007199254740992.0;  // 2^53: beyond it, numbers of JSON are rounded
 
 /// The value that was found, short enough for a message.
 std::string shown(const Json& json) {
@@ -89,6 +90,15 @@ class Reader {
     }
     return std::max(least, std::min(most, 0.0));
   }
+  /// Up to kMaxInteger.
+  double integer(double least) const {
+    if (json_ && json_->is_number()) {
+      const double found = json_->get<double>();
+      if (found >= least && found <= kMaxInteger && found == std::floor(found)) return found;
+    }
+    refuse(least < 0 ? "an integer from -2^53 to 2^53" : "an integer from 0 to 2^53");
+    return 0;
+  }
   bool flag() const {
     if (json_ && json_->is_boolean()) return json_->get<bool>();
     refuse("true or false");
@@ -149,6 +159,12 @@ AffineTransform read_transform(const Reader& in) {
   return transform;
 }
 
+SceneLabel read_label(const Reader& in) {
+  in.require_object("a label");
+  return {static_cast<int64_t>(in.at("value").integer(-kMaxInteger)),
+          static_cast<uint64_t>(in.at("voxels").integer(0)), in.at("volume").number(0)};
+}
+
 SceneLayer read_layer(const Reader& in, size_t steps) {
   SceneLayer layer;
   in.require_object("a layer");
@@ -172,6 +188,7 @@ SceneLayer read_layer(const Reader& in, size_t steps) {
   if (const Reader transform = in.at("transform"); transform.exists()) {
     layer.transform = read_transform(transform);
   }
+  if (const Reader label = in.at("label"); label.exists()) layer.label = read_label(label);
   return layer;
 }
 

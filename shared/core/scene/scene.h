@@ -24,6 +24,13 @@ struct SceneSurface {
   float opacity = 1;                           ///< 0 … 1
 };
 
+/// The label of a segmentation whose surface a layer shows, for people and other programs.
+struct SceneLabel {
+  int64_t value = 0;    ///< in the file of labels; at most ±2^53
+  uint64_t voxels = 0;  ///< with this value; at most 2^53
+  double volume = 0;    ///< of these voxels, in cubic units of the world
+};
+
 /// A store with its surfaces and its place in the world.
 struct SceneLayer {
   std::string name;   ///< for people; may be empty
@@ -33,6 +40,7 @@ struct SceneLayer {
   std::vector<SceneSurface> surfaces;  ///< at most kMaxSurfacesOfLayer
   bool visible = true;
   std::optional<AffineTransform> transform;
+  std::optional<SceneLabel> label;
 };
 
 /// The steps of a scene that changes with time.

@@ -1,0 +1,67 @@
+#include "native/labels/label_source.h"
+
+#include <algorithm>
+#include <array>
+
+namespace isosplat {
+namespace {
+
+LabelBox box_of(const FoundLabel& label) {
+  constexpr int32_t kReach = kLabelFieldReach, kMore = 2 * kLabelFieldReach + 1;
+  return {{label.low.x - kReach, label.low.y - kReach, label.low.z - kReach},
+          {label.high.x - label.low.x + kMore, label.high.y - label.low.y + kMore,
+           label.high.z - label.low.z + kMore}};
+}
+
+}  // namespace
+
+VolumeGrid label_grid(const VolumeGrid& grid, const FoundLabel& label) {
+  const LabelBox box = box_of(label);
+  VolumeGrid cropped = grid;
+  cropped.voxels = box.size;
+  cropped.origin = grid.world({static_cast<double>(box.first.x), static_cast<double>(box.first.y),
+                               static_cast<double>(box.first.z)});
+  return cropped;
+}
+
+LabelSource::LabelSource(const LabelVolume& volume, const VolumeGrid& grid, const FoundLabel& label,
+                         LabelSurface surface, std::string name)
+    : volume_(volume), label_(label.index), box_(box_of(label)) {
+  header_.grid = label_grid(grid, label);
+  header_.type = VoxelType::u8;
+  header_.format = "label";
+  header_.name = std::move(name);
+  if (surface == LabelSurface::smooth) {
+    field_ = std::make_unique<LabelField>(volume_, label_, box_);
+  }
+}
+
+Result<void> LabelSource::read_slices(int32_t first, int32_t count, std::span<std::byte> out) {
+  auto* to = reinterpret_cast<uint8_t*>(out.data());
+  if (field_) {
+    field_->compute(first, count, {to, out.size()});
+    return {};
+  }
+  std::fill_n(to, out.size(), uint8_t{0});
+  const Index3 n = volume_.size;
+  for (int32_t z = box_.first.z + first; z < box_.first.z + first + count; ++z) {
+    for (int32_t y = box_.first.y; y < box_.first.y + box_.size.y; ++y, to += box_.size.x) {
+      if (y < 0 || z < 0 || y >= n.y || z >= n.z) continue;
+      const size_t row = static_cast<size_t>(z) * static_cast<size_t>(n.y) + static_cast<size_t>(y);
+      const uint16_t* const from = volume_.rows.data() + row * LabelVolume::row_size(n.x) +
+                                   LabelVolume::kBefore + box_.first.x;
+      for (int32_t x = 0; x < box_.size.x; ++x) to[x] = from[x] == label_ ? kLabelFieldInside : 0;
+    }
+  }
+  return {};
+}
+
+std::shared_ptr<const VoxelScan> LabelSource::all_values() {
+  static constexpr std::array<std::byte, 3> kValues{std::byte{0}, std::byte{1},
+                                                    std::byte{kLabelFieldInside}};
+  auto scan = std::make_shared<VoxelScan>(VoxelType::u8);
+  scan->add(kValues);
+  return scan;
+}
+
+}  // namespace isosplat
