@@ -229,8 +229,9 @@ Result<std::vector<Item>> items_of(const SiteOptions& options) {
     return fail(Status::invalid_argument,
                 "expected at least one store or scene, found none: isosplat build makes them");
   }
-  std::ranges::stable_partition(
-      items, [](const Item& item) { return item.file.kind == server::ServedKind::volume; });
+  std::stable_partition(items.begin(), items.end(), [](const Item& item) {
+    return item.file.kind == server::ServedKind::volume;
+  });
   return items;
 }
 
