@@ -1,6 +1,6 @@
 /** The page of a server that asks for a token, or for a signed link. */
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, test } from "@playwright/test";
@@ -47,6 +47,26 @@ test("a signed link opens its volume", async ({ page }) => {
   await page.goto(link);
   await settled(page);
   await expect(page.getByRole("alert")).toHaveCount(0);
+});
+
+test("a signed link opens its scene, and no volume of this name", async ({ page }) => {
+  const served = join(folder, "served");
+  mkdirSync(served);
+  copyFileSync("tests/golden/bundle1.0/golden.isobundle", join(served, "same.isobundle"));
+  copyFileSync("tests/golden/v1.0/u8.isosplat", join(served, "same.isosplat"));
+  const both = await serve([served], 0, ["--link-key-file", keyFile]);
+  const options = ["--link-key-file", keyFile, "--url", both.url];
+  const link = execFileSync(program, ["sign-link", "same", "--scene", ...options])
+    .toString()
+    .trim();
+  expect(link).toContain("?scene=same&");
+  await page.goto(link);
+  await expect(page).toHaveTitle("Golden stores · Isosplat");
+  await settled(page);
+  await expect(page.getByRole("alert")).toHaveCount(0);
+  await page.goto(link.replace("?scene=", "?volume="));
+  await expect(page.getByText("No such volume")).toBeVisible();
+  await both.stop();
 });
 
 test("without either, the page says what is needed, and shows nothing", async ({ page }) => {
