@@ -16,7 +16,7 @@ namespace {
 
 struct BuildCall {
   std::vector<std::string> volumes;
-  std::string store, steps, time_unit, labels;
+  std::string store, steps, time_unit, labels, label_table;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
   bool has_labels = false, quiet = false, force = false, no_thumbnail = false;
@@ -147,6 +147,11 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
   options.scene = scene_options(call, output, build_options);
   options.import = import_options;
   options.surface = call.labels == "raw" ? LabelSurface::raw : LabelSurface::smooth;
+  if (!call.label_table.empty()) {
+    auto table = read_label_table(call.label_table);
+    if (!table) return report(table.error());
+    options.table = std::move(*table);
+  }
   const auto built = build_labels(volume, output, options);
   if (!built) return report(built.error());
   if (!call.quiet) {
@@ -235,6 +240,9 @@ void add_build_command(CLI::App& program, int& exit_code) {
           "its voxels")
       ->expected(0, 1)
       ->type_name("[raw]");
+  command->add_option("--label-table", call->label_table,
+                      "Names and colours of labels: CSV (value,name,r,g,b,a), ITK-SNAP, FreeSurfer "
+                      "or Workbench's XML (default: those in the volume's file)");
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
                     "Replace the output file even if it is a store of another volume, or no store");

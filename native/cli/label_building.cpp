@@ -40,7 +40,11 @@ std::string store_name(const FoundLabel& label) {
 class LabelBuild {
  public:
   LabelBuild(const fs::path& volume, const fs::path& output, const LabelBuildOptions& options)
-      : volume_(volume), output_path_(output), options_(options), build_(options.scene.build) {}
+      : volume_(volume),
+        output_path_(output),
+        options_(options),
+        build_(options.scene.build),
+        table_(options.table) {}
 
   Result<SceneReport> run();
 
@@ -57,6 +61,7 @@ class LabelBuild {
   const fs::path& output_path_;
   const LabelBuildOptions& options_;
   BuildOptions build_;
+  LabelTable table_;
   VolumeHeader header_;
   std::vector<FoundLabel> labels_;
   std::string key_;
@@ -93,7 +98,7 @@ Result<LabelRows> LabelBuild::scan(VolumeSource& source) {
   if (!rows) return rows;
   LabelScanOptions scan;
   scan.max_labels = kMaxLayers;
-  if (is_zero_a_label(options_.table)) scan.background.reset();
+  if (is_zero_a_label(table_)) scan.background.reset();
   scan.progress = [&](double done) { progress_->show(kScanPart * done, "reading the labels"); };
   auto labels = scan_labels(source, *rows, scan);
   if (!labels) return tl::unexpected(labels.error());
@@ -117,8 +122,8 @@ unsigned LabelBuild::parallel_builds(uint64_t memory_bytes) const {
 }
 
 std::string LabelBuild::name_of(const FoundLabel& label) const {
-  const auto found = options_.table.find(label.value);
-  if (found != options_.table.end() && !found->second.name.empty()) return found->second.name;
+  const auto found = table_.find(label.value);
+  if (found != table_.end() && !found->second.name.empty()) return found->second.name;
   return fmt::format("label {}", label.value);
 }
 
@@ -197,8 +202,8 @@ Scene LabelBuild::scene() {
     SceneSurface& surface = layer.surfaces.emplace_back();
     surface.isovalue = kLabelFieldIsovalue;
     surface.colour = label_colour(found.value);
-    const auto entry = options_.table.find(found.value);
-    if (entry == options_.table.end()) continue;
+    const auto entry = table_.find(found.value);
+    if (entry == table_.end()) continue;
     if (entry->second.colour) surface.colour = entry->second.colour;
     layer.visible = entry->second.visible;
     surface.opacity = entry->second.opacity;
@@ -219,6 +224,7 @@ Result<SceneReport> LabelBuild::run() {
   auto opened = open();
   if (!opened) return tl::unexpected(opened.error());
   header_ = opened->source->header();
+  if (table_.empty()) table_ = table_in_volume(volume_, options_.import.channel.value_or(0));
   progress_.emplace(fmt::format("Building {}", output_path_.string()));
   const auto rows = scan(*opened->source);
   if (!rows) return tl::unexpected(rows.error());

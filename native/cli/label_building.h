@@ -13,7 +13,7 @@ struct LabelBuildOptions {
   SceneBuildOptions scene;
   import::ImportOptions import;
   LabelSurface surface = LabelSurface::smooth;
-  LabelTable table;
+  LabelTable table;  ///< empty: that of the volume's file, if it has one
 };
 
 /// Builds a scene with a layer for each label of a volume, by value: a bundle or a folder

@@ -166,6 +166,31 @@ TEST_F(CliLabels, ValuesOfAllTypesAreLabelsAlsoNegativeOnes) {
   check(write("f32.nrrd", "float", four_labels<float>({1, 2, -9, 1e6F})), {-9, 1, 2, 1000000});
 }
 
+TEST_F(CliLabels, NamesAndColoursAreThoseOfATableOrOfTheFile) {
+  const std::string volume = write("seg.nrrd", "uint8", four_labels<uint8_t>({1, 5, 7, 200}));
+  const std::string table = folder / "organs.csv";
+  write_file(table, "value,name,r,g,b,a\n5,liver,255,0,0,128\n0,rest,0,255,0,255\n");
+  ASSERT_EQ(run({"build", volume, "--labels", "-o", output, "--label-table", table}).exit_code, 0);
+  Scene scene = scene_of(output);
+  ASSERT_EQ(scene.layers.size(), 5u);  // 0 is a label, since the table names it
+  EXPECT_EQ(scene.layers[0].name, "rest");
+  EXPECT_EQ(scene.layers[1].name, "label 1");
+  EXPECT_EQ(scene.layers[2].name, "liver");
+  EXPECT_EQ(*scene.layers[2].surfaces[0].colour, (std::array<float, 3>{1, 0, 0}));
+  EXPECT_NEAR(scene.layers[2].surfaces[0].opacity, 0.5, 0.01);
+  std::string text = read_file(volume);
+  const std::string fields = "Segment0_Name:=spleen\nSegment0_LabelValue:=7\n";
+  write_file(folder / "seg.seg.nrrd", text.insert(text.find("\n\n") + 1, fields));
+  ASSERT_EQ(run({"build", folder / "seg.seg.nrrd", "--labels", "-o", output}).exit_code, 0);
+  scene = scene_of(output);
+  ASSERT_EQ(scene.layers.size(), 4u);
+  EXPECT_EQ(scene.layers[2].name, "spleen");
+  write_file(table, "value,name\nx,liver\n");
+  const Ended refused = run({"build", volume, "--labels", "-o", output, "--label-table", table});
+  EXPECT_NE(refused.err.find("organs.csv: line 2: expected an integer"), std::string::npos)
+      << refused.err;
+}
+
 TEST_F(CliLabels, AnInterruptedBuildGoesOnAndTheBytesDoNotDependOnThreads) {
   const std::string volume = write("seg.nrrd", "uint8", four_labels<uint8_t>({1, 5, 7, 200}));
   const std::string other = folder / "other.isobundle";
