@@ -63,8 +63,10 @@ test.beforeAll(async () => {
   for (const [name, scene] of Object.entries({ run, fewer, lost })) {
     writeFileSync(join(folder, `${name}.scene.json`), JSON.stringify(scene));
   }
-  const bundle = ["bundle", join(folder, "run.scene.json"), "-o", join(folder, "run.isobundle")];
-  execFileSync(program, bundle);
+  for (const name of ["run", "fewer"]) {
+    const file = join(folder, `${name}.isobundle`);
+    execFileSync(program, ["bundle", join(folder, `${name}.scene.json`), "-o", file]);
+  }
   server = await serve([folder], 0, ["--cors", "*"]);
   host = await rangeHost((path) => {
     try {
@@ -402,7 +404,7 @@ test("linked elements show the same time, whatever the number of its step", asyn
   await open(
     page,
     view(`scene="${host.origin}/run.isobundle" link="a" step="2"`) +
-      view(`scene="${server.url}v1/scenes/fewer.scene" link="a"`) +
+      view(`scene="${server.url}v1/scenes/fewer" link="a"`) +
       view(`scene="${host.origin}/run.isobundle" step="3"`),
   );
   await completed(page, 1, 1, 1);

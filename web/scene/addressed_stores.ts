@@ -7,6 +7,11 @@ import { Bundle } from "./bundle.ts";
 import { bundleAt } from "./bundle_at.ts";
 import { BundledSource } from "./bundled_source.ts";
 
+/** Whether the path of a store is an address, whatever the address of the scene is. */
+export function isAddress(path: string): boolean {
+  return /^https?:\/\//i.test(path) && URL.canParse(path);
+}
+
 /**
  * The stores of a scene's document at addresses: files, volumes of servers, and stores in bundles, whose paths
  * are the fragments of the addresses. Credentials of `options` are for the scene's own host.

@@ -4,7 +4,7 @@ import type { SourceOptions } from "../stream/file_source.ts";
 import type { Source } from "../stream/source.ts";
 import { joined, Traffic, transfer, transferWhole } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
-import { AddressedStores } from "./addressed_stores.ts";
+import { AddressedStores, isAddress } from "./addressed_stores.ts";
 import { Bundle, type BundleFile } from "./bundle.ts";
 import { bundleAt, isServed } from "./bundle_at.ts";
 import { BundledSource } from "./bundled_source.ts";
@@ -163,7 +163,7 @@ async function openFiles(
   return {
     document: scene,
     source: (path) => {
-      if (URL.canParse(path)) return stores.source(path);
+      if (isAddress(path)) return stores.source(path);
       const hasName = (each: string) => nameOf(each) === nameOf(path);
       const named = files.filter((each) => hasName(each.path));
       // Files that were chosen one by one have no folders, so that only their names tell them apart.

@@ -8,17 +8,16 @@ import type { SceneSource } from "../../scene/scene_source.ts";
 export async function addressedScene(file: File): Promise<SceneSource | null> {
   if (!/\.json$/i.test(file.name) || file.size > maxSceneBytes) return null;
   if (!(await file.text()).includes('"isosplat-scene"')) return null;
-  const [{ parseScene }, { sceneOfFiles }] = await Promise.all([
+  const [{ isAddress }, { parseScene }, { sceneOfFiles }] = await Promise.all([
+    import("../../scene/addressed_stores.ts"),
     import("../../scene/parse_scene.ts"),
     import("../../scene/scene_source.ts"),
   ]);
-  // Faults of the document are reported when it is opened.
-  const isAddressed = (path: string) => URL.canParse(path);
   try {
     const { layers } = parseScene(new Uint8Array(await file.arrayBuffer()));
-    if (!layers.every(({ stores }) => stores.every(isAddressed))) return null;
+    if (!layers.every(({ stores }) => stores.every(isAddress))) return null;
   } catch {
-    return null;
+    return null; // its faults are reported when it is opened as other files are
   }
   // Browsers add a number to the name of a second download.
   return sceneOfFiles([{ path: "scene.json", file }]);
