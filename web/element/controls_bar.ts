@@ -41,7 +41,10 @@ export class ControlsBar {
     this.#units.setAttribute("part", "units");
     this.#fit = button(actions.reset);
     this.#fullScreen = button(actions.toggleFullScreen);
-    this.element.append(this.#slider, this.#field, this.#units, this.#fit, this.#fullScreen);
+    const row = document.createElement("div");
+    row.className = "row";
+    row.append(this.#slider, this.#field, this.#units, this.#fit, this.#fullScreen);
+    this.element.append(row);
     this.translate("en", elementTexts);
   }
 

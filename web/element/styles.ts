@@ -43,20 +43,20 @@ export const styles = `
     position: absolute;
     inset-inline: 0.5rem;
     inset-block-end: 0.5rem;
-    display: flex;
-    flex-wrap: wrap;
-    gap: 0.25rem 0.5rem;
-    align-items: center;
+    display: grid;
+    grid-template-columns: minmax(0, 1fr);
+    gap: 0.25rem;
     padding: 0.25rem 0.5rem;
     border-radius: 6px;
     background: var(--isosplat-panel, #fffffff0);
   }
-  .time {
-    flex: 0 0 100%;
+  .row, .time {
     display: flex;
     gap: 0.5rem;
     align-items: center;
   }
+  .row { flex-wrap: wrap; }
+  .time svg { display: block; inline-size: 1em; fill: currentColor; }
   .time span { min-inline-size: 4em; text-align: end; font-variant-numeric: tabular-nums; }
   .controls input[type="range"] {
     flex: 1;

@@ -7,10 +7,15 @@ export interface TimeControlsActions {
   togglePlay(): void;
 }
 
+const svgNamespace = "http://www.w3.org/2000/svg";
+const playPath = "M3 1v14l11-7z";
+const pausePath = "M3 1h4v14H3zM9 1h4v14H9z";
+
 /** The row of the controls for a scene that changes with time: a button that plays, a slider, and the time. */
 export class TimeControls {
   readonly element = document.createElement("div");
   readonly #play = document.createElement("button");
+  readonly #icon = document.createElementNS(svgNamespace, "path");
   readonly #slider = document.createElement("input");
   readonly #value = document.createElement("span");
   #texts: ElementTexts = elementTexts;
@@ -23,6 +28,11 @@ export class TimeControls {
     this.#play.type = "button";
     this.#play.setAttribute("part", "button play");
     this.#play.addEventListener("click", actions.togglePlay);
+    const picture = document.createElementNS(svgNamespace, "svg");
+    picture.setAttribute("viewBox", "0 0 16 16");
+    picture.setAttribute("aria-hidden", "true");
+    picture.append(this.#icon);
+    this.#play.append(picture);
     this.#slider.type = "range";
     this.#slider.min = "0";
     this.#slider.step = "1";
@@ -49,7 +59,7 @@ export class TimeControls {
     this.element.hidden = time === null;
     if (!time) return;
     const { isPlaying, wantedStep, steps, values, unit } = time;
-    this.#play.textContent = isPlaying ? "⏸" : "⏵";
+    this.#icon.setAttribute("d", isPlaying ? pausePath : playPath);
     this.#play.setAttribute("aria-label", isPlaying ? this.#texts.pause : this.#texts.play);
     this.#play.title = isPlaying ? this.#texts.pause : this.#texts.play;
     this.#slider.max = String(steps - 1);
