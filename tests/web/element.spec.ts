@@ -6,6 +6,7 @@ import { fileURLToPath } from "node:url";
 import { describe, expect, it } from "vitest";
 import { ContextPool, type ContextUser } from "../../web/element/context_pool.ts";
 import { sourceOf } from "../../web/element/element_source.ts";
+import { ElementTime } from "../../web/element/element_time.ts";
 import { type LinkedView, LinkGroups } from "../../web/element/link_groups.ts";
 import { ServerSource } from "../../web/stream/index.ts";
 
@@ -122,6 +123,53 @@ it("a view with the focus keeps its context", async () => {
   pool.request(third, true);
   await settled();
   expect([focused.budget, other.budget, third.budget]).toEqual([600, 0, 600]);
+});
+
+describe("the step of an element", () => {
+  /** `changes`: the steps, and their values for the group; undefined if the group has chosen them. */
+  const make = () => {
+    const changes: [step: number, value: number | undefined][] = [];
+    const time = new ElementTime({
+      viewer: () => null,
+      wake: () => {},
+      shown: () => {},
+      changed: (...change) => void changes.push(change),
+    });
+    return { time, changes };
+  };
+  /** Opens a scene with these values in a viewer, which is gone afterwards. */
+  const openScene = (time: ElementTime, values: readonly number[]) => {
+    const shown = { values, step: time.firstOf(values) ?? 0, on: () => {} };
+    const viewer = { on: (_: string, listener: (detail: unknown) => void) => listener(shown) };
+    time.attach(viewer as unknown as Parameters<ElementTime["attach"]>[0]);
+  };
+
+  it("is that of the scene unless it was chosen", () => {
+    const { time } = make();
+    expect(time.firstOf([0, 1, 2])).toBeUndefined();
+    time.step = 2;
+    expect(time.firstOf([0, 1, 2])).toBe(2);
+    time.reset(undefined);
+    expect(time.firstOf([0, 1, 2])).toBeUndefined();
+    time.reset(1);
+    expect(time.firstOf([0, 1, 2])).toBe(1);
+  });
+
+  it("is the nearest to the time of the group, also before a scene is open", () => {
+    const { time, changes } = make();
+    time.receive(19);
+    expect(time.firstOf([0, 10, 20, 30])).toBe(2);
+    openScene(time, [0, 10, 20, 30]);
+    expect(changes).toEqual([]);
+    time.receive(8);
+    expect(time.step).toBe(1);
+    // What the group has chosen is not reported to it.
+    expect(changes).toEqual([[1, undefined]]);
+    time.step = 99;
+    expect(time.step).toBe(3);
+    expect(changes.at(-1)).toEqual([3, 30]);
+    expect(time.chosenValue).toBe(30);
+  });
 });
 
 describe("linked elements", () => {
