@@ -328,6 +328,35 @@ TEST_F(SceneRoutes, AppendedStepsAreServed) {
               text_of(bundle_of("run/series.scene.json")));
 }
 
+/// A response never has bytes of two contents: it ends early instead. That of a bundle, which stays
+/// open, is completed from the file with which it began.
+TEST_F(SceneRoutes, AResponseEndsEarlyIfAStoreIsReplacedMeanwhile) {
+  const KnownStore large = make_store(31, {800, 600, 400}, 60'000);
+  ASSERT_GT(large.file.size(), size_t{16} << 20);
+  fs::create_directories(folder.path() / "large");
+  write_file(folder.path() / "large/a.isosplat", large.file);
+  write("large/scene.json", document({"a.isosplat"}));
+  const std::vector<std::byte> bundle = bundle_of("large/scene.json");
+  write_file(folder.path() / "large.isobundle", bundle);
+  options.limits.write_time = std::chrono::minutes(2);
+  start();
+  const std::string targets[] = {file_of("large~scene"), file_of("large")};
+  std::vector<Client> clients;
+  for (const std::string& target : targets) {
+    Client client(port());
+    client.set_receive_buffer(16 * 1024);
+    client.send("GET " + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_TRUE(client.read(1000).starts_with("HTTP/1.1 200")) << target;
+    clients.push_back(std::move(client));
+  }
+  write_file(folder.path() / "large/a.isosplat", make_store(32, {60, 50, 40}).file);
+  write_file(folder.path() / "large.isobundle", bundle_of("run/scene.json"));
+  const size_t beside = clients[0].read(bundle.size() + 10'000).size();
+  EXPECT_LT(beside, bundle.size());
+  const size_t whole = clients[1].read(bundle.size() - 900).size();
+  EXPECT_EQ(whole, bundle.size() - 900);
+}
+
 // ---- Access ----
 
 class SceneAccess : public SceneRoutes {
