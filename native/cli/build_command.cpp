@@ -8,6 +8,7 @@
 #include "native/cli/scene_building.h"
 #include "native/cli/terminal.h"
 #include "native/cli/thumbnail.h"
+#include "native/labels/looks_like_labels.h"
 #include "native/scene/scene_output.h"
 #include "shared/core/scene/bundle_header.h"
 
@@ -201,6 +202,11 @@ int run(BuildCall& call) {
           check_replaceable_store(store, build_options->source_path_hash, call.force);
       !replaceable) {
     return report(replaceable.error());
+  }
+  if (const auto labels = looks_like_labels(*opened->source); labels && *labels) {
+    note(
+        "the volume looks like a segmentation: --labels makes a scene with a smooth surface for "
+        "each of its labels");
   }
   const auto built = build_with_progress(*opened, store, *build_options);
   if (!built) return report(built.error());

@@ -231,6 +231,34 @@ TEST_F(CliLabels, RefusesWhatHasNoLabelsOrTooMany) {
   EXPECT_EQ(scene_of(folder / "seg.isobundle").layers.size(), 4u);
 }
 
+TEST_F(CliLabels, ANoteOffersThemForSegmentationsOnly) {
+  const auto note_of = [&](const std::string& volume) {
+    const Ended built =
+        run({"build", volume, "-o", folder / "x.isosplat", "--no-thumbnail", "--force"});
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    return built.err.find("looks like a segmentation") != std::string::npos;
+  };
+  EXPECT_TRUE(note_of(write("a.nrrd", "uint8", four_labels<uint8_t>({1, 5, 7, 200}))));
+  EXPECT_TRUE(note_of(write("b.nrrd", "int32", four_labels<int32_t>({1, 1, 1, 1}))));
+  EXPECT_FALSE(note_of(write("c.nrrd", "float", four_labels<float>({1, 5, 7, 200}))));
+  EXPECT_FALSE(note_of(test::write_ball(folder, 40)));
+  Labels<uint8_t> noise;
+  for (size_t i = 0; i < noise.voxels.size(); ++i)
+    noise.voxels[i] = static_cast<uint8_t>(i * 2654435761u >> 30);
+  EXPECT_FALSE(note_of(write("d.nrrd", "uint8", noise)));
+}
+
+TEST_F(CliLabels, NoNoteForMeasuredVolumes) {
+  ISOSPLAT_NEEDS_VOLUMES(volumes);
+  for (const char* name : {"engine.nhdr", "aneurysm.nhdr", "fuel.nhdr", "bonsai.nhdr",
+                           "neghip.nhdr", "BostonTeapot.nhdr", "cthead_tif", "eun_brain.nii.gz"}) {
+    const Ended built =
+        run({"build", volumes / name, "-o", folder / "x.isosplat", "--no-thumbnail", "--force"});
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_EQ(built.err.find("looks like a segmentation"), std::string::npos) << name;
+  }
+}
+
 TEST_F(CliLabels, ThinLabelsAndAFullVolumeHaveSurfaces) {
   Labels<uint8_t> labels;
   for (size_t i = 0; i < labels.voxels.size(); ++i) labels.voxels[i] = 9;
