@@ -1,12 +1,12 @@
 // Saving a volume of this device: as a store, as a single page, as a static site.
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { expect, type Page, test } from "@playwright/test";
 import { hasNginx, nginx } from "../support/nginx.ts";
-import { demoFolder, type RunningServer, serve } from "./support/server.ts";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
 
 const bucky = resolve(demoFolder, "bucky.isosplat");
@@ -21,12 +21,12 @@ test.afterAll(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** Opens the store and saves it; returns the file's path and the size that the page foretold. */
-async function save(page: Page, option: string, file: string) {
+/** Opens a store or a bundle and saves it; returns the file's path and the size that the page foretold. */
+async function save(page: Page, option: string, file: string, opened = bucky) {
   await page.goto(server.url);
-  await page.locator(".device-drop input").first().setInputFiles(bucky);
+  await page.locator(".device-drop input").first().setInputFiles(opened);
   await complete(page);
-  await page.getByRole("button", { name: "Save this volume" }).click();
+  await page.getByRole("button", { name: /^Save this (volume|scene as a page)$/ }).click();
   const section = page.locator(".save-option", { hasText: option });
   await expect(section.locator(".quiet").first()).toHaveText(/B$/);
   const foretold = await section.locator(".quiet").first().innerText();
@@ -63,6 +63,31 @@ test("a single page opens from file:// and asks for nothing", async ({ page, con
   const surface = saved.waitForEvent("download");
   await saved.getByRole("button", { name: "Save", exact: true }).click();
   expect((await surface).suggestedFilename()).toMatch(/^bucky-[\d.]+\.stl$/);
+  expect(requests.filter((url) => url !== address && !/^(data|blob):/.test(url))).toEqual([]);
+});
+
+test("a bundle is saved as a single page, which shows the scene from file://", async ({
+  page,
+  context,
+}) => {
+  const scene = join(folder, "two.scene.json");
+  const bundle = join(folder, "two.isobundle");
+  const layer = (name: string) => ({ name, store: `${name}.isosplat` });
+  const layers = [layer("bucky"), layer("mandelbulb")];
+  writeFileSync(scene, JSON.stringify({ format: "isosplat-scene", version: 1, layers }));
+  for (const { store } of layers) copyFileSync(resolve(demoFolder, store), join(folder, store));
+  execFileSync(program, ["bundle", scene, "-o", bundle]);
+  const { path, foretold } = await save(page, "Single page", "two.html", bundle);
+  expectAbout(foretold, statSync(path).size);
+  // The bundle is a file already, and a site has the stores of one volume.
+  await expect(page.locator(".save-option")).toHaveCount(1);
+  const saved = await context.newPage();
+  const requests: string[] = [];
+  saved.on("request", (request) => requests.push(request.url()));
+  const address = pathToFileURL(path).href;
+  await saved.goto(address);
+  await complete(saved);
+  await expect(saved.locator(".layer-name")).toHaveText(["bucky", "mandelbulb"]);
   expect(requests.filter((url) => url !== address && !/^(data|blob):/.test(url))).toEqual([]);
 });
 

@@ -17,7 +17,7 @@ export async function singlePageBytes(storeBytes: number): Promise<number> {
 }
 
 /**
- * A page with the viewer and the store in one HTML file, which opens from file:// without a server.
+ * A page with the viewer and the store, or the bundle of a scene, in one HTML file, which opens from file:// without a server.
  * Rejects with an Error for a store that is too large, or if the page's part cannot be read.
  */
 export async function singlePage(store: Blob, name: string): Promise<Blob> {

@@ -1,9 +1,12 @@
-// The program of a single page: viewer, WebAssembly and store in one HTML file, opened from
-// file://. The build generates single.html from it; web/device/save_single_page.ts adds the store.
+// The program of a single page: viewer, WebAssembly and a store or a bundle in one HTML file, opened from
+// file://. The build generates single.html from it; web/device/save_single_page.ts adds the store or the bundle.
 import "./style.css";
 import "./shell/components.ts";
+import { bundleScene } from "../scene/scene_source.ts";
 import { BlobSource } from "../stream/blob_source.ts";
+import { beginsAsBundle } from "../stream/transfer.ts";
 import { startLanguage } from "../texts/language.ts";
+import type { Target } from "./address/target.ts";
 import { startTheme } from "./shell/theme.ts";
 import { VolumePage } from "./volume/volume_page.ts";
 
@@ -24,13 +27,15 @@ const parts = [...document.querySelectorAll("script[data-store]")].map((part) =>
   part.remove(); // frees its text, which is as large as the store
   return bytes;
 });
-const store = new Blob(parts);
-const name = document.querySelector<HTMLMetaElement>("meta[name=isosplat-name]")?.content;
+const file = new Blob(parts);
+const name =
+  document.querySelector<HTMLMetaElement>("meta[name=isosplat-name]")?.content ?? "volume";
+const isBundle = beginsAsBundle(new Uint8Array(await file.slice(0, 8).arrayBuffer()));
+const target: Target = isBundle
+  ? { name, scene: async () => bundleScene(new BlobSource(file, name)) }
+  : { name, source: () => new BlobSource(file, name) };
 
 startTheme();
 await startLanguage();
-const page = new VolumePage(root, {
-  name: name ?? "volume",
-  source: () => new BlobSource(store, name ?? "volume"),
-});
+const page = new VolumePage(root, target);
 void page.firstContent.then(() => page.loadOverlay());

@@ -5,12 +5,12 @@ const plural = plurals("de");
 
 export const device: typeof English = {
   title: "Dateien dieses Geräts",
-  drop: "Ein Volumen oder eine Isosplat-Datei irgendwohin ziehen",
+  drop: "Ein Volumen, eine Isosplat-Datei oder eine Szene irgendwohin ziehen",
   orChoose: (files, folder) => [" oder ", files, " oder ", folder, "."],
   chooseFiles: "Dateien auswählen",
   chooseFolder: "einen Ordner",
   dropText:
-    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) öffnen sich sofort. Nichts wird hochgeladen.",
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) und Szenen (.isobundle) öffnen sich sofort. Nichts wird hochgeladen.",
   dropHere: "Volumen oder Isosplat-Datei hier ablegen: Gelesen wird hier, nichts wird hochgeladen",
   onDevice: "Auf diesem Gerät",
   onDeviceText:
@@ -93,6 +93,7 @@ export const device: typeof English = {
     `Erwartet werden ${expected} Bytes, die Datei hat ${found}: Berichtigen Sie die Größe oder den Typ`,
 
   saveVolume: "Dieses Volumen speichern",
+  saveScenePage: "Diese Szene als Seite speichern",
   keepTitle: "Auf diesem Gerät aufbewahren",
   keepText: "Steht auf der Startseite; öffnet sich ohne Netz.",
   keepVerb: "Aufbewahren",
@@ -102,6 +103,8 @@ export const device: typeof English = {
   singlePage: "Einzelne Seite",
   singlePageText:
     "Eine HTML-Datei mit Betrachter und Volumen: öffnet sich per Doppelklick, ohne Server.",
+  scenePageText:
+    "Eine HTML-Datei mit Betrachter und Szene: öffnet sich per Doppelklick, ohne Server.",
   webSite: "Website",
   webSiteText: "Ein ZIP mit Seite, Volumen und README: auf jedem Webserver zu entpacken.",
   notOpenYet: "Das Volumen ist noch nicht geöffnet: Versuchen Sie es, wenn es zu sehen ist",

@@ -7,13 +7,13 @@ const files = (n: number) => plural(n, { one: `${n} file`, other: `${n} files` }
 /** Files of this device: opening, building and keeping them. */
 export const deviceTexts = part("device", {
   title: "Files of this device",
-  drop: "Drop a volume or a store anywhere",
+  drop: "Drop a volume, a store or a scene anywhere",
   /** files, folder: the buttons that choose them. */
   orChoose: <Chooser>(files: Chooser, folder: Chooser) => [", or ", files, " or ", folder, "."],
   chooseFiles: "choose files",
   chooseFolder: "a folder",
   dropText:
-    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) open at once. Nothing is uploaded.",
+    "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) and scenes (.isobundle) open at once. Nothing is uploaded.",
   dropHere: "Drop a volume or a store: it is read here, nothing is uploaded",
   onDevice: "On this device",
   onDeviceText:
@@ -99,6 +99,7 @@ export const deviceTexts = part("device", {
     `expected ${expected} bytes, found a file of ${found}: correct the size or the type`,
 
   saveVolume: "Save this volume",
+  saveScenePage: "Save this scene as a page",
   keepTitle: "Keep on this device",
   keepText: "Listed on the start page; opens without a network.",
   keepVerb: "Keep",
@@ -107,6 +108,7 @@ export const deviceTexts = part("device", {
   storeText: "An .isosplat file: for this page, the program isosplat, or any server.",
   singlePage: "Single page",
   singlePageText: "One HTML file with viewer and volume: opens by double click, without a server.",
+  scenePageText: "One HTML file with viewer and scene: opens by double click, without a server.",
   webSite: "Web site",
   webSiteText: "A ZIP with page, volume and README: unpack it on any web host.",
   notOpenYet: "the volume is not open yet: try again when it is shown",

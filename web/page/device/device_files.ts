@@ -20,7 +20,7 @@ import {
 } from "../../device/reading.ts";
 import { RemoteFiles } from "../../device/remote_files.ts";
 import { addressOfScale, isZarr, openZarr, zarrVolume } from "../../device/zarr_volume.ts";
-import { isSceneName } from "../../scene/scene_name.ts";
+import { isBundleName, isSceneName } from "../../scene/scene_name.ts";
 import { contentIdOf } from "../../stream/file_source.ts";
 import { beginsAsStore } from "../../stream/transfer.ts";
 import { StreamError } from "../../stream/types.ts";
@@ -185,7 +185,8 @@ export class DeviceFiles {
     forbidOtherOrigins();
     const { sceneOfFiles } = await import("../../scene/scene_source.ts");
     const scene = sceneOfFiles(files);
-    if (scene) this.#shown.openScene({ name: scene.name, scene: async () => scene });
+    const bundle = files.find(({ path }) => isBundleName(path))?.file;
+    if (scene) this.#shown.openScene({ name: scene.name, scene: async () => scene }, bundle);
   }
 
   /** Without a volume that can be shown with others, they take its place. */

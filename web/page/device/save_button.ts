@@ -8,10 +8,14 @@ import { thumbnail } from "../shell/thumbnails.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
-/** The bar's button for a store of this device, and its dialog: keep it, or save it as a file. */
+/**
+ * The bar's button for a store of this device, and its dialog: keep it, or save it as a file. A bundle, which is
+ * a file already, can be saved as a single page.
+ */
 export class SaveButton {
   readonly element = document.createElement("span");
-  readonly #store: KeptStore;
+  readonly #store: KeptStore | null;
+  readonly #fileName: string;
   readonly #blob: Blob;
   readonly #info: () => StoreInfo | null;
   readonly #holder = document.createElement("div");
@@ -20,13 +24,19 @@ export class SaveButton {
   #busy = "";
   #bytes: { site: number; page: number } | undefined;
 
-  /** `info`: the store's description, once it is open. */
-  constructor(store: KeptStore, blob: Blob, info: () => StoreInfo | null) {
-    this.#store = store;
+  /** `saved`: a store, or the name of a bundle. `info`: the store's description, once it is open. */
+  constructor(saved: KeptStore | string, blob: Blob, info: () => StoreInfo | null = () => null) {
+    this.#store = typeof saved === "string" ? null : saved;
+    const name = typeof saved === "string" ? saved.replace(/\.isobundle$/i, "") : saved.name;
+    this.#fileName = name.replace(/[^\w.-]+/g, "-") || "volume";
     this.#blob = blob;
     this.#info = info;
     const action = () => void this.#open();
-    render(iconButton({ icon: "save", label: deviceTexts.saveVolume, action }), this.element);
+    render(iconButton({ icon: "save", label: this.#label, action }), this.element);
+  }
+
+  get #label(): string {
+    return this.#store ? deviceTexts.saveVolume : deviceTexts.saveScenePage;
   }
 
   async #open(): Promise<void> {
@@ -35,7 +45,7 @@ export class SaveButton {
     this.#message = "";
     this.#render();
     (this.#holder.firstElementChild as Dialog).open = true;
-    this.#isKept = !(await keptBlob(this.#store.contentId))?.store.isTemporary;
+    this.#isKept = !this.#store || !(await keptBlob(this.#store.contentId))?.store.isTemporary;
     this.#render();
     try {
       const { siteBytes } = await import("../../device/save_site.ts");
@@ -52,7 +62,7 @@ export class SaveButton {
     const bytes = this.#bytes;
     const size = (n: number | undefined) => (n === undefined ? "" : formatBytes(n));
     render(
-      html`<wa-dialog label=${deviceTexts.saveVolume} light-dismiss>
+      html`<wa-dialog label=${this.#label} light-dismiss>
         ${
           this.#isKept
             ? nothing
@@ -64,30 +74,29 @@ export class SaveButton {
                 deviceTexts.keepVerb,
               )
         }
-        ${this.#option(deviceTexts.store, deviceTexts.storeText, size(this.#blob.size), () =>
-          this.#download(this.#blob, "isosplat"),
-        )}
+        ${
+          this.#store
+            ? this.#option(deviceTexts.store, deviceTexts.storeText, size(this.#blob.size), () =>
+                this.#download(this.#blob, "isosplat"),
+              )
+            : nothing
+        }
         ${this.#option(
           deviceTexts.singlePage,
-          deviceTexts.singlePageText,
+          this.#store ? deviceTexts.singlePageText : deviceTexts.scenePageText,
           size(bytes?.page),
           async () => {
             const { singlePage } = await import("../../device/save_single_page.ts");
-            await this.#download(await singlePage(this.#blob, this.#name), "html");
+            await this.#download(await singlePage(this.#blob, this.#fileName), "html");
           },
         )}
-        ${this.#option(
-          deviceTexts.webSite,
-          deviceTexts.webSiteText,
-          size(bytes?.site),
-          async () => {
-            const info = this.#info();
-            if (!info) throw new Error(deviceTexts.notOpenYet);
-            const { siteZip } = await import("../../device/save_site.ts");
-            const picture = thumbnail(info.contentId);
-            await this.#download(await siteZip(this.#blob, info, this.#name, picture), "zip");
-          },
-        )}
+        ${
+          this.#store
+            ? this.#option(deviceTexts.webSite, deviceTexts.webSiteText, size(bytes?.site), () =>
+                this.#saveSite(),
+              )
+            : nothing
+        }
         <p role="status">${this.#busy || this.#message}</p>
       </wa-dialog>`,
       this.#holder,
@@ -128,11 +137,16 @@ export class SaveButton {
     this.#render();
   }
 
-  get #name(): string {
-    return this.#store.name.replace(/[^\w.-]+/g, "-") || "volume";
+  async #saveSite(): Promise<void> {
+    const info = this.#info();
+    if (!info) throw new Error(deviceTexts.notOpenYet);
+    const { siteZip } = await import("../../device/save_site.ts");
+    const picture = thumbnail(info.contentId);
+    await this.#download(await siteZip(this.#blob, info, this.#fileName, picture), "zip");
   }
 
   async #keep(): Promise<void> {
+    if (!this.#store) return;
     const info = this.#info();
     const type = info?.metadata.source?.type;
     await keep(
@@ -149,7 +163,7 @@ export class SaveButton {
   async #download(blob: Blob, suffix: string): Promise<void> {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(blob);
-    link.download = `${this.#name}.${suffix}`;
+    link.download = `${this.#fileName}.${suffix}`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
   }

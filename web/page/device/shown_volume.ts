@@ -91,10 +91,14 @@ export class ShownVolume {
     if (this.#provisional) this.#leave();
   }
 
-  /** Shows a scene of this device. It is not kept: the address is that of the start page. */
-  openScene(target: SceneTarget): void {
+  /**
+   * Shows a scene of this device. It is not kept: the address is that of the start page. `bundle`: its file, if
+   * it is one.
+   */
+  openScene(target: SceneTarget, bundle?: Blob): void {
     history.pushState(null, "", location.pathname);
-    this.#showPage(target);
+    const page = this.#showPage(target);
+    if (bundle) page.tools = new SaveButton(target.name, bundle).element;
   }
 
   /** Shows a store at the present address. */
