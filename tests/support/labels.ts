@@ -1,0 +1,131 @@
+import { Chance } from "./chance.ts";
+
+type Triple = readonly [number, number, number];
+
+/** A volume of labels, x fastest. */
+export class LabelVolume {
+  readonly labels: Uint16Array;
+
+  constructor(readonly size: Triple) {
+    this.labels = new Uint16Array(size[0] * size[1] * size[2]);
+  }
+
+  /** Voxels within an ellipsoid, also over other labels. */
+  addEllipsoid(label: number, centre: Triple, radii: Triple): void {
+    this.#fill(label, centre, radii, (x, y, z) => x * x + y * y + z * z <= 1);
+  }
+
+  /** A thin shell: half of an ellipsoid's surface, `thickness` voxels thick. */
+  addSheet(label: number, centre: Triple, radii: Triple, thickness: number): void {
+    const inner = 1 - thickness / Math.min(...radii);
+    this.#fill(label, centre, radii, (x, y, z) => {
+      const r = Math.hypot(x, y, z);
+      return x > 0 && r <= 1 && r > inner;
+    });
+  }
+
+  /** A tube along an arc around the z axis, which rises by `rise` voxels. */
+  addTube(label: number, centre: Triple, arc: Triple, angles: readonly [number, number]): void {
+    const [across, along, radius] = arc;
+    const [from, to] = angles;
+    const steps = Math.ceil((Math.abs(to - from) * Math.max(across, along)) / (radius / 2));
+    for (let i = 0; i <= steps; ++i) {
+      const angle = from + ((to - from) * i) / steps;
+      const at: Triple = [
+        centre[0] + across * Math.cos(angle),
+        centre[1] + along * Math.sin(angle),
+        centre[2] - (30 * i) / steps,
+      ];
+      this.addEllipsoid(label, at, [radius, radius, radius]);
+    }
+  }
+
+  #fill(
+    label: number,
+    centre: Triple,
+    radii: Triple,
+    isInside: (x: number, y: number, z: number) => boolean,
+  ): void {
+    const low = centre.map((c, i) => Math.max(0, Math.ceil(c - (radii[i] ?? 0))));
+    const high = centre.map((c, i) =>
+      Math.min((this.size[i] ?? 1) - 1, Math.floor(c + (radii[i] ?? 0))),
+    );
+    const [x0 = 0, y0 = 0, z0 = 0] = low;
+    const [x1 = 0, y1 = 0, z1 = 0] = high;
+    for (let z = z0; z <= z1; ++z) {
+      for (let y = y0; y <= y1; ++y) {
+        const row = (z * this.size[1] + y) * this.size[0];
+        for (let x = x0; x <= x1; ++x) {
+          const u = (x - centre[0]) / radii[0];
+          const v = (y - centre[1]) / radii[1];
+          const w = (z - centre[2]) / radii[2];
+          if (isInside(u, v, w)) this.labels[row + x] = label;
+        }
+      }
+    }
+  }
+
+  /** As NRRD, with voxels of 1.5 mm. */
+  nrrd(): Buffer {
+    const header =
+      "NRRD0004\ntype: uint16\ndimension: 3\nspace: left-posterior-superior\n" +
+      `sizes: ${this.size.join(" ")}\nspace directions: (1.5,0,0) (0,1.5,0) (0,0,1.5)\n` +
+      "space origin: (0,0,0)\nencoding: raw\nendian: little\n\n";
+    return Buffer.concat([Buffer.from(header), Buffer.from(this.labels.buffer)]);
+  }
+}
+
+/**
+ * 105 labels of 317 × 317 × 835 voxels, like the organs of a person: vertebrae that touch, ribs and
+ * vessels as tubes, organs that touch, parts nested in them, and sheets of one or two voxels.
+ */
+export function organs(): LabelVolume {
+  const volume = new LabelVolume([317, 317, 835]);
+  const chance = new Chance(5);
+  const between = (low: number, high: number) => low + (high - low) * chance.next();
+  let label = 0;
+  const organs: { centre: Triple; radii: Triple }[] = [];
+  for (let i = 0; i < 16; ++i) {
+    const centre: Triple = [between(80, 237), between(90, 190), 120 + 38 * i];
+    const radii: Triple = [between(22, 52), between(20, 42), between(22, 48)];
+    organs.push({ centre, radii });
+    volume.addEllipsoid(++label, centre, radii);
+  }
+  for (const { centre, radii } of organs) {
+    const inner = radii.map((r) => r * between(0.25, 0.5)) as unknown as Triple;
+    volume.addEllipsoid(++label, centre, inner);
+  }
+  for (let i = 0; i < 24; ++i) volume.addEllipsoid(++label, [158, 235, 100 + 28 * i], [20, 16, 14]);
+  for (let i = 0; i < 24; ++i) {
+    const side = i % 2 === 0 ? [0.4 * Math.PI, -0.4 * Math.PI] : [0.6 * Math.PI, 1.4 * Math.PI];
+    const centre: Triple = [158, 150, 400 + 28 * Math.floor(i / 2)];
+    volume.addTube(++label, centre, [128, 100, between(3, 5)], side as [number, number]);
+  }
+  for (let i = 0; i < 20; ++i) {
+    const centre: Triple = [between(120, 200), between(120, 200), between(120, 760)];
+    volume.addTube(++label, centre, [between(30, 70), between(20, 60), between(1, 3.5)], [0, 4]);
+  }
+  while (label < 105) {
+    const centre: Triple = [between(100, 200), between(110, 200), between(150, 700)];
+    volume.addSheet(
+      ++label,
+      centre,
+      [between(30, 70), between(30, 60), 50],
+      label % 2 === 0 ? 1.2 : 2,
+    );
+  }
+  return volume;
+}
+
+/** Many small labels in a lattice, some of which touch. */
+export function manyLabels(count: number): LabelVolume {
+  const edge = Math.ceil(Math.cbrt(count));
+  const volume = new LabelVolume([edge * 20, edge * 20, edge * 20]);
+  for (let i = 0; i < count; ++i) {
+    const centre = [i % edge, Math.floor(i / edge) % edge, Math.floor(i / edge ** 2)].map(
+      (index) => 20 * index + 9.5,
+    ) as unknown as Triple;
+    volume.addEllipsoid(i + 1, centre, [9 + (i % 3), 8, 9]);
+  }
+  return volume;
+}
