@@ -196,7 +196,7 @@ TEST_F(CliLabels, AnInterruptedBuildGoesOnAndTheBytesDoNotDependOnThreads) {
   const std::string other = folder / "other.isobundle";
   ASSERT_EQ(run({"build", volume, "--labels", "-o", other, "--threads", "1"}).exit_code, 0);
   const std::string whole = read_file(other);
-  // Ends while it writes: a file may have 20 kB.
+  // Ends while it writes the bundle, which is larger than a file may be.
   const Ended cut = run(test::Call{
       .arguments = {"build", volume, "--labels", "-o", output, "--threads", "3", "--name", "other"},
       .file_limit = whole.size() / 2});
@@ -206,7 +206,7 @@ TEST_F(CliLabels, AnInterruptedBuildGoesOnAndTheBytesDoNotDependOnThreads) {
       run({"build", volume, "--labels", "-o", output, "--threads", "3", "--name", "other"});
   ASSERT_EQ(built.exit_code, 0) << built.err;
   EXPECT_NE(built.out.find("stores were complete before"), std::string::npos) << built.out;
-  EXPECT_EQ(scene_of(output).layers.size(), 4u);
+  EXPECT_EQ(read_file(output), whole);
 }
 
 TEST_F(CliLabels, RefusesWhatHasNoLabelsOrTooMany) {

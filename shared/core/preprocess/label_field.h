@@ -14,7 +14,7 @@ namespace isosplat {
 inline constexpr uint16_t kMaxLabel = 32766;
 
 /// The labels of voxels, from 0 (also: outside the volume) to kMaxLabel. size.y · size.z rows, x
-/// fastest. Each row has label_row_size() labels: kBefore zeros, the voxels, and zeros.
+/// fastest. Each row has row_size() labels: kBefore zeros, the voxels, and zeros.
 struct LabelVolume {
   static constexpr int32_t kBefore = 4;
   static constexpr int32_t kAfter = 8;
