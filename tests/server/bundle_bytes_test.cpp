@@ -85,6 +85,37 @@ TEST_F(BundleBytesTest, HasTheLayoutOfABundle) {
   EXPECT_EQ(fine, bytes.size());
 }
 
+TEST_F(BundleBytesTest, ManyVisibleLayersShareTheBytesOfTheFirstPicture) {
+  const KnownStore large = make_store(3, {140, 140, 140}, 200);
+  const auto reader = StoreReader::open(
+      std::span(large.file).first(std::min<size_t>(large.file.size(), kMaxStoreHeaderBytes)));
+  ASSERT_TRUE(reader) << reader.error().message;
+  constexpr size_t kLayers = 64;
+  const auto with_layers = [&](size_t visible) {
+    std::string layers;
+    for (size_t i = 0; i < kLayers; ++i) {
+      const std::string store = std::to_string(i) + ".isosplat";
+      write_file(folder.path() / "run" / store, large.file);
+      layers += (i > 0 ? "," : "") + (R"({"store":")" + store) + R"(","visible":)" +
+                (i < visible ? "true}" : "false}");
+    }
+    write_text("run/scene.json",
+               R"({"format":"isosplat-scene","version":1,"layers":[)" + layers + "]}");
+    auto bundle = plan();
+    EXPECT_TRUE(bundle) << bundle.error().message;
+    return bundle->header();
+  };
+  const BundleHeader few = with_layers(1), many = with_layers(kLayers);
+  const CoarseRange whole = reader->bootstrap_range();
+  const CoarseRange shared = reader->bootstrap_range(BundleBytes::kFirstPictureBytes / kLayers);
+  ASSERT_LT(shared.bytes, whole.bytes);  // otherwise nothing is tested
+  for (size_t i = 0; i < kLayers; ++i) {
+    EXPECT_EQ(few.stores[i].bootstrap_bytes, whole.bytes);
+    EXPECT_EQ(many.stores[i].bootstrap_offset, shared.offset);
+    EXPECT_EQ(many.stores[i].bootstrap_bytes, shared.bytes);
+  }
+}
+
 TEST_F(BundleBytesTest, ReadsAnyRange) {
   const auto bundle = plan();
   ASSERT_TRUE(bundle) << bundle.error().message;

@@ -109,14 +109,14 @@ TEST(Store, HeaderHasTheWrittenFields) {
   EXPECT_EQ(bootstrap.first_level, coarse.first_level);
   EXPECT_EQ(bootstrap.offset, coarse.offset);
   EXPECT_GE(bootstrap.bytes, coarse.bytes);
-  EXPECT_LE(bootstrap.bytes, std::max(coarse.bytes, kBootstrapBytesWithPages));
+  EXPECT_LE(bootstrap.bytes, std::max(coarse.bytes, kBootstrapBytes / 4 * 5));
   // The range ends with a page, and would be too long with the next page.
   uint64_t end = 0;
   for (const PageRef& page : reader->pages()) {
     if (page.offset + page.bytes <= bootstrap.offset + bootstrap.bytes) {
       end = page.offset + page.bytes;
     } else {
-      EXPECT_GT(page.offset + page.bytes - bootstrap.offset, kBootstrapBytesWithPages);
+      EXPECT_GT(page.offset + page.bytes - bootstrap.offset, kBootstrapBytes / 4 * 5);
     }
   }
   EXPECT_EQ(end, bootstrap.offset + bootstrap.bytes);

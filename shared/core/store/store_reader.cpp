@@ -120,9 +120,9 @@ CoarseRange StoreReader::coarse_range(uint64_t max_bytes) const {
   return range;
 }
 
-CoarseRange StoreReader::bootstrap_range() const {
-  CoarseRange range = coarse_range(kBootstrapBytes);
-  const uint64_t limit = range.offset + std::max(range.bytes, kBootstrapBytesWithPages);
+CoarseRange StoreReader::bootstrap_range(uint64_t max_bytes) const {
+  CoarseRange range = coarse_range(max_bytes);
+  const uint64_t limit = range.offset + std::max(range.bytes, max_bytes + max_bytes / 4);
   for (const PageRef& page : state_->header.pages) {
     const uint64_t end = page.offset + page.bytes;
     if (end <= limit) range.bytes = std::max(range.bytes, end - range.offset);

@@ -17,10 +17,9 @@ namespace isosplat {
 /// A store's header always ends within this many bytes of the file's start: one read opens a store.
 inline constexpr size_t kMaxStoreHeaderBytes = 64 * 1024;
 
-/// Sizes of bootstrap_range(). With the largest header that is 144 KiB until the first surface; the
-/// coarsest level alone may take more.
+/// The size of the levels in bootstrap_range(). With the largest header and further pages that is
+/// 144 KiB until the first surface; the coarsest level alone may take more.
 inline constexpr uint64_t kBootstrapBytes = 64 * 1024;
-inline constexpr uint64_t kBootstrapBytesWithPages = 80 * 1024;
 
 /// Description of a store and its volume.
 struct StoreInfo {
@@ -127,10 +126,10 @@ class StoreReader {
   /// their pages, but at least the coarsest level.
   CoarseRange coarse_range(uint64_t max_bytes) const;
 
-  /// The byte range that a viewer reads after the header: the coarse tail within kBootstrapBytes,
-  /// and the pages of finer levels that follow it, up to kBootstrapBytesWithPages in all. These
-  /// levels then need no further round trip for their pages.
-  CoarseRange bootstrap_range() const;
+  /// The byte range that a viewer reads after the header: the coarse tail within max_bytes, and the
+  /// pages of finer levels that follow it, up to 5/4 of max_bytes in all. These levels then need no
+  /// further round trip for their pages.
+  CoarseRange bootstrap_range(uint64_t max_bytes = kBootstrapBytes) const;
 
   std::span<const PageRef> pages() const;
   bool is_resident(uint32_t page) const;

@@ -37,12 +37,18 @@ std::optional<FileIdentity> identity_within(const fs::path& file, const fs::path
   return identity ? std::optional(*identity) : std::nullopt;
 }
 
-/// BundleBytes::first_bytes.
-uint64_t first_bytes_of(const Scene& scene, const BundleHeader& header) {
+/// The stores of the first picture: those of visible layers, at the first step.
+std::set<std::string_view> first_stores(const Scene& scene) {
   std::set<std::string_view> first;
   for (const SceneLayer& layer : scene.layers) {
     if (layer.visible && !layer.stores.empty()) first.insert(layer.stores.front());
   }
+  return first;
+}
+
+/// BundleBytes::first_bytes.
+uint64_t first_bytes_of(const Scene& scene, const BundleHeader& header) {
+  const std::set<std::string_view> first = first_stores(scene);
   uint64_t end = header.header_bytes;
   for (const BundleStore& store : header.stores) {
     const uint64_t its_end = store.coarse_offset + store.coarse_bytes();
@@ -72,6 +78,9 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
     }
     return result;
   }
+  const uint64_t of_each = std::min<uint64_t>(
+      kBootstrapBytes,
+      kFirstPictureBytes / std::max<size_t>(1, first_stores(scene.scene()).size()));
   std::vector<BundleStore> stores;
   for (const std::string& path : store_paths(scene.scene())) {
     if (!is_path_below(path) || path == kSceneName) {
@@ -96,8 +105,9 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
     entry.path = path;
     entry.file_bytes = store.info().file_bytes;
     entry.header_bytes = store.info().header_bytes;
-    entry.bootstrap_offset = store.bootstrap().offset;
-    entry.bootstrap_bytes = store.bootstrap().bytes;
+    const CoarseRange coarse = store.bootstrap_within(of_each);
+    entry.bootstrap_offset = coarse.offset;
+    entry.bootstrap_bytes = coarse.bytes;
     entry.content_id = store.info().content_id;
     stores.push_back(std::move(entry));
     result.files_.push_back({file, store.identity()});

@@ -20,10 +20,12 @@ namespace isosplat {
 /// stores, and nothing is copied. Several threads may read at the same time.
 class BundleBytes {
  public:
-  /// Reads the headers of all stores, unless the scene is a bundle. `within`: a folder that must
-  /// contain the files of all stores once links are resolved; none: links are followed anywhere.
-  /// Errors: those of SceneFile::open_store and plan_bundle; malformed_header if a store is not
-  /// below the folder of its scene, or not in `within`.
+  /// Reads the headers of all stores, unless the scene is a bundle. The coarse part of each store
+  /// has its StoreReader::bootstrap_range, of its part of kFirstPictureBytes if many stores share
+  /// the first picture. `within`: a folder that must contain the files of all stores once links are
+  /// resolved; none: links are followed anywhere. Errors: those of SceneFile::open_store and
+  /// plan_bundle; malformed_header if a store is not below the folder of its scene, or not in
+  /// `within`.
   static Result<BundleBytes> plan(const SceneFile& scene,
                                   const std::optional<std::filesystem::path>& within = {});
 
@@ -35,6 +37,8 @@ class BundleBytes {
   /// kMaxFirstCoarseBytes of coarse parts.
   uint64_t first_bytes() const { return first_bytes_; }
   static constexpr uint64_t kMaxFirstCoarseBytes = uint64_t{32} << 20;
+  /// The levels of all stores of the first picture, unless their coarsest ones alone are larger.
+  static constexpr uint64_t kFirstPictureBytes = uint64_t{512} << 10;
 
   /// Whether the stores are separate files, which may change independently of the scene.
   bool has_separate_stores() const { return !bundle_; }

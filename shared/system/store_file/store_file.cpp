@@ -131,6 +131,10 @@ StoreFile::StoreFile(std::filesystem::path path, FileParts file, FileIdentity id
       reader_(std::move(reader)),
       last_use_(pages_.size()) {}
 
+CoarseRange StoreFile::bootstrap_within(uint64_t max_bytes) const {
+  return reader_.bootstrap_range(max_bytes);  // depends on the header alone
+}
+
 Error StoreFile::with_file_name(Error error) const {
   error.message = path_.filename().string() + ": " + error.message;
   return error;

@@ -79,6 +79,8 @@ class StoreFile {
 
   /// The bytes that a viewer reads after the header: see StoreReader::bootstrap_range.
   const CoarseRange& bootstrap() const { return bootstrap_; }
+  /// The same within fewer bytes.
+  CoarseRange bootstrap_within(uint64_t max_bytes) const;
 
   /// Bytes of the directory pages that are in memory now, by their size in the file.
   uint64_t directory_bytes() const { return resident_bytes_; }
