@@ -39,7 +39,7 @@ TEST(ImportTimes, AreRoundedToTheDigitsOfAHeader) {
 
 TEST(ImportTimes, AreLeftOutIfTheyAreNone) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  for (const double distance : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity(), 1e-320}) {
+  for (const double distance : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
     EXPECT_TRUE(TimeAxis::regular(0, distance, 3, "s").values.empty()) << distance;
   }
   EXPECT_TRUE(TimeAxis::regular(kNaN, 1, 3, "s").values.empty());

@@ -11,12 +11,16 @@ namespace {
 /// Units of strangers go into documents.
 constexpr size_t kMaxUnitBytes = 32;
 
-/// Rounds to a multiple of 10⁻⁷ of the unit's power of ten.
+/// Rounds to seven digits of `unit`. Only powers of ten up to 10²² are exact, so units below 10⁻¹⁵
+/// and above 10¹⁵ are left as they are.
 double rounded(double value, double unit) {
-  const double step = std::pow(10, std::ceil(std::log10(unit)) - 7);
-  // Division by the inverse, a whole number for small steps, gives the nearest decimal fraction.
-  return step < 1 ? std::round(value / step) / std::round(1 / step)
-                  : std::round(value / step) * step;
+  if (!(unit >= 1e-15 && unit <= 1e15)) return value;
+  double power = 1, inverse = 1;
+  while (power < unit) power *= 10;
+  while (unit * inverse * 10 <= 1) inverse *= 10;
+  const double scale = 1e7 * inverse;
+  if (power <= scale) return std::round(value * (scale / power)) / (scale / power);
+  return std::round(value / (power / scale)) * (power / scale);
 }
 
 }  // namespace
