@@ -72,6 +72,13 @@ test("the start list shows scenes before volumes, and opens one by keyboard", as
   await expect(page.locator(".layer-name")).toHaveText(["left", "right"]);
 });
 
+test("a scene of a server opens by its address, as of another server", async ({ page }) => {
+  const address = new URL("v1/scenes/balls~scene", server.url).href;
+  await page.goto(`${server.url}?src=${encodeURIComponent(address)}&${look}`);
+  await complete(page);
+  await expect(page.locator(".layer-name")).toHaveText(["left", "right"]);
+});
+
 for (const name of ["two", "balls~scene"]) {
   test(`the first picture of ${name} takes one request`, async ({ page }) => {
     const made = requests(page);

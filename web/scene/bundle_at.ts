@@ -1,7 +1,6 @@
 import { FileSource, type SourceOptions } from "../stream/file_source.ts";
+import { servedPath } from "./scene_name.ts";
 import { ServedBundle } from "./served_bundle.ts";
-
-const serverPath = /^(.*\/)v1\/scenes\/([^/]+)\/?$/;
 
 /**
  * The bundle at a URL: `…/v1/scenes/NAME` is a scene of an Isosplat server, any other URL is the file of a
@@ -20,7 +19,7 @@ export function isServed(url: URL): boolean {
 
 /** The server and the name of a scene of a server; undefined for all other URLs. */
 function servedScene({ origin, pathname }: URL): { base: string; scene: string } | undefined {
-  const [, folder, name] = serverPath.exec(pathname) ?? [];
+  const [, folder, name] = servedPath.exec(pathname) ?? [];
   if (folder === undefined || name === undefined) return undefined;
   try {
     return { base: origin + folder, scene: decodeURIComponent(name) };
