@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,11 +32,15 @@ constexpr std::string_view kToken = "0123456789abcdef0123456789abcdef";  // for 
 constexpr std::string_view kLinkKey = "fedcba9876543210fedcba9876543210";
 constexpr std::string_view kExpires = "4102444800";  // 2100-01-01
 
-/// Two stores and their routers, created once.
+/// Two stores, a scene of both, and their routers, created once.
 struct Site {
   Site() {
     test::write_file(folder.path() / "a.isosplat", store.file);
     test::write_file(folder.path() / "b.isosplat", other.file);
+    const std::string scene =
+        R"({"format":"isosplat-scene","version":1,"layers":[{"store":"a.isosplat"},{"store":"b.isosplat"}]})";
+    const auto bytes = std::as_bytes(std::span(scene));
+    test::write_file(folder.path() / "both.scene.json", {bytes.begin(), bytes.end()});
     catalog.scan();
     auto rules = std::make_shared<AccessRules>();
     require(rules->add_lines(std::string(kToken) + " a\n").has_value());
@@ -81,8 +86,8 @@ struct Site {
   mutable ScenePool scenes{{}, ScenePool::OutsideLinks::followed, [](std::string_view) {}};
   RouterLimits limits{.query_bytes = 5000, .query_chunks = 50, .target_bytes = 8192};
   Router router{catalog, stores, scenes, limits};  // for this machine
-  Router open{catalog, stores, limits};            // for everyone
-  Router closed{catalog, stores, limits};  // a: for those with the token or the link; b: for nobody
+  Router open{catalog, stores, scenes, limits};    // for everyone
+  Router closed{catalog, stores, scenes, limits};  // a: for those with the token or the link
 };
 
 void answer(const Router& router, const Request& request) {
