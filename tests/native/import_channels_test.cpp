@@ -26,7 +26,7 @@ ImportOptions channel(int64_t number) {
 
 template <class T>
 std::vector<T> values_of(size_t of_channel) {
-  return pattern_voxels<T>(kSize, 1, 40.0 * static_cast<double>(of_channel));
+  return pattern_voxels<T>(kSize, 1, 5.0 * static_cast<double>(of_channel));
 }
 
 /// The numbers of all channels, voxel by voxel.
