@@ -34,7 +34,6 @@ class SceneExtraction {
  private:
   const Scene& scene() const { return file_.scene(); }
   Result<std::vector<size_t>> chosen_layers() const;
-  Result<std::shared_ptr<StoreFile>> open_store(size_t layer) const;
   Result<void> list_parts();
   std::vector<fs::path> paths(const fs::path& output, const MeshFormat& format) const;
   Result<void> check_outputs(std::span<const fs::path> outputs, const MeshFormat& format) const;
@@ -49,11 +48,6 @@ class SceneExtraction {
   std::vector<MeshObject> objects_;  ///< of the parts
   MeshCounts counts_;  ///< of what was written since they were reset; vertices: points
 };
-
-Error with_name(const Scene& scene, size_t layer, Error error) {
-  error.message = name_of(scene, layer) + ": " + error.message;
-  return error;
-}
 
 /// The layers with this name, or the one of this index.
 std::vector<size_t> layers_named(const Scene& scene, const std::string& name) {
@@ -88,40 +82,23 @@ Result<std::vector<size_t>> SceneExtraction::chosen_layers() const {
   return std::vector<size_t>(chosen.begin(), chosen.end());
 }
 
-Result<std::shared_ptr<StoreFile>> SceneExtraction::open_store(size_t layer) const {
-  const std::vector<std::string>& stores = scene().layers[layer].stores;
-  auto store = file_.open_store(stores[std::min<size_t>(call_.step, stores.size() - 1)]);
-  if (!store) return tl::unexpected(with_name(scene(), layer, store.error()));
-  return store;
-}
-
 Result<void> SceneExtraction::list_parts() {
   const auto layers = chosen_layers();
   if (!layers) return tl::unexpected(layers.error());
   for (const size_t i : *layers) {
     const SceneLayer& layer = scene().layers[i];
-    const auto store = open_store(i);
-    if (!store) return tl::unexpected(store.error());
-    const StoreInfo& info = (*store)->info();
-    VolumeGrid grid = info.grid;
-    if (layer.transform) {
-      const auto placed = transformed(grid, *layer.transform);
-      if (!placed) return tl::unexpected(with_name(scene(), i, placed.error()));
-      grid = *placed;
-    }
+    const auto opened = open_layer(file_, i, call_.step);
+    if (!opened) return tl::unexpected(opened.error());
     const auto number = static_cast<size_t>(
         std::count_if(scene().layers.begin(), scene().layers.begin() + static_cast<ptrdiff_t>(i),
                       [](const SceneLayer& before) { return before.visible; }));
-    const auto surfaces = surfaces_of(layer, info, number);
-    if (surfaces.empty()) {
-      note(name_of(scene(), i) +
-           " has no surfaces, and its store suggests no isovalue: add a surface to the layer");
-    }
+    const auto surfaces = surfaces_of(layer, opened->store->info(), number);
+    if (surfaces.empty()) note(no_surfaces(scene(), i));
     const std::string name = layer.name.empty() ? fmt::format("layer {}", i) : layer.name;
     for (const SceneSurface& surface : surfaces) {
       parts_.push_back({i, surface.isovalue});
       objects_.push_back({surfaces.size() > 1 ? fmt::format("{} {}", name, surface.isovalue) : name,
-                          *surface.colour, surface.opacity, grid});
+                          *surface.colour, surface.opacity, opened->grid});
     }
   }
   if (!parts_.empty()) return {};
@@ -176,27 +153,28 @@ Result<void> SceneExtraction::check_outputs(std::span<const fs::path> outputs,
 
 Result<void> SceneExtraction::append(size_t i, MeshFile& file) {
   const auto [layer, isovalue] = parts_[i];
-  const auto store = open_store(layer);
-  if (!store) return tl::unexpected(store.error());
-  const auto options = extract_options(call_, objects_[i].grid);
+  const auto opened = open_layer(file_, layer, call_.step);
+  if (!opened) return tl::unexpected(opened.error());
+  const StoreFile& store = *opened->store;
+  const auto options = extract_options(call_, opened->grid);
   if (!options) return tl::unexpected(options.error());
   bool is_empty = false;
   if (call_.mesh) {
-    const auto mesh = append_mesh(**store, isovalue, *options, call_.changes, file);
-    if (!mesh) return tl::unexpected(with_name(scene(), layer, mesh.error()));
+    const auto mesh = append_mesh(store, isovalue, *options, call_.changes, file);
+    if (!mesh) return tl::unexpected(with_layer(scene(), layer, mesh.error()));
     explain_changes(*mesh, call_);
     is_empty = mesh->counts.triangles == 0;
     counts_.vertices += mesh->counts.vertices;
     counts_.triangles += mesh->counts.triangles;
   } else {
-    const auto points = append_points(**store, isovalue, call_.projection, *options, file);
-    if (!points) return tl::unexpected(with_name(scene(), layer, points.error()));
+    const auto points = append_points(store, isovalue, call_.projection, *options, file);
+    if (!points) return tl::unexpected(with_layer(scene(), layer, points.error()));
     is_empty = *points == 0;
     counts_.vertices += *points;
   }
   if (is_empty) {
     note(name_of(scene(), layer) + " is empty:");
-    explain_no_surface((*store)->info(), isovalue, call_);
+    explain_no_surface(store.info(), isovalue, call_);
   }
   return {};
 }
@@ -244,13 +222,7 @@ Result<void> SceneExtraction::write_each(std::span<const fs::path> outputs,
 }
 
 Result<void> SceneExtraction::run() {
-  const size_t steps = scene().time ? scene().time->values.size() : 1;
-  if (call_.step >= steps) {
-    return fail(
-        Status::not_found,
-        fmt::format("expected a time step from 0 to {}, found {}: choose another step with --step",
-                    steps - 1, call_.step));
-  }
+  if (auto exists = check_step(scene(), call_.step); !exists) return exists;
   const fs::path output = call_.output.empty()
                               ? file_.path().stem().string() + (call_.mesh ? ".glb" : ".ply")
                               : call_.output;

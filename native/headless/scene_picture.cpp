@@ -34,13 +34,7 @@ class WorldBox {
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& file, size_t step,
                                 std::optional<uint32_t> level, uint64_t sample_budget) {
   const Scene& scene = file.scene();
-  const size_t steps = scene.time ? scene.time->values.size() : 1;
-  if (step >= steps) {
-    return fail(
-        Status::not_found,
-        fmt::format("expected a time step from 0 to {}, found {}: choose another step with --step",
-                    steps - 1, step));
-  }
+  if (auto exists = check_step(scene, step); !exists) return tl::unexpected(exists.error());
   ScenePicture picture;
   WorldBox box;
   auto left =
@@ -49,25 +43,12 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
   for (size_t i = 0; i < scene.layers.size(); ++i) {
     const SceneLayer& layer = scene.layers[i];
     if (!layer.visible) continue;
-    const auto failed = [&](Error error) {
-      error.message = name_of(scene, i) + ": " + error.message;
-      return tl::unexpected(std::move(error));
-    };
-    const auto opened = file.open_store(layer.stores[std::min(step, layer.stores.size() - 1)]);
-    if (!opened) return failed(opened.error());
-    const StoreFile& store = **opened;
-    VolumePlace place{static_cast<render::VolumeId>(i), store.info().grid};
-    if (layer.transform) {
-      const auto grid = transformed(store.info().grid, *layer.transform);
-      if (!grid) return failed(grid.error());
-      place.grid = *grid;
-    }
+    const auto opened = open_layer(file, i, step);
+    if (!opened) return tl::unexpected(opened.error());
+    const StoreFile& store = *opened->store;
+    const VolumePlace place{static_cast<render::VolumeId>(i), opened->grid};
     const std::vector<SceneSurface> surfaces = surfaces_of(layer, store.info(), picture.layers);
-    if (surfaces.empty()) {
-      picture.notes.push_back(
-          name_of(scene, i) +
-          " has no surfaces, and its store suggests no isovalue: add a surface to the layer");
-    }
+    if (surfaces.empty()) picture.notes.push_back(no_surfaces(scene, i));
     std::vector<double> isovalues;
     for (const SceneSurface& surface : surfaces) {
       isovalues.push_back(surface.isovalue);
@@ -77,11 +58,11 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     }
     const uint64_t budget = (sample_budget - std::min(picture.samples, sample_budget)) / left--;
     const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
-    if (!shown) return failed(shown.error());
+    if (!shown) return tl::unexpected(with_layer(scene, i, shown.error()));
     picture.samples += shown->samples;
     picture.coarsest = std::max(picture.coarsest, shown->level);
     ++picture.layers;
-    box.add(*place.grid);
+    box.add(opened->grid);
   }
   if (picture.layers == 0) {
     return fail(Status::not_found,

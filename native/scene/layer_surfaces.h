@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "shared/core/base/vec3.h"
 #include "shared/core/scene/scene.h"
 #include "shared/core/store/store_reader.h"
+#include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat {
 
@@ -34,5 +36,24 @@ std::vector<SceneSurface> surfaces_of(const SceneLayer& layer, const StoreInfo& 
 
 /// A layer for messages: "layer 2 (bone)".
 std::string name_of(const Scene& scene, size_t layer);
+
+/// An error with the name of its layer in front.
+Error with_layer(const Scene& scene, size_t layer, Error error);
+
+/// The note about a layer for which surfaces_of() returns nothing.
+std::string no_surfaces(const Scene& scene, size_t layer);
+
+/// The store of a layer at a step of time, and where its volume lies after the layer's transform.
+struct OpenedLayer {
+  std::shared_ptr<StoreFile> store;
+  VolumeGrid grid;
+};
+
+/// Opens the store of a layer. A layer with one store has it at all steps. Errors: those of
+/// SceneFile::open_store and transformed(), which name the layer.
+Result<OpenedLayer> open_layer(const SceneFile& scene, size_t layer, size_t step);
+
+/// Errors: not_found if a scene has no such step of time.
+Result<void> check_step(const Scene& scene, size_t step);
 
 }  // namespace isosplat
