@@ -1,16 +1,13 @@
 #include "native/builder/builder.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
-#include <new>
 #include <optional>
-#include <system_error>
 #include <thread>
 
 #include "native/builder/file_slices.h"
+#include "native/builder/refusals.h"
 #include "native/builder/shared_bands.h"
 #include "native/builder/thread_executor.h"
 #include "native/files/output_file.h"
@@ -106,22 +103,6 @@ Result<BuildReport> build_on_threads(VolumeSource& source, ByteSink& sink,
   }
   for (size_t t = 1; t < encoders.size(); ++t) encoders[0].statistics.add(encoders[t].statistics);
   return build.finish(encoders[0].statistics);
-}
-
-/// Runs a part of a build. Memory and threads that the system refuses become an error.
-template <class Part>
-auto with_refusals(Part&& part) -> decltype(part()) {
-  try {
-    return part();
-  } catch (const std::bad_alloc&) {
-    return fail(Status::out_of_memory,
-                "the system refused memory while the store was built: close other programs, or "
-                "reduce --memory or --threads");
-  } catch (const std::system_error& error) {
-    return fail(
-        Status::out_of_memory,
-        fmt::format("cannot start the threads of the build ({}): reduce --threads", error.what()));
-  }
 }
 
 }  // namespace

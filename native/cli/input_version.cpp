@@ -5,10 +5,17 @@
 
 namespace isosplat::cli {
 
-std::string input_version(const std::filesystem::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return "none";
-  return fmt::format("{} {}.{:09}", status.st_size, status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+std::string input_versions(std::span<const std::filesystem::path> files) {
+  std::string text;
+  for (const std::filesystem::path& file : files) {
+    struct stat status {};
+    const std::string version = ::stat(file.c_str(), &status) != 0
+                                    ? "none"
+                                    : fmt::format("{} {}.{:09}", status.st_size,
+                                                  status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+    text += fmt::format("\n{} {}", file.string(), version);
+  }
+  return text;
 }
 
 }  // namespace isosplat::cli

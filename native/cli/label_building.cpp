@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "native/builder/parallel.h"
+#include "native/builder/refusals.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
@@ -85,9 +86,7 @@ Result<import::OpenVolume> LabelBuild::open() {
   build_.notes = opened->notes;
   for (const std::string& text : opened->notes) note(text);
   key_ = options_.scene.key + (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth");
-  for (const fs::path& file : opened->source->files()) {
-    key_ += fmt::format("\n{} {}", file.string(), input_version(file));
-  }
+  key_ += input_versions(opened->source->files());
   return opened;
 }
 
@@ -169,8 +168,8 @@ Result<void> LabelBuild::build_all(const LabelRows& rows) {
   for (const FoundLabel& label : labels_) all_voxels_ += box_voxels(label);
   const uint64_t memory_bytes = build_.memory_bytes - rows.memory_bytes();
   const unsigned builds = parallel_builds(memory_bytes);
-  Result<void> result;
-  try {
+  return with_refusals([&]() -> Result<void> {
+    Result<void> result;
     parallel_for(builds, order.size(), [&](unsigned, size_t i) {
       {
         const std::lock_guard lock(mutex_);
@@ -180,12 +179,8 @@ Result<void> LabelBuild::build_all(const LabelRows& rows) {
       const std::lock_guard lock(mutex_);
       if (result && !built) result = std::move(built);
     });
-  } catch (const std::system_error& error) {
-    return fail(
-        Status::out_of_memory,
-        fmt::format("cannot start the threads of the build ({}): reduce --threads", error.what()));
-  }
-  return result;
+    return result;
+  });
 }
 
 Scene LabelBuild::scene() {

@@ -135,10 +135,7 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
   show(0, "");
   auto opened = open(input);
   if (!opened) return tl::unexpected(opened.error());
-  std::string key = options_.key;
-  for (const fs::path& file : opened->source->files()) {
-    key += fmt::format("\n{} {}", file.string(), input_version(file));
-  }
+  std::string key = options_.key + input_versions(opened->source->files());
   key += fmt::format("\n{} {}\n{}", input.layer, input.step, values.key);
   if (output_->has(name, key)) {
     ++report_.kept;
