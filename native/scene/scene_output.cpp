@@ -5,8 +5,6 @@
 #include <xxhash.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "native/files/output_file.h"
 #include "native/scene/bundle.h"
@@ -18,23 +16,28 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kBundleExtension = ".isobundle";
-/// The hashes of the keys of the complete stores, JSON: {"name": "hash", …}.
-constexpr const char* kKeys = ".isosplat-build.json";
+/// The complete stores: for each a line with its name, a blank, and the hash of its key. The last
+/// line of a name holds.
+constexpr const char* kKeys = ".isosplat-build";
+constexpr size_t kHashDigits = 32;
 
 std::string hash(const std::string& key) {
   const XXH128_hash_t found = XXH3_128bits(key.data(), key.size());
   return fmt::format("{:016x}{:016x}", found.high64, found.low64);
 }
 
+/// A line that an interrupted build has not completed is left out.
 std::map<std::string, std::string> read_keys(const fs::path& file) {
   std::ifstream in(file);
-  const auto json = nlohmann::json::parse(in, nullptr, /*allow_exceptions=*/false);
   std::map<std::string, std::string> keys;
-  if (!json.is_object()) return keys;
-  for (const auto& [name, key] : json.items()) {
-    if (key.is_string()) keys[name] = key.get<std::string>();
+  for (std::string name, key; in >> name >> key;) {
+    if (key.size() == kHashDigits) keys[name] = key;
   }
   return keys;
+}
+
+std::string line_of(const std::string& name, const std::string& key) {
+  return fmt::format("{} {}\n", name, key);
 }
 
 Result<void> write_text(const fs::path& path, const std::string& text) {
@@ -78,6 +81,12 @@ Result<SceneOutput> SceneOutput::create(const fs::path& path, bool force) {
                                               output.folder_.string(), failed.message()));
   }
   output.keys_ = read_keys(output.folder_ / kKeys);
+  if (is_own) {  // without the lines that no longer hold, or are not complete
+    std::string lines;
+    for (const auto& [name, key] : output.keys_) lines += line_of(name, key);
+    auto written = write_text(output.folder_ / kKeys, lines);
+    if (!written) return tl::unexpected(written.error());
+  }
   return output;
 }
 
@@ -95,8 +104,14 @@ bool SceneOutput::has(const std::string& name, const std::string& key) const {
 }
 
 Result<void> SceneOutput::completed(const std::string& name, const std::string& key) {
-  keys_[name] = hash(key);
-  return write_text(folder_ / kKeys, nlohmann::json(keys_).dump(1));
+  std::string& hashed = keys_[name];
+  hashed = hash(key);
+  // Appended, since a scene may have thousands of stores.
+  std::ofstream keys(folder_ / kKeys, std::ios::app);
+  keys << line_of(name, hashed) << std::flush;
+  if (keys) return {};
+  return fail(Status::io_error, fmt::format("{}: cannot be written: check the free space",
+                                            (folder_ / kKeys).string()));
 }
 
 Result<uint64_t> SceneOutput::finish(const Scene& scene) {
