@@ -58,7 +58,6 @@ class AccessRules {
   ///
   /// Empty lines and lines that begin with "#" are ignored. Errors (invalid_argument) name the
   /// line, not the token.
-  /// line, not the token.
   Result<void> add_lines(std::string_view text);
 
   /// Adds a token for all volumes. `name`: for the log. Errors (invalid_argument): fewer than

@@ -62,14 +62,21 @@ BodyStream::Step FrameStream::next(std::vector<std::byte>& out, Error& error, No
   return position_ == chunks_.size() ? Step::last : Step::more;
 }
 
+FileStream::FileStream(Read read, uint64_t offset, uint64_t bytes)
+    : read_(std::move(read)), offset_(offset), end_(offset + bytes), size_(bytes) {}
+
 FileStream::FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes)
-    : store_(std::move(store)), offset_(offset), end_(offset + bytes), size_(bytes) {}
+    : FileStream(
+          [store = std::move(store)](uint64_t at, std::span<std::byte> out, NoWait* no_wait) {
+            return store->read(at, out, no_wait);
+          },
+          offset, bytes) {}
 
 BodyStream::Step FileStream::next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) {
   const size_t begin = out.size();
   const size_t length = std::min<uint64_t>(kPieceBytes, end_ - offset_);
   out.resize(begin + length);
-  if (Result<void> read = store_->read(offset_, std::span(out).subspan(begin), no_wait); !read) {
+  if (Result<void> read = read_(offset_, std::span(out).subspan(begin), no_wait); !read) {
     out.resize(begin);
     if (no_wait && no_wait->needs_disk) return Step::more;
     error = std::move(read.error());

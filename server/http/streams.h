@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/http/message.h"
@@ -39,15 +41,20 @@ class FrameStream final : public BodyStream {
   uint64_t largest_ = 0;  ///< frame
 };
 
-/// A byte range of the store file. Checksums are not verified here: the client verifies them.
+/// A byte range of a file. Checksums are not verified here: the client verifies them.
 class FileStream final : public BodyStream {
  public:
+  /// Reads bytes at an offset of the file. Errors are reported to clients.
+  using Read = std::function<Result<void>(uint64_t offset, std::span<std::byte> out, NoWait*)>;
+
+  FileStream(Read read, uint64_t offset, uint64_t bytes);
+  /// A range of a store's file.
   FileStream(std::shared_ptr<const StoreFile> store, uint64_t offset, uint64_t bytes);
   uint64_t size() const override { return size_; }
   Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override;
 
  private:
-  std::shared_ptr<const StoreFile> store_;
+  Read read_;
   uint64_t offset_;
   uint64_t end_;
   uint64_t size_;

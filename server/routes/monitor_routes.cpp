@@ -11,21 +11,23 @@
 namespace isosplat::server {
 namespace {
 
-StoreCounts count_stores(const RouteCall& call) {
+StoreCounts counts_of(const VolumeCounts& counted) {
   StoreCounts counts;
-  counts.served = call.volumes.counts.served;
-  counts.broken = call.volumes.counts.broken;
-  counts.unread = call.volumes.counts.unread;
+  counts.served = counted.served;
+  counts.broken = counted.broken;
+  counts.unread = counted.unread;
+  return counts;
+}
+
+StoreCounts count_stores(const RouteCall& call) {
+  StoreCounts counts = counts_of(call.volumes.counts);
   counts.open = call.stores.size();
   counts.opened = call.stores.opened();
   return counts;
 }
 
 StoreCounts count_scenes(const RouteCall& call) {
-  StoreCounts counts;
-  counts.served = call.scenes.counts.served;
-  counts.broken = call.scenes.counts.broken;
-  counts.unread = call.scenes.counts.unread;
+  StoreCounts counts = counts_of(call.scenes.counts);
   counts.open = call.scene_pool.size();
   return counts;
 }

@@ -3,16 +3,33 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <span>
 #include <string>
+#include <utility>
 
 #include "server/http/conditions.h"
+#include "server/http/streams.h"
 #include "server/routes/byte_range.h"
 #include "server/routes/content_routes.h"
 #include "server/routes/json_response.h"
-#include "server/routes/scene_stream.h"
 #include "server/routes/volume_routes.h"
 
 namespace isosplat::server {
+namespace {
+
+/// A byte range of the bundle that a scene is served as.
+std::unique_ptr<FileStream> scene_stream(std::shared_ptr<const ServedScene> scene, uint64_t offset,
+                                         uint64_t bytes) {
+  const auto read = [scene = std::move(scene)](uint64_t at, std::span<std::byte> out,
+                                               NoWait* no_wait) -> Result<void> {
+    auto done = scene->bytes.read(at, out, no_wait);
+    if (done) return done;
+    return tl::unexpected(without_folder(std::move(done.error()), scene->path.parent_path()));
+  };
+  return std::make_unique<FileStream>(FileStream::Read(read), offset, bytes);
+}
+
+}  // namespace
 
 Response scenes_response(const RouteCall& call) {
   return list_response(call, ServedKind::scene);
@@ -29,7 +46,7 @@ Response scene_bootstrap_response(const RouteCall& call) {
                      CachePolicy::revalidated, call.is_private);
   if (is_complete(response)) return response;
   response.set("Content-Type", "application/octet-stream");
-  response.stream = std::make_unique<SceneStream>(scene, 0, scene->bytes.first_bytes());
+  response.stream = scene_stream(scene, 0, scene->bytes.first_bytes());
   return response;
 }
 
@@ -40,7 +57,7 @@ Response scene_file_response(const RouteCall& call) {
   if (is_complete(response)) return response;
   const auto sent = begin_range(call.request, etag, scene->bytes.bytes(), response);
   if (!sent) return response;
-  response.stream = std::make_unique<SceneStream>(scene, sent->first, sent->bytes);
+  response.stream = scene_stream(scene, sent->first, sent->bytes);
   return response;
 }
 
