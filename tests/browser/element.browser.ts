@@ -1,30 +1,22 @@
 // <isosplat-viewer> in pages with one script element: attributes, events, linked and many views.
-import { createServer, type Server } from "node:http";
 import { expect, type Page, test } from "@playwright/test";
 import type { IsosplatViewerElement } from "../../web/element/index.ts";
+import { type HtmlHost, htmlHost } from "./support/html_host.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
 let server: RunningServer;
-let pages: Server;
-/** Of another origin than the server, so that script, worker and store are all foreign. */
-let origin: string;
+let pages: HtmlHost;
 let body = "";
 
 test.beforeAll(async () => {
   server = await serve([demoFolder], 0, ["--cors", "*"]);
-  pages = createServer((_request, response) => {
-    response.setHeader("Content-Type", "text/html");
-    response.end(
+  pages = await htmlHost(
+    () =>
       `<!doctype html><script type="module" src="${server.url}isosplat-viewer.js"></script>${body}`,
-    );
-  });
-  await new Promise<void>((listening) => pages.listen(0, "127.0.0.1", listening));
-  const address = pages.address();
-  if (!address || typeof address === "string") throw new Error("no port");
-  origin = `http://127.0.0.1:${address.port}/`;
+  );
 });
 test.afterAll(async () => {
-  pages?.close();
+  pages?.stop();
   await server?.stop();
 });
 
@@ -33,7 +25,7 @@ const element = (volume: string, attributes: string, style = "width: 300px"): st
 
 async function open(page: Page, html: string): Promise<void> {
   body = html;
-  await page.goto(origin);
+  await page.goto(pages.origin);
   await page.evaluate(() => customElements.whenDefined("isosplat-viewer"));
 }
 

@@ -1,21 +1,20 @@
 // <isosplat-viewer> with several volumes: <isosplat-layer> children, scenes, and time.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createServer, type Server } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import type { IsosplatLayerElement, IsosplatViewerElement } from "../../web/element/index.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
 import { ballIsovalue, buildBall } from "../support/series.ts";
+import { type HtmlHost, htmlHost } from "./support/html_host.ts";
 import { program, type RunningServer, serve } from "./support/server.ts";
 
 const steps = 4;
 let folder: string;
 let server: RunningServer;
 let host: RangeHost;
-let pages: Server;
-let origin: string;
+let pages: HtmlHost;
 let body = "";
 
 test.beforeAll(async () => {
@@ -75,19 +74,13 @@ test.beforeAll(async () => {
       return undefined;
     }
   });
-  pages = createServer((_request, response) => {
-    response.setHeader("Content-Type", "text/html");
-    response.end(
+  pages = await htmlHost(
+    () =>
       `<!doctype html><script type="module" src="${server.url}isosplat-viewer.js"></script>${body}`,
-    );
-  });
-  await new Promise<void>((listening) => pages.listen(0, "127.0.0.1", listening));
-  const address = pages.address();
-  if (!address || typeof address === "string") throw new Error("no port");
-  origin = `http://127.0.0.1:${address.port}/`;
+  );
 });
 test.afterAll(async () => {
-  pages?.close();
+  pages?.stop();
   host?.stop();
   await server?.stop();
   rmSync(folder, { recursive: true, force: true });
@@ -101,7 +94,7 @@ const layer = (name: string, attributes = ""): string =>
 
 async function open(page: Page, html: string): Promise<void> {
   body = html;
-  await page.goto(origin);
+  await page.goto(pages.origin);
   await page.evaluate(() => customElements.whenDefined("isosplat-viewer"));
 }
 

@@ -2,7 +2,6 @@
 // origin, with a model as the front-end specification of anywidget (AFM) has it.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createServer, type Server } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -11,6 +10,7 @@ import type { Traits } from "../../web/element/notebook_traits.ts";
 import { traitDefaults } from "../../web/element/notebook_traits.ts";
 import { rangeHost } from "../support/range_host.ts";
 import { ballIsovalue, buildBall } from "../support/series.ts";
+import { type HtmlHost, htmlHost } from "./support/html_host.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 
 interface Notebook {
@@ -29,28 +29,20 @@ declare global {
 }
 
 let server: RunningServer;
-let pages: Server;
-let origin = "";
+let pages: HtmlHost;
 
 test.beforeAll(async () => {
   server = await serve([demoFolder], 0, ["--cors", "*"]);
-  pages = createServer((_request, response) => {
-    response.setHeader("Content-Type", "text/html");
-    response.end("<!doctype html><title>notebook</title>");
-  });
-  await new Promise<void>((listening) => pages.listen(0, "127.0.0.1", listening));
-  const address = pages.address();
-  if (!address || typeof address === "string") throw new Error("no port");
-  origin = `http://127.0.0.1:${address.port}/`;
+  pages = await htmlHost(() => "<!doctype html><title>notebook</title>");
 });
 test.afterAll(async () => {
-  pages?.close();
+  pages?.stop();
   await server?.stop();
 });
 
 /** A page with a model of these traits, as the kernel made it. Nothing shows it yet. */
 async function open(page: Page, traits: Partial<Traits>): Promise<void> {
-  await page.goto(origin);
+  await page.goto(pages.origin);
   const module = `${server.url}isosplat-anywidget.js`;
   const src = `${server.url}v1/volumes/bucky`;
   await page.evaluate(

@@ -4,7 +4,7 @@ import { copyFileSync, mkdtempSync, readFileSync, rmSync, statSync, writeFileSyn
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
-import { expect, type Page, test } from "@playwright/test";
+import { type BrowserContext, expect, type Page, test } from "@playwright/test";
 import { hasNginx, nginx } from "../support/nginx.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
@@ -49,21 +49,28 @@ test("a store is saved as it is", async ({ page }) => {
   expect(readFileSync(path).equals(readFileSync(bucky))).toBe(true);
 });
 
+/** Opens a saved page from file://. `asked`: what it has requested beside itself. */
+async function openAlone(context: BrowserContext, path: string) {
+  const page = await context.newPage();
+  const address = pathToFileURL(path).href;
+  const requests: string[] = [];
+  page.on("request", (request) => requests.push(request.url()));
+  await page.goto(address);
+  await complete(page);
+  const asked = () => requests.filter((url) => url !== address && !/^(data|blob):/.test(url));
+  return { page, asked };
+}
+
 test("a single page opens from file:// and asks for nothing", async ({ page, context }) => {
   const { path, foretold } = await save(page, "Single page", "bucky.html");
   expectAbout(foretold, statSync(path).size);
-  const saved = await context.newPage();
-  const requests: string[] = [];
-  saved.on("request", (request) => requests.push(request.url()));
-  const address = pathToFileURL(path).href;
-  await saved.goto(address);
-  await complete(saved);
+  const { page: saved, asked } = await openAlone(context, path);
   await expect(saved.locator(".volume-name")).toHaveText("bucky");
   await saved.getByRole("button", { name: "Save the surface" }).click();
   const surface = saved.waitForEvent("download");
   await saved.getByRole("button", { name: "Save", exact: true }).click();
   expect((await surface).suggestedFilename()).toMatch(/^bucky-[\d.]+\.stl$/);
-  expect(requests.filter((url) => url !== address && !/^(data|blob):/.test(url))).toEqual([]);
+  expect(asked()).toEqual([]);
 });
 
 test("a bundle is saved as a single page, which shows the scene from file://", async ({
@@ -81,14 +88,9 @@ test("a bundle is saved as a single page, which shows the scene from file://", a
   expectAbout(foretold, statSync(path).size);
   // The bundle is a file already, and a site has the stores of one volume.
   await expect(page.locator(".save-option")).toHaveCount(1);
-  const saved = await context.newPage();
-  const requests: string[] = [];
-  saved.on("request", (request) => requests.push(request.url()));
-  const address = pathToFileURL(path).href;
-  await saved.goto(address);
-  await complete(saved);
+  const { page: saved, asked } = await openAlone(context, path);
   await expect(saved.locator(".layer-name")).toHaveText(["bucky", "mandelbulb"]);
-  expect(requests.filter((url) => url !== address && !/^(data|blob):/.test(url))).toEqual([]);
+  expect(asked()).toEqual([]);
 });
 
 test("a site is served by a plain host", async ({ page }) => {
