@@ -149,7 +149,7 @@ function isShort(text: string): boolean {
 
 /** A name that is too long for a scene, without its end. */
 function shortened(text: string): string {
-  let short = text;
-  while (!isShort(short)) short = short.slice(0, -1);
-  return short;
+  if (isShort(text)) return text;
+  // As a stream, which leaves out a character that is not complete.
+  return new TextDecoder().decode(utf8.encode(text).subarray(0, maxTextBytes), { stream: true });
 }
