@@ -97,7 +97,7 @@ void compare(render::Renderer& renderer, const Reference& reference, double cell
   for (size_t i = 0; i < pixels->size(); ++i) {
     const auto& truth = reference.hits[i];
     const auto& ours = (*pixels)[i];
-    const bool covered = ours.hit && ours.coverage >= 0.5f;
+    const bool covered = ours.hit;
     const auto mark = [&](const std::array<uint8_t, 4>& colour) {
       const size_t width = size_t(difference.width), row = pixels->size() / width - 1 - i / width;
       std::copy_n(colour.begin(), 4, &difference.rgba[4 * (row * width + i % width)]);
