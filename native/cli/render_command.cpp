@@ -109,7 +109,8 @@ struct Shown {
   VolumeGrid extent;
 };
 
-/// Uploads what the picture needs. Of a scene, sets its surfaces, clipping and background.
+/// Uploads what the picture needs. Of a scene, sets its surfaces, clipping, slices, look and
+/// background.
 Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
                            const RenderCall& call, render::RenderSettings& settings) {
   if (subject.store) {
@@ -122,7 +123,7 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
   if (!shown) return tl::unexpected(shown.error());
   for (const std::string& text : shown->notes) note(text);
   settings.isosurfaces = shown->isosurfaces;
-  apply_scene(subject.scene->scene(), settings);
+  apply_scene_settings(call, subject.scene->scene(), shown->first, settings);
   return Shown{shown->coarsest, shown->extent};
 }
 
@@ -218,7 +219,10 @@ void add_render_command(CLI::App& program, int& exit_code) {
       "  isosplat render head.isobundle --size 480x300 -o head.isobundle.png\n"
       "The last two commands draw thumbnails for the lists of the page: FILE.png beside the store\n"
       "or the scene, of at most 1 MiB. They replace the thumbnail that isosplat build has drawn."));
-  command->callback([call, &exit_code] {
+  command->callback([call, command, &exit_code] {
+    for (const CLI::Option* option : command->get_options()) {
+      if (option->count() > 0) call->given.insert(option->get_name());
+    }
     check_arguments(*call);
     exit_code = run(*call);
   });

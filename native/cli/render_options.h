@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,8 @@ struct RenderCall {
   bool unprojected = false;
   bool aliased = false;
   bool force = false;
+  /// The names of the options that were given, such as "--kind": they come before those of a scene.
+  std::set<std::string> given;
 };
 
 /// Adds the options to the command; parsing writes them to `call`.

@@ -38,14 +38,13 @@ void set_floats(const std::vector<double>& numbers, std::initializer_list<float*
   }
 }
 
-render::LightSettings light_settings(const RenderCall& call) {
-  render::LightSettings light;
+/// Changes the numbers that options state.
+void set_light(const RenderCall& call, render::LightSettings& light) {
   set_floats(call.light, {&light.azimuth, &light.elevation});
   set_floats(call.light_strength, {&light.key, &light.sky, &light.rim});
   set_floats(call.material, {&light.highlight, &light.roughness});
   set_floats(call.occlusion, {&light.occlusion, &light.occlusion_radius});
   set_floats(call.shadow, {&light.shadow, &light.shadow_softness});
-  return light;
 }
 
 /// The isosurfaces with their colours and opacities.
@@ -119,9 +118,32 @@ Result<render::RenderSettings> render_settings(const RenderCall& call) {
   }
   settings.clip_caps = call.clip_caps;
   settings.projected = !call.unprojected;
-  settings.light = light_settings(call);
+  set_light(call, settings.light);
   settings.eye_dome = static_cast<float>(call.eye_dome);
   return settings;
+}
+
+void apply_scene_settings(const RenderCall& call, const Scene& scene,
+                          const std::optional<FirstVolume>& first,
+                          render::RenderSettings& settings) {
+  const render::RenderSettings stated = settings;
+  settings.light = {};
+  settings.clip_planes.clear();
+  apply_scene(scene, first, settings);
+  const auto keep = [&](const char* option, auto... members) {
+    if (call.given.contains(option)) ((settings.*members = stated.*members), ...);
+  };
+  using Settings = render::RenderSettings;
+  keep("--kind", &Settings::kind);
+  keep("--shading", &Settings::shading);
+  keep("--colour-by", &Settings::colour_by);
+  keep("--colour-map", &Settings::colour_map);
+  keep("--range", &Settings::colour_low, &Settings::colour_high);
+  keep("--background", &Settings::background);
+  keep("--eye-dome", &Settings::eye_dome);
+  keep("--clip-box", &Settings::clip_box_low, &Settings::clip_box_high);
+  keep("--clip-plane", &Settings::clip_planes);
+  set_light(call, settings.light);
 }
 
 render::Camera render_camera(const RenderCall& call, const VolumeGrid& grid, double aspect) {

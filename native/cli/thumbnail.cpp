@@ -118,7 +118,7 @@ Result<View> show(render::Renderer& renderer, const SceneFile& scene) {
   if (!shown) return tl::unexpected(shown.error());
   View view;
   view.settings.isosurfaces = shown->isosurfaces;
-  apply_scene(scene.scene(), view.settings);
+  apply_scene(scene.scene(), shown->first, view.settings);
   const auto& camera = scene.scene().camera;
   view.camera =
       camera ? camera_of(*camera) : render::default_camera(shown->extent, double(kWidth) / kHeight);

@@ -63,6 +63,11 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     picture.coarsest = std::max(picture.coarsest, shown->level);
     ++picture.layers;
     box.add(opened->grid);
+    if (i == 0) {
+      const StoreInfo& info = store.info();
+      picture.first = FirstVolume{opened->grid, info.mapping.value(info.range.min),
+                                  info.mapping.value(info.range.max)};
+    }
   }
   if (picture.layers == 0) {
     return fail(Status::not_found,
@@ -70,21 +75,6 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
   }
   picture.extent = box.grid();
   return picture;
-}
-
-render::Camera camera_of(const SceneCamera& camera) {
-  return {camera.target, camera.distance,      camera.azimuth,     camera.elevation,
-          camera.roll,   camera.field_of_view, camera.orthographic};
-}
-
-void apply_scene(const Scene& scene, render::RenderSettings& settings) {
-  settings.clip_box_low = scene.clip.low;
-  settings.clip_box_high = scene.clip.high;
-  for (const ScenePlane& plane : scene.clip.planes) {
-    settings.clip_planes.push_back({plane.normal, plane.offset});
-  }
-  settings.clip_caps = settings.clip_caps || scene.clip.caps;
-  if (scene.background) settings.background = *scene.background;
 }
 
 }  // namespace isosplat

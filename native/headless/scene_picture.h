@@ -9,16 +9,23 @@
 
 namespace isosplat {
 
+/// The volume of the first layer, whose values colours and slices of a scene show.
+struct FirstVolume {
+  VolumeGrid grid;           ///< in the scene
+  double low = 0, high = 1;  ///< the range of its values
+};
+
 /// A scene whose visible layers are in the renderer.
 struct ScenePicture {
   /// The isosurfaces of the visible layers, in order. A layer without surfaces gets one, at the
   /// first isovalue that its store suggests.
   std::vector<render::Isosurface> isosurfaces;
-  VolumeGrid extent;               ///< a grid around all visible layers, for default_camera()
-  uint64_t samples = 0;            ///< of all layers
-  uint32_t coarsest = 0;           ///< the coarsest of the levels that are drawn
-  uint32_t layers = 0;             ///< number of visible layers
-  std::vector<std::string> notes;  ///< about layers without isosurfaces
+  std::optional<FirstVolume> first;  ///< nothing if the first layer is hidden
+  VolumeGrid extent;                 ///< a grid around all visible layers, for default_camera()
+  uint64_t samples = 0;              ///< of all layers
+  uint32_t coarsest = 0;             ///< the coarsest of the levels that are drawn
+  uint32_t layers = 0;               ///< number of visible layers
+  std::vector<std::string> notes;    ///< about layers without isosurfaces
 };
 
 /// Uploads the visible layers of a scene at a step of time: layer i is volume i. The layers share
@@ -31,7 +38,9 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& sce
 /// The camera of a scene.
 render::Camera camera_of(const SceneCamera& camera);
 
-/// Sets clipping and background of a scene.
-void apply_scene(const Scene& scene, render::RenderSettings& settings);
+/// Sets clipping, slices, look and background of a scene. Splats of the kind `automatic` are exact,
+/// as in a picture at rest.
+void apply_scene(const Scene& scene, const std::optional<FirstVolume>& first,
+                 render::RenderSettings& settings);
 
 }  // namespace isosplat

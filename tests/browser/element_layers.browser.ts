@@ -44,6 +44,8 @@ test.beforeAll(async () => {
       },
     ],
     clip: { box: { low: [0, 0, 0], high: [1, 1, 0.75] } },
+    slices: { along: [null, 0.5, null] },
+    look: { kind: "exact", eye_dome: 0 },
     background: "#202020",
   };
   const fewer = {
@@ -51,6 +53,8 @@ test.beforeAll(async () => {
     time: { steps: [0, 20], unit: "s" },
     layers: [{ name: "moving", stores: ["step0.isosplat", "step2.isosplat"] }],
     clip: null,
+    slices: null,
+    look: null,
   };
   const lost = {
     ...head,
@@ -338,6 +342,8 @@ test("a scene: its layers, clipping, background and time, and a layer beside it"
       shown: e.time?.step,
       surfaces: e.surfaces,
       high: e.clip.high[2],
+      slice: e.slices.along[1],
+      kind: e.viewer?.look.kind,
       background: e.viewer?.look.background,
       names: e.viewer?.layers.map(({ name }) => name),
     }));
@@ -346,6 +352,8 @@ test("a scene: its layers, clipping, background and time, and a layer beside it"
     shown: 1,
     surfaces: [{ isovalue: ballIsovalue, colour: "#4f86c6", opacity: 1 }],
     high: 0.75,
+    slice: 0.5,
+    kind: "exact",
     background: "#202020",
     names: ["moving", ""],
   });
@@ -374,7 +382,13 @@ test("a scene: its layers, clipping, background and time, and a layer beside it"
     e.scene = e.scene.replace("run.isobundle", "fewer.scene.json");
   });
   await completed(page, 2);
-  expect(await state()).toMatchObject({ step: 1, shown: 1, high: 1 });
+  expect(await state()).toMatchObject({
+    step: 1,
+    shown: 1,
+    high: 1,
+    slice: null,
+    kind: "automatic",
+  });
   // A store is shown instead of the scene.
   await first.evaluate((e: IsosplatViewerElement, src) => {
     e.removeAttribute("scene");

@@ -146,6 +146,68 @@ for (const file of ["two.isobundle", "pair.scene.json"]) {
   });
 }
 
+test("slices, look and measurements are saved, and shown again", async ({ page }) => {
+  test.slow();
+  const query = [
+    `src=${host.origin}/pair.scene.json`,
+    "kind=exact&shading=exact&colour-by=isovalue&map=magma&shade=0.5&theme=light",
+    "light=30,20&material=0.2,0.9",
+    "slices=0.5,,0.25&slice-plane=1,1,0,20&slice-range=20,220",
+    "measure=distance,10,20,30,20,20,30|width&measure=note,5,5,5|here",
+  ];
+  await page.goto(`${server.url}?${query.join("&")}`);
+  await complete(page);
+  await settled(page);
+  await openSection(page, "Measure");
+  await expect(page.locator(".measurement")).toHaveCount(2);
+  const before = await savedPicture(page);
+  const document = await save(page);
+  expect(document).toMatchObject({
+    slices: {
+      along: [0.5, null, 0.25],
+      plane: { normal: [1, 1, 0], offset: 20 },
+      range: [20, 220],
+    },
+    look: {
+      kind: "exact",
+      shading: "exact",
+      colour_by: "isovalue",
+      colour_map: "magma",
+      light: { azimuth: 30, elevation: 20, highlight: 0.2, roughness: 0.9, occlusion: 1 },
+      eye_dome: 0.5,
+    },
+    measurements: [
+      { kind: "distance", text: "width" },
+      { kind: "note", text: "here", points: [{ position: [5, 5, 5] }] },
+    ],
+  });
+  const copy = `${server.url}?src=${host.origin}/saved.scene.json`;
+  await page.goto("about:blank");
+  await page.goto(`${copy}&theme=light`);
+  await complete(page);
+  await settled(page);
+  const { differing, covered } = await compare(page, before, await savedPicture(page));
+  expect(covered).toBeGreaterThan(0.05);
+  expect(differing).toBe(0);
+  // The address has what differs from the scene: nothing of these.
+  await expect(page).toHaveURL(/^((?!kind|slice|measure|light).)*$/);
+  await openSection(page, "Measure");
+  await expect(page.locator(".measurement")).toHaveCount(2);
+  expect(await save(page)).toEqual(document);
+
+  // What is removed stays away when the page is loaded again.
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await expect(page).toHaveURL(/measure=none/);
+  await page.goto(`${page.url()}&slices=none&colour-by=isosurface`);
+  await complete(page);
+  await openSection(page, "Measure");
+  await expect(page.locator(".measurement")).toHaveCount(0);
+  const plain = await save(page);
+  expect(plain).not.toHaveProperty("measurements");
+  expect(plain).not.toHaveProperty("slices");
+  expect(plain).toMatchObject({ look: { kind: "exact", colour_by: "isosurface" } });
+});
+
 test("a scene of a server is saved, and gives the same picture", async ({ page }) => {
   await open(page, "scene=two&time=2.5");
   const before = await savedPicture(page);

@@ -140,6 +140,54 @@ TEST_F(CliScene, APictureShowsAllVisibleLayersAtTheirPlaces) {
   EXPECT_LT(pixels_of(picture, 0), 10);
 }
 
+TEST_F(CliScene, APictureHasTheSlicesAndTheLookOfItsScene) {
+  const std::string picture = folder / "picture.png";
+  const auto draw = [&](const Json& members, std::vector<std::string> options) {
+    Json json = Json::parse(document());
+    json.update(members);
+    write_file(scene, json.dump());
+    std::vector<std::string> arguments{"render", scene,     "-o",     picture,
+                                       "--size", "200x150", "--force"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Ended drawn = run(arguments);
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    const auto image = read_png(picture);
+    return image ? image->rgba : std::vector<uint8_t>();
+  };
+  const auto plain = draw(Json::object(), {});
+  ASSERT_FALSE(plain.empty());
+  // What options draw of the plain scene is what the scene itself can state.
+  const Json look = {{"kind", "quad"},
+                     {"colour_by", "isovalue"},
+                     {"colour_map", "magma"},
+                     {"eye_dome", 0},
+                     {"light", {{"azimuth", 60}, {"elevation", 10}, {"roughness", 0.9}}}};
+  const std::vector<std::string> options{"--kind",     "quad",    "--colour-by",  "isovalue",
+                                         "--eye-dome", "0",       "--light",      "60,10",
+                                         "--material", "0.6,0.9", "--colour-map", "magma"};
+  const auto stated = draw({{"look", look}}, {});
+  EXPECT_FALSE(stated == plain);
+  EXPECT_TRUE(draw(Json::object(), options) == stated);
+  // Options come before the scene.
+  const std::vector<std::string> plain_options{
+      "--kind",  "exact",  "--colour-by", "isosurface", "--eye-dome",   "0.15",
+      "--light", "-45,45", "--material",  "0.6,0.4",    "--colour-map", "viridis"};
+  EXPECT_TRUE(draw({{"look", look}}, plain_options) == plain);
+  EXPECT_TRUE(draw({{"look", {{"kind", "automatic"}}}}, {}) == plain);
+  EXPECT_TRUE(draw({{"background", "#102030"}}, {"--background", "ffffff"}) == plain);
+
+  // A slice covers what lies behind it with the values of the first layer.
+  const Json across = {{"slices", {{"along", {nullptr, 0.5, nullptr}}}}};
+  const auto sliced = draw(across, {});
+  EXPECT_FALSE(sliced == plain);
+  // The same plane in the world: the volume is 24 voxels large, with spacing 1 from the origin.
+  const Json oblique = {{"slices", {{"plane", {{"normal", {0, 2, 0}}, {"offset", 23}}}}}};
+  EXPECT_TRUE(draw(oblique, {}) == sliced);
+  Json dark = across;
+  dark["slices"]["range"] = {1000, 2000};
+  EXPECT_FALSE(draw(dark, {}) == sliced);
+}
+
 TEST_F(CliScene, WhatASceneStatesIsNotAnOption) {
   const Ended drawn = run({"render", scene, "-i", "5", "-o", folder / "x.png"});
   EXPECT_EQ(drawn.exit_code, 2);

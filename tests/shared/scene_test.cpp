@@ -62,6 +62,74 @@ TEST(Scene, HasLayersWithSurfacesAndPlaces) {
   EXPECT_FLOAT_EQ((*scene->background)[3], 0x80 / 255.0f);
 }
 
+TEST(Scene, HasSlicesLookAndMeasurements) {
+  const auto scene = parse_scene(scene_of(
+      R"([{"store":"a"}])",
+      R"(,"slices":{"along":[0.5,null,1],"plane":{"normal":[0,0,2],"offset":-3},"range":[-1,4]},
+         "look":{"kind":"automatic","shading":"exact","colour_by":"projection-error",
+                 "colour_map":"turbo","light":{"azimuth":-180,"shadow_softness":0.5},
+                 "eye_dome":0,"future":1},
+         "measurements":[
+           {"kind":"distance","text":"width","points":[
+             {"position":[1,2,3],"value":-7,"normal":[0,0,1],"level":2,"layer":"a","voxel":[1,1,1]},
+             {"position":[4,5,6]}]},
+           {"kind":"note","text":"n","points":[{"position":[0,0,0],"more":true}]}])"));
+  ASSERT_TRUE(scene) << scene.error().message;
+  const SceneSlices& slices = scene->slices;
+  EXPECT_EQ(slices.along[0], 0.5);
+  EXPECT_FALSE(slices.along[1]);
+  EXPECT_EQ(slices.along[2], 1);
+  EXPECT_EQ(slices.plane->offset, -3);
+  EXPECT_EQ(slices.range->high, 4);
+  EXPECT_EQ(scene->look.kind, SceneSplats::automatic);
+  EXPECT_EQ(scene->look.shading, SceneShading::exact);
+  EXPECT_EQ(scene->look.colour_by, SceneColouring::projection_error);
+  EXPECT_EQ(scene->look.colour_map, SceneColourMap::turbo);
+  EXPECT_EQ(scene->look.light.azimuth, -180);
+  EXPECT_EQ(scene->look.light.shadow_softness, 0.5);
+  EXPECT_FALSE(scene->look.light.sky);
+  EXPECT_EQ(scene->look.eye_dome, 0);
+  ASSERT_EQ(scene->measurements.size(), 2u);
+  const SceneMeasurement& width = scene->measurements[0];
+  EXPECT_EQ(width.kind, SceneMeasurementKind::distance);
+  EXPECT_EQ(width.text, "width");
+  ASSERT_EQ(width.points.size(), 2u);
+  EXPECT_EQ(width.points[0].value, -7);
+  EXPECT_EQ(width.points[0].normal->z, 1);
+  EXPECT_EQ(width.points[0].level, 2u);
+  EXPECT_EQ(width.points[0].layer, "a");
+  EXPECT_EQ(width.points[0].voxel->x, 1);
+  EXPECT_EQ(width.points[1].position.z, 6);
+  EXPECT_FALSE(width.points[1].level);
+}
+
+TEST(Scene, FaultsOfThePictureNameTheMember) {
+  const auto fault = [](const std::string& members) {
+    return error_of(scene_of(R"([{"store":"a"}])", "," + members));
+  };
+  EXPECT_EQ(fault(R"("slices":{"along":[0.5,2,null]})"),
+            "scene: slices.along[1]: expected a number from 0 to 1, found 2");
+  EXPECT_EQ(fault(R"("slices":{"plane":{"normal":[0,0,0],"offset":1}})"),
+            "scene: slices.plane.normal: expected a normal that is not 0, found a list of 3");
+  EXPECT_EQ(fault(R"("slices":{"range":[2,2]})"),
+            "scene: slices.range[1]: expected a number above the first, found 2");
+  EXPECT_EQ(fault(R"("look":{"kind":"round"})"),
+            "scene: look.kind: expected one of automatic, quad, ellipse, exact, found \"round\"");
+  EXPECT_EQ(fault(R"("look":{"light":{"roughness":0}})"),
+            "scene: look.light.roughness: expected a number from 0.1 to 1, found 0");
+  EXPECT_EQ(fault(R"("measurements":[{"kind":"angle","points":[]}])"),
+            "scene: measurements[0].points: expected a list of 3, found a list of 0");
+  EXPECT_EQ(fault(R"("measurements":[{"kind":"note","points":[{"position":[0,0,0]}]}])"),
+            "scene: measurements[0].text: expected the text of the note, found nothing");
+  std::string point = R"({"position":[0,0,0]})", path, paths;
+  for (int i = 0; i < 500; ++i) path += (i > 0 ? "," : "") + point;
+  for (int i = 0; i < 21; ++i) {
+    paths += std::string(i > 0 ? "," : "") + R"({"kind":"path","points":[)" + path + "]}";
+  }
+  EXPECT_EQ(fault("\"measurements\":[" + paths + "]"),
+            "scene: measurements: expected at most 10000 points in all, found a list of 21");
+}
+
 TEST(Scene, HasAStoreForEachStep) {
   const std::string time = R"(,"time":{"steps":[0,0.5,2],"unit":"s"})";
   const auto scene = parse_scene(

@@ -13,8 +13,8 @@ import {
   surfacesOf,
   traitDefaults,
 } from "../../web/element/notebook_traits.ts";
-import { sameValue } from "../../web/element/same_value.ts";
 import type { Camera } from "../../web/viewer/index.ts";
+import { sameValue } from "../../web/viewer/same_value.ts";
 
 describe("the Python class", () => {
   const file = fileURLToPath(new URL("../../web/npm/python/isosplat_widget.py", import.meta.url));

@@ -2,7 +2,7 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { defaultParts } from "../../web/overlay/parts.ts";
 import { AddressBar, type AddressState, addressOf } from "../../web/page/address/page_address.ts";
-import { defaultLook } from "../../web/viewer/types.ts";
+import { type Clip, defaultLook, type Slices } from "../../web/viewer/types.ts";
 
 const replaceState = vi.fn();
 beforeEach(() => {
@@ -30,7 +30,13 @@ const view: AddressState = {
   camera: undefined,
   isDefaultCamera: true,
   time: undefined,
-  measures: [],
+  opened: {
+    look: defaultLook,
+    isThemeBackground: true,
+    clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
+    slices: { along: [null, null, null] },
+  },
+  measures: null,
   layers: null,
 };
 
@@ -55,6 +61,23 @@ it("is written once, with what is shown last, when nothing changes any more", ()
   expect(replaceState.mock.calls).toEqual([[null, "", "/?volume=engine&isovalue=90"]]);
   expect(pending).toEqual([true, false]);
   expect(rested).toEqual(["?isovalue=90"]);
+});
+
+it("has what differs from the scene", () => {
+  const clip = { low: [0, 0, 0], high: [1, 1, 0.5], planes: [], caps: false } as Clip;
+  const slices: Slices = { along: [0.5, null, null] };
+  const look = { ...defaultLook, kind: "exact", background: "#203040" } as const;
+  const opened = { look, isThemeBackground: false, clip, slices };
+  const same = { ...view, ...opened, opened };
+  expect(addressOf(same)).toEqual({ volume: "engine", isovalues: [60] });
+  const { volume: _, isovalues: __, ...changed } = addressOf({ ...view, opened, measures: [] });
+  expect(changed).toEqual({
+    kind: "automatic",
+    background: defaultLook.background,
+    clip: view.clip,
+    slices: view.slices,
+    measures: [],
+  });
 });
 
 it("leaves measurements out that do not fit into a request, and says so", () => {

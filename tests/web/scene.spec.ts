@@ -21,6 +21,7 @@ import { BlobSource } from "../../web/stream/blob_source.ts";
 import { ServerSource } from "../../web/stream/server_source.ts";
 import { joined } from "../../web/stream/transfer.ts";
 import { StreamError } from "../../web/stream/types.ts";
+import { defaultLight } from "../../web/viewer/light.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { Chance } from "../support/chance.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
@@ -70,6 +71,32 @@ describe("a scene's document", () => {
     expect(scene.layers[1]?.transform?.[3]).toBe(20);
     expect(scene.clip).toEqual({ low: [0, 0, 0], high: [1, 1, 1], planes: [], caps: false });
     expect(scene.json.unknown).toEqual({ kept: true });
+  });
+
+  it("has slices, look and measurements", () => {
+    const slices = {
+      along: [0.5, null, 0],
+      plane: { normal: [0, 0, 1], offset: 2 },
+      range: [1, 2],
+    };
+    const points = [{ position: [1, 2, 3], value: 4, level: 1, layer: "a", voxel: [0, 0, 1] }];
+    const scene = parseScene(
+      utf8(
+        JSON.stringify({
+          ...example,
+          slices,
+          look: { kind: "exact", colour_by: "isovalue", light: { occlusion_radius: 0.5 }, more: 1 },
+          measurements: [{ kind: "note", text: "here", points }],
+        }),
+      ),
+    );
+    expect(scene.slices).toEqual(slices);
+    const light = { ...defaultLight, occlusionRadius: 0.5 };
+    expect(scene.look).toEqual({ kind: "exact", colourBy: "isovalue", light });
+    expect(scene.measurements).toEqual([{ kind: "note", text: "here", points }]);
+    const plain = parseScene(utf8(JSON.stringify(example)));
+    expect(plain.slices).toEqual({ along: [null, null, null] });
+    expect([plain.look, plain.measurements]).toEqual([{}, []]);
   });
 
   it("has the labels of layers", () => {
@@ -123,11 +150,24 @@ describe("a scene's document", () => {
         box: { low: [0, 0, 0], high: [1, 1, 1] },
         planes: [{ normal: [1, 0, 0], offset: 1 }],
       },
+      slices: { along: [0, 0.5, null], plane: { normal: [0, 1, 0], offset: 1 }, range: [1, 2] },
+      look: {
+        kind: "exact",
+        shading: "smooth",
+        colour_by: "depth",
+        colour_map: "magma",
+        light: { azimuth: 1, roughness: 0.5, occlusion_radius: 0.1, shadow_softness: 0.1 },
+        eye_dome: 0.5,
+      },
       background: "#01020304",
+      measurements: [
+        { kind: "distance", text: "w", points: [{ position: [0, 0, 0] }, { position: [1, 0, 0] }] },
+        { kind: "note", text: "n", points: [{ position: [0, 0, 0], level: 1, normal: [0, 0, 1] }] },
+      ],
     };
     let refused = 0;
     try {
-      for (let i = 0; i < 150; ++i) {
+      for (let i = 0; i < 200; ++i) {
         const changed = structuredClone(full) as unknown as Record<string, unknown>;
         change(changed, chance, values);
         const text = JSON.stringify(changed);

@@ -14,6 +14,20 @@ describe("the schema of scenes", () => {
     expect(validate(example)).toBe(true);
   });
 
+  it("accepts slices, look and measurements, and null for what is absent", () => {
+    const point = { position: [0, 0, 0], level: 2, normal: null };
+    const members = {
+      slices: { along: [0.5, null, 1], plane: null, range: [0, 1] },
+      look: { kind: "automatic", colour_by: "projection-error", light: { key: 2, sky: null } },
+      measurements: [
+        { kind: "note", text: "n", points: [point] },
+        { kind: "path", text: null, points: [point, point, point] },
+      ],
+    };
+    expect(validate({ ...example, ...members })).toBe(true);
+    expect(validate({ ...example, slices: null, look: null, measurements: null })).toBe(true);
+  });
+
   it("keeps what it does not know", () => {
     expect(validate({ ...example, time: { steps: [0, 1], step: 7 } })).toBe(true);
     expect(validate({ ...example, future: [1], layers: [{ store: "a", more: 1 }] })).toBe(true);
@@ -40,6 +54,13 @@ describe("the schema of scenes", () => {
     { camera: { target: [0, 0, 0], distance: 0 } },
     { clip: { box: { low: [0, 0, 0], high: [1, 1, 2] } } },
     { background: "white" },
+    { slices: { along: [0, 1] } },
+    { slices: { plane: { normal: [0, 0, 1] } } },
+    { look: { kind: "round" } },
+    { look: { light: { roughness: 0 } } },
+    { measurements: [{ kind: "angle", points: [{ position: [0, 0, 0] }] }] },
+    { measurements: [{ kind: "note", points: [{ position: [0, 0, 0] }] }] },
+    { measurements: [{ kind: "point", points: [{ position: [0, 0] }] }] },
   ])("refuses %j", (members) => {
     expect(validate({ ...example, ...members })).toBe(false);
   });

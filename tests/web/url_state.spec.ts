@@ -115,6 +115,16 @@ describe("the address of a view", () => {
     expect(readUrl(view)).toEqual(everything);
   });
 
+  it("states that nothing of the scene's clipping, slices and measurements is shown", () => {
+    const none: UrlState = {
+      clip: { low: [0, 0, 0], high: [1, 1, 1], planes: [] },
+      slices: { along: [null, null, null] },
+      measures: [],
+    };
+    expect(writeUrl(none)).toBe("?clip=0,1,0,1,0,1&slices=none&measure=none");
+    expect(readUrl(writeUrl(none))).toEqual(none);
+  });
+
   it("keeps every digit", () => {
     const third = 1 / 3;
     const exact: UrlState = {

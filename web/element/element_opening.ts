@@ -48,14 +48,16 @@ async function openSceneIn(
   const [scene, { openScene }] = await Promise.all([load(), import("../scene/open_scene.ts")]);
   signal.throwIfAborted();
   const { camera, look, time } = view;
-  // The scene may have no background.
-  viewer.setLook({ background: defaultLook.background });
+  // What the scene does not state has its defaults.
+  viewer.setLook(defaultLook);
   const { document, layers, missing } = await openScene(viewer, scene, {
     step: (values) => time.firstOf(values),
     signal,
   });
   viewer.setLook(look);
-  if (view.chosenClip) viewer.setClip(view.chosenClip);
+  const { clip, slices } = view.chosen;
+  if (clip) viewer.setClip(clip);
+  if (slices) viewer.setSlices(slices);
   const { projection } = view.openOptions;
   if (camera) viewer.setCamera(camera);
   else if (projection && !document.camera) viewer.setProjection(projection);

@@ -1,5 +1,6 @@
 import type { StoreInfo } from "../core/types.ts";
 import { wholeVolume } from "../viewer/clipping.ts";
+import { sameValue } from "../viewer/same_value.ts";
 import { writeCamera } from "../viewer/setting_text.ts";
 import { noSlices } from "../viewer/slices.ts";
 import { firstSurface } from "../viewer/surfaces.ts";
@@ -19,7 +20,6 @@ import type { IsosplatViewerEvents } from "./element_events.ts";
 import { ElementTime } from "./element_time.ts";
 import type { LinkedElement, LinkedView } from "./link_groups.ts";
 import { groups } from "./page_resources.ts";
-import { sameValue } from "./same_value.ts";
 
 /** The functions that a view needs from its element. */
 export interface ElementViewHost {
@@ -216,9 +216,9 @@ export class ElementView {
     this.time.attach(viewer);
   }
 
-  /** Clipping that is the scene's, unless it was chosen. */
-  get chosenClip(): Clip | undefined {
-    return this.#chosen.clip;
+  /** What was chosen instead of the clipping and the slices of the scene. */
+  get chosen(): Pick<LinkedView, "clip" | "slices"> {
+    return this.#chosen;
   }
 
   /** The view in which a volume is opened. */
@@ -249,12 +249,16 @@ export class ElementView {
     if (kind !== "store") this.#join();
   }
 
-  /** The clipping of a scene is that of the viewer already. */
+  /** Clipping and slices of a scene are those of the viewer already. */
   #openedScene(viewer: Viewer): void {
     if (!sameValue(viewer.clip, this.#clip)) {
       this.#clip = viewer.clip;
       this.#host.clipChanged();
       this.#changed("clipchange", viewer.clip, { clip: viewer.clip });
+    }
+    if (!sameValue(viewer.slices, this.#slices)) {
+      this.#slices = viewer.slices;
+      this.#changed("sliceschange", viewer.slices, { slices: viewer.slices });
     }
     const { chosenValue } = this.time;
     if (chosenValue !== undefined) this.#chosen.time = chosenValue;
@@ -270,14 +274,13 @@ export class ElementView {
     const isovalues = this.readIsovalues();
     if (!isovalues) this.#surfaces = [];
     // Isovalues and the range of slices are values of the previous volume.
-    const { range, ...planes } = this.#slices;
-    if (range) {
+    // Look, clipping and slices may be those of the previous scene.
+    const { range, ...planes } = this.#chosen.slices ? this.#slices : noSlices;
+    if (range || !sameValue(planes, this.#slices)) {
       this.#slices = planes;
       this.#host.viewer()?.setSlices(planes);
     }
-    // Background and clipping may be those of the previous scene.
-    const { background } = defaultLook;
-    this.#host.viewer()?.setLook({ background, ...this.#look });
+    this.#host.viewer()?.setLook({ ...defaultLook, ...this.#look });
     const { clip } = this.#chosen;
     if (!clip && !sameValue(this.#clip, wholeVolume)) {
       this.#clip = wholeVolume;

@@ -4,12 +4,12 @@ import type { Source } from "../stream/source.ts";
 import { StreamError } from "../stream/types.ts";
 import type { Layer, LayerProperty } from "../viewer/layer.ts";
 import { RendererError } from "../viewer/renderer_error.ts";
+import { sameValue } from "../viewer/same_value.ts";
 import { firstSurface } from "../viewer/surfaces.ts";
 import { checkedTransform, identity, type Transform } from "../viewer/transform.ts";
 import type { Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import { isovaluesOf, surfacesOf, transformOf } from "./element_attributes.ts";
-import { sameValue } from "./same_value.ts";
 
 /** The functions that a layer needs from the element that shows it. */
 export interface LayerPartHost {

@@ -1,4 +1,5 @@
 import { isDefaultClip, wholeVolume } from "../viewer/clipping.ts";
+import { sameValue } from "../viewer/same_value.ts";
 import { isDefaultSlices } from "../viewer/slices.ts";
 import type { Camera } from "../viewer/types.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
@@ -19,7 +20,6 @@ import {
   textOf,
   traitDefaults,
 } from "./notebook_traits.ts";
-import { sameValue } from "./same_value.ts";
 
 /** The part of an AFM model that is used. */
 export interface NotebookModel {

@@ -1,7 +1,7 @@
+import { sameValue } from "../viewer/same_value.ts";
 import type { IsosplatLayerElement } from "./isosplat_layer.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import type { LayerTrait } from "./notebook_traits.ts";
-import { sameValue } from "./same_value.ts";
 
 /** The value with which a child element was shown last. */
 const shown = new WeakMap<IsosplatLayerElement, LayerTrait>();

@@ -29,6 +29,15 @@ export function sceneError(message: string): StreamError {
   return new StreamError("not-a-store", `scene: ${message}`);
 }
 
+/** What a member states; `otherwise` if it is absent. */
+export function optional<T, None>(
+  member: Member,
+  read: (member: Member) => T,
+  otherwise: None,
+): T | None {
+  return member.exists ? read(member) : otherwise;
+}
+
 /**
  * A member of a scene's document, with its path for messages. A value that is not as expected throws a
  * StreamError that names the path, what was expected and what was found.
@@ -115,6 +124,11 @@ export class Member {
 
   vector(least?: number, most?: number): Triple {
     return this.list(3, 3).map((entry) => entry.number(least, most)) as Triple;
+  }
+
+  oneOf<T extends string>(texts: readonly T[]): T {
+    const found = texts.find((text) => text === this.#value);
+    return found ?? this.refuse(`one of ${texts.join(", ")}`);
   }
 
   /** #rrggbb or, with alpha, #rrggbbaa. */

@@ -39,7 +39,8 @@ export interface ShownScene {
 }
 
 /**
- * Shows a scene instead of all present layers, with its camera, clipping and background. Resolves when the
+ * Shows a scene instead of all present layers, with its camera, clipping, slices, and what it states of the
+ * look. Resolves when the
  * headers of all visible layers have been read; the surfaces follow. A store that cannot be read does not
  * affect the other layers. Rejects with a StreamError if the scene cannot be read, or none of its layers;
  * with a RendererError, or the signal's reason.
@@ -58,7 +59,11 @@ export async function openScene(
   const first = Math.min(Math.max(0, Math.trunc(wanted)), values.length - 1);
   viewer.setTime(time, first);
   viewer.setClip(document.clip);
-  if (background) viewer.setLook({ background: background.slice(0, 7) });
+  viewer.setSlices(document.slices);
+  viewer.setLook({
+    ...document.look,
+    ...(background && { background: background.slice(0, 7) }),
+  });
   const shownPaths = document.layers
     .filter((layer) => layer.visible)
     .flatMap((layer) => layer.stores[Math.min(first, layer.stores.length - 1)] ?? []);

@@ -1,15 +1,13 @@
 import { StreamError } from "../stream/types.ts";
 import type { SceneTime } from "../viewer/time.ts";
-import type { Clip } from "../viewer/types.ts";
-import { Member, maxInteger, sceneError } from "./member.ts";
+import { Member, maxInteger, optional, sceneError } from "./member.ts";
+import { readPicture } from "./parse_picture.ts";
 import {
-  type CameraDocument,
   type JsonObject,
   type LabelDocument,
   type LayerDocument,
   maxLayers,
   maxSceneBytes,
-  maxScenePlanes,
   maxSteps,
   maxSurfacesOfLayer,
   type SceneDocument,
@@ -44,9 +42,7 @@ export function parseScene(bytes: Uint8Array): SceneDocument {
     time,
     step: time ? (root.at("time").at("step").index(time.values.length) ?? 0) : 0,
     layers: layers.map((layer) => readLayer(layer, time?.values.length ?? 0)),
-    camera: optional(root.at("camera"), readCamera, null),
-    clip: readClip(root.at("clip")),
-    background: optional(root.at("background"), (colour) => colour.colour(true), null),
+    ...readPicture(root),
     json: json as JsonObject,
   };
 }
@@ -57,10 +53,6 @@ function jsonOf(bytes: Uint8Array): unknown {
   } catch {
     throw sceneError("expected JSON in UTF-8: check it with a JSON tool");
   }
-}
-
-function optional<T, None>(member: Member, read: (member: Member) => T, otherwise: None): T | None {
-  return member.exists ? read(member) : otherwise;
 }
 
 function readLayer(layer: Member, steps: number): LayerDocument {
@@ -126,33 +118,4 @@ function readTime(time: Member): Required<SceneTime> {
     values.push(value);
   }
   return { values, unit: optional(time.at("unit"), (unit) => unit.text(64), "") };
-}
-
-function readCamera(camera: Member): CameraDocument {
-  const angle = (key: string, otherwise: number, least: number, most: number) =>
-    optional(camera.at(key), (found) => found.number(least, most), otherwise);
-  return {
-    target: camera.at("target").vector(),
-    distance: camera.at("distance").number(1e-300),
-    azimuth: angle("azimuth", 30, -1e6, 1e6),
-    elevation: angle("elevation", 20, -90, 90),
-    roll: angle("roll", 0, -1e6, 1e6),
-    fieldOfView: angle("field_of_view", 30, 1, 120),
-    isOrthographic: optional(camera.at("orthographic"), (found) => found.flag(), false),
-  };
-}
-
-function readClip(clip: Member): Required<Clip> {
-  const box = clip.at("box");
-  return {
-    low: box.exists ? box.at("low").vector(0, 1) : [0, 0, 0],
-    high: box.exists ? box.at("high").vector(0, 1) : [1, 1, 1],
-    planes: optional(clip.at("planes"), (list) => list.list(0, maxScenePlanes), []).map((plane) => {
-      const normal = plane.at("normal").vector(-1e9, 1e9);
-      const offset = plane.at("offset").number();
-      if (!(Math.hypot(...normal) > 0)) plane.at("normal").refuse("a normal that is not 0");
-      return { normal, offset };
-    }),
-    caps: optional(clip.at("caps"), (caps) => caps.flag(), false),
-  };
 }

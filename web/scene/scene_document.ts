@@ -1,5 +1,7 @@
+import type { Measurement } from "../measure/measurement.ts";
+import type { Light } from "../viewer/light.ts";
 import type { SceneTime } from "../viewer/time.ts";
-import type { Camera, Clip } from "../viewer/types.ts";
+import type { Camera, Clip, Look, Slices } from "../viewer/types.ts";
 
 /** Scenes as documents (shared/core/scene/SCENE.md), with the defaults of absent members. */
 export interface SceneDocument {
@@ -11,8 +13,11 @@ export interface SceneDocument {
   step: number;
   camera: CameraDocument | null;
   clip: Required<Clip>;
+  slices: Slices;
+  look: LookDocument;
   /** #rrggbb or #rrggbbaa. */
   background: string | null;
+  measurements: readonly Measurement[];
   /** The document as it was read, with the members that are unknown here. */
   json: JsonObject;
 }
@@ -52,6 +57,24 @@ export interface SurfaceDocument {
 export interface CameraDocument extends Omit<Camera, "projection"> {
   isOrthographic: boolean;
 }
+
+/** What a scene states of the look; the background is a member of its own. */
+export type LookDocument = Partial<Omit<Look, "background">>;
+
+/** The numbers of a light with their members of the document. */
+export const lightMembers: readonly (readonly [keyof Light, string])[] = [
+  ["azimuth", "azimuth"],
+  ["elevation", "elevation"],
+  ["key", "key"],
+  ["sky", "sky"],
+  ["rim", "rim"],
+  ["highlight", "highlight"],
+  ["roughness", "roughness"],
+  ["occlusion", "occlusion"],
+  ["occlusionRadius", "occlusion_radius"],
+  ["shadow", "shadow"],
+  ["shadowSoftness", "shadow_softness"],
+];
 
 /** The limits of shared/core/scene/scene.h. */
 export const maxSceneBytes = 4 * 1024 * 1024;

@@ -1,10 +1,19 @@
+import type { Measurement } from "../measure/measurement.ts";
 import { isDefaultClip } from "../viewer/clipping.ts";
 import type { Layer } from "../viewer/layer.ts";
+import { hasSlices, isDefaultSlices } from "../viewer/slices.ts";
 import { isIdentity } from "../viewer/transform.ts";
-import type { Camera, Clip, Surface } from "../viewer/types.ts";
+import {
+  type Camera,
+  type Clip,
+  defaultLook,
+  type Look,
+  type Slices,
+  type Surface,
+} from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type { ShownScene } from "./open_scene.ts";
-import { type JsonObject, maxTextBytes } from "./scene_document.ts";
+import { type JsonObject, lightMembers, maxTextBytes } from "./scene_document.ts";
 
 export interface WriteSceneOptions {
   name: string;
@@ -12,6 +21,7 @@ export interface WriteSceneOptions {
   scene: ShownScene | null;
   /** The names of layers without one of their own, such as their volumes' titles. */
   nameOf: (layer: Layer) => string;
+  measurements: readonly Measurement[];
   /** Whether the background is that of the viewer, not of its page. */
   hasBackground: boolean;
 }
@@ -25,10 +35,10 @@ export interface WrittenScene {
 
 /**
  * The document (shared/core/scene/SCENE.md) of what a viewer shows: its layers, by the absolute addresses of
- * their stores, time, camera, clipping and background. Opened, it gives the same picture.
+ * their stores, time, camera, clipping, slices, look and measurements. Opened, it gives the same picture.
  */
 export function writeScene(viewer: Viewer, options: WriteSceneOptions): WrittenScene {
-  const { name, scene, hasBackground } = options;
+  const { name, scene, measurements, hasBackground } = options;
   const left: Layer[] = [];
   const layers: JsonObject[] = [];
   for (const layer of inOrder(viewer)) {
@@ -39,7 +49,7 @@ export function writeScene(viewer: Viewer, options: WriteSceneOptions): WrittenS
   if (layers.length === 0) return { text: null, left };
   const before = scene?.document.json ?? {};
   const lost = scene?.missing.flatMap(({ index }) => lostLayer(scene, index) ?? []) ?? [];
-  const { time, camera, clip, look } = viewer;
+  const { time, camera, clip, slices, look } = viewer;
   const document = {
     ...before,
     format: "isosplat-scene",
@@ -56,15 +66,24 @@ export function writeScene(viewer: Viewer, options: WriteSceneOptions): WrittenS
     }),
     camera: camera ? { ...objectOf(before.camera), ...cameraDocument(camera) } : undefined,
     clip: isDefaultClip(clip) ? undefined : { ...objectOf(before.clip), ...clipDocument(clip) },
+    slices: isDefaultSlices(slices)
+      ? undefined
+      : { ...objectOf(before.slices), ...slicesDocument(slices) },
+    look: lookDocument(look, before.look),
+    measurements:
+      measurements.length > 0 ? measurementsDocument(measurements, before.measurements) : undefined,
     background: hasBackground ? look.background : undefined,
   };
   return { text: `${JSON.stringify(document, null, 2)}\n`, left };
 }
 
-/** The clip box is a fraction of the viewer's first layer, which is then the first of the document. */
-function inOrder({ layers, clip }: Viewer): readonly Layer[] {
+/**
+ * Clip box, slices and colours that show values are those of the viewer's first layer, which is then the first of
+ * the document.
+ */
+function inOrder({ layers, clip, slices, look }: Viewer): readonly Layer[] {
   const isWhole = clip.low.every((low) => low === 0) && clip.high.every((high) => high === 1);
-  if (isWhole) return layers;
+  if (isWhole && !hasSlices(slices) && look.colourBy === "isosurface") return layers;
   const [some] = layers;
   const first = layers.reduce((a, b) => (a && b.id < a.id ? b : a), some);
   return first ? [first, ...layers.filter((layer) => layer !== first)] : layers;
@@ -134,6 +153,52 @@ function cameraDocument({ projection, fieldOfView, ...camera }: Camera): JsonObj
 
 function clipDocument({ low, high, planes, caps = false }: Clip): JsonObject {
   return { box: { low, high }, planes, caps };
+}
+
+function slicesDocument({ along, plane, range }: Slices): JsonObject {
+  return { along, plane, range };
+}
+
+/** Undefined for the default look, unless the scene had one. */
+function lookDocument(look: Look, before: unknown): JsonObject | undefined {
+  const { background: _, light, colourBy, colourMap, eyeDome, ...splats } = look;
+  const { background: __, ...defaults } = defaultLook;
+  const isDefault = Object.entries(defaults).every(
+    ([name, value]) => JSON.stringify(look[name as keyof Look]) === JSON.stringify(value),
+  );
+  if (isDefault && before === undefined) return undefined;
+  const { light: lightBefore, ...others } = objectOf(before);
+  const numbers = Object.fromEntries(lightMembers.map(([name, member]) => [member, light[name]]));
+  return {
+    ...others,
+    ...splats,
+    colour_by: colourBy,
+    colour_map: colourMap,
+    light: { ...objectOf(lightBefore), ...numbers },
+    eye_dome: eyeDome,
+  };
+}
+
+/** A measurement with the same points as one of the scene keeps its unknown members. */
+function measurementsDocument(
+  measurements: readonly Measurement[],
+  before: unknown,
+): readonly JsonObject[] {
+  const known = new Map<string, JsonObject>();
+  for (const each of Array.isArray(before) ? before : []) {
+    known.set(placesOf(objectOf(each).points), objectOf(each));
+  }
+  return measurements.map(({ kind, points, text }) => {
+    const same = known.get(placesOf(points)) ?? {};
+    const samePoints = Array.isArray(same.points) ? same.points : [];
+    const kept = points.map((point, i) => ({ ...objectOf(samePoints[i]), ...point }));
+    return { ...same, kind, points: kept, text };
+  });
+}
+
+function placesOf(points: unknown): string {
+  const places = Array.isArray(points) ? points.map((point) => objectOf(point).position) : [];
+  return JSON.stringify(places);
 }
 
 function objectOf(value: unknown): JsonObject {

@@ -14,7 +14,7 @@ export const layers: typeof layersTexts = {
   addTitle: "Volumen hinzufügen",
   save: "Szene speichern",
   saveTitle:
-    "Speichert eine Datei mit den Adressen der Ebenen, ihren Flächen und ihrer Lage, Zeit, Kamera und Schnitten. Sie enthält keine Volumen.",
+    "Speichert eine Datei mit den Adressen der Ebenen, ihren Flächen und ihrer Lage, Zeit, Kamera, Schnitten, Schichten, Darstellung und Messungen. Sie enthält keine Volumen.",
   saved: (file) => `${file} wurde gespeichert. Öffnen Sie die Datei mit dieser Seite.`,
   savedWithout: (file, layers, count) =>
     plural(count, {

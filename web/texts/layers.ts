@@ -15,7 +15,7 @@ export const layersTexts = part("layers", {
   addTitle: "Add a volume",
   save: "Save the scene",
   saveTitle:
-    "Saves a file with the addresses of the layers, their surfaces and places, time, camera and clipping. It contains no volumes.",
+    "Saves a file with the addresses of the layers, their surfaces and places, time, camera, clipping, slices, look and measurements. It contains no volumes.",
   saved: (file: string) => `${file} was saved. Open it with this page.`,
   savedWithout: (file: string, layers: string, count: number) =>
     plural(count, {

@@ -67,6 +67,64 @@ struct SceneClip {
   bool caps = false;
 };
 
+/// Planes that show the values of the first layer.
+struct SceneSlices {
+  struct Range {
+    double low = 0, high = 1;
+  };
+  /// Across x, y and z: fractions of the extent of the first layer's volume.
+  std::array<std::optional<double>, 3> along;
+  std::optional<ScenePlane> plane;  ///< an oblique one
+  std::optional<Range> range;  ///< the values that are black and white; default: those of the store
+};
+
+enum class SceneSplats : uint8_t { automatic, quad, ellipse, exact };
+enum class SceneShading : uint8_t { smooth, exact };
+enum class SceneColouring : uint8_t {
+  isosurface,
+  isovalue,
+  gradient,
+  depth,
+  level,
+  projection_error,
+};
+enum class SceneColourMap : uint8_t { viridis, magma, cividis, turbo };
+
+/// The light, and the material of surfaces: the numbers of render::LightSettings. Absent ones have
+/// the defaults there.
+struct SceneLight {
+  std::optional<double> azimuth, elevation;  ///< of the key light, in degrees
+  std::optional<double> key, sky, rim, highlight, roughness, occlusion, occlusion_radius, shadow,
+      shadow_softness;
+};
+
+/// How surfaces look. Absent members have the viewer's defaults.
+struct SceneLook {
+  std::optional<SceneSplats> kind;
+  std::optional<SceneShading> shading;
+  std::optional<SceneColouring> colour_by;
+  std::optional<SceneColourMap> colour_map;
+  SceneLight light;
+  std::optional<double> eye_dome;  ///< strength of edge shading, 0 … 1
+};
+
+enum class SceneMeasurementKind : uint8_t { point, distance, path, angle, note };
+
+struct SceneMeasuredPoint {
+  Vec3d position;                 ///< world
+  std::optional<double> value;    ///< of the volume at this point
+  std::optional<Vec3d> normal;    ///< world, of unit length
+  std::optional<uint64_t> level;  ///< of the cell that was measured: at 0 the point is exact
+  std::string layer;              ///< the title of the layer, if there were several
+  std::optional<Vec3d> voxel;     ///< in the volume of this layer
+};
+
+struct SceneMeasurement {
+  SceneMeasurementKind kind = SceneMeasurementKind::point;
+  std::vector<SceneMeasuredPoint> points;
+  std::string text;  ///< a name, or that of a note
+};
+
 /// A scene, without the unknown members of its document. A program that changes a document must
 /// keep these.
 struct Scene {
@@ -75,7 +133,10 @@ struct Scene {
   std::optional<SceneTime> time;
   std::optional<SceneCamera> camera;
   SceneClip clip;
+  SceneSlices slices;
+  SceneLook look;
   std::optional<std::array<float, 4>> background;  ///< sRGB with alpha
+  std::vector<SceneMeasurement> measurements;
 };
 
 inline constexpr size_t kMaxSceneBytes = size_t{4} << 20;
@@ -83,6 +144,9 @@ inline constexpr size_t kMaxLayers = 4096;
 inline constexpr size_t kMaxSurfacesOfLayer = 8;
 inline constexpr size_t kMaxSteps = 65536;
 inline constexpr size_t kMaxScenePlanes = 6;
+inline constexpr size_t kMaxMeasurements = 500;
+inline constexpr size_t kMaxMeasuredPath = 500;      ///< points of one path
+inline constexpr size_t kMaxMeasuredPoints = 10000;  ///< of all measurements
 
 /// Reads the text of a scene (SCENE.md). Unknown members are ignored. Errors: malformed_header,
 /// which names the member, what was expected and what was found; unsupported_version.

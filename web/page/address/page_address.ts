@@ -1,15 +1,7 @@
 import { defaultParts, type OverlayPart, overlayParts } from "../../overlay/parts.ts";
-import { isDefaultClip } from "../../viewer/clipping.ts";
-import { isDefaultSlices } from "../../viewer/slices.ts";
+import { sameValue } from "../../viewer/same_value.ts";
 import { surfaceColours } from "../../viewer/surfaces.ts";
-import {
-  type Camera,
-  type Clip,
-  defaultLook,
-  type Look,
-  type Slices,
-  type Surface,
-} from "../../viewer/types.ts";
+import type { Camera, Clip, Look, Slices, Surface } from "../../viewer/types.ts";
 import { type LayersView, layersAddress } from "./layer_address.ts";
 import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
 
@@ -18,6 +10,15 @@ import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
  * gestures need, and browsers limit it to about 100 calls in 30 s.
  */
 const restMs = 300;
+
+/** The picture that the address opens without parameters: the page's defaults, and what its scene states. */
+export interface OpenedPicture {
+  look: Look;
+  /** Whether the background follows the theme. */
+  isThemeBackground: boolean;
+  clip: Clip;
+  slices: Slices;
+}
 
 export interface AddressState {
   volume: string | undefined;
@@ -28,6 +29,7 @@ export interface AddressState {
   isThemeBackground: boolean;
   clip: Clip;
   slices: Slices;
+  opened: OpenedPicture;
   show: ReadonlySet<OverlayPart>;
   /** The value of the step that is shown; undefined for the first one, or without steps. */
   time: number | undefined;
@@ -37,14 +39,15 @@ export interface AddressState {
    * address.
    */
   isDefaultCamera: boolean;
-  measures: readonly string[];
+  /** Null: those of the scene, or none if it has none. */
+  measures: readonly string[] | null;
   /** Null if there is only the volume itself, of which nothing is set. */
   layers: LayersView | null;
 }
 
-/** The address of a camera view: only the settings that differ from the page's defaults. */
+/** The address of a camera view: only the settings that differ from what the page shows without them. */
 export function addressOf(view: AddressState): UrlState {
-  const { surfaces, look, clip } = view;
+  const { surfaces, look, clip, slices, opened } = view;
   const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };
   if (view.volume) state.volume = view.volume;
   else if (view.scene) state.scene = view.scene;
@@ -60,15 +63,19 @@ export function addressOf(view: AddressState): UrlState {
     if (!view.isDefaultCamera) state.camera = camera;
     if (projection === "orthographic") state.projection = projection;
   }
-  if (look.kind !== defaultLook.kind) state.kind = look.kind;
-  if (look.shading !== defaultLook.shading) state.shading = look.shading;
-  if (look.colourBy !== defaultLook.colourBy) state.colourBy = look.colourBy;
-  if (look.colourMap !== defaultLook.colourMap) state.colourMap = look.colourMap;
-  if (look.eyeDome !== defaultLook.eyeDome) state.eyeDome = look.eyeDome;
-  if (look.light !== defaultLook.light) state.light = look.light;
-  if (!view.isThemeBackground) state.background = look.background;
-  if (!isDefaultClip(clip)) state.clip = clip;
-  if (!isDefaultSlices(view.slices)) state.slices = view.slices;
+  const before = opened.look;
+  if (look.kind !== before.kind) state.kind = look.kind;
+  if (look.shading !== before.shading) state.shading = look.shading;
+  if (look.colourBy !== before.colourBy) state.colourBy = look.colourBy;
+  if (look.colourMap !== before.colourMap) state.colourMap = look.colourMap;
+  if (look.eyeDome !== before.eyeDome) state.eyeDome = look.eyeDome;
+  if (!sameValue(look.light, before.light)) state.light = look.light;
+  const isSameBackground = opened.isThemeBackground
+    ? view.isThemeBackground
+    : look.background === before.background;
+  if (!isSameBackground) state.background = look.background;
+  if (!sameValue({ caps: false, ...clip }, { caps: false, ...opened.clip })) state.clip = clip;
+  if (!sameValue(slices, opened.slices)) state.slices = slices;
   if (view.time !== undefined) state.time = view.time;
   const isDefault = overlayParts.every((part) => view.show.has(part) === defaultParts.has(part));
   if (!isDefault) state.show = view.show;
@@ -77,7 +84,7 @@ export function addressOf(view: AddressState): UrlState {
     if (layers.length > 0) state.layers = layers;
     if (order) state.layerOrder = order;
   }
-  if (view.measures.length > 0) state.measures = view.measures;
+  if (view.measures) state.measures = view.measures;
   return state;
 }
 

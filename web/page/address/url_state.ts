@@ -1,6 +1,6 @@
 import { type OverlayPart, overlayParts } from "../../overlay/parts.ts";
 import { pageTexts } from "../../texts/page.ts";
-import { isWhole, maxClipPlanes, wholeVolume } from "../../viewer/clipping.ts";
+import { isDefaultClip, isWhole, maxClipPlanes, wholeVolume } from "../../viewer/clipping.ts";
 import { defaultLight, type Light } from "../../viewer/light.ts";
 import {
   readBox,
@@ -15,7 +15,7 @@ import {
   writeCamera,
   writeSlices,
 } from "../../viewer/setting_text.ts";
-import { noSlices } from "../../viewer/slices.ts";
+import { isDefaultSlices, noSlices } from "../../viewer/slices.ts";
 import {
   type Camera,
   type Clip,
@@ -62,13 +62,13 @@ export const minOpacity = 0.05;
  *   light=azimuth,elevation        of the key light, in degrees
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
- *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent
- *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts
+ *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent; 0,1,0,1,0,1: not clipped, as the scene is
+ *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts; none: not those of the scene
  *   show=axes,scale,box            the overlays above the picture; none: nothing
  *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
  *   plane=x,y,z,offset             once for each clip plane: keeps the side of its normal, see ClipPlane
  *   clip-caps=on                   closes the cut faces
- *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent
+ *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent; none: not those of the scene
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
  *   time=12.5                      of a scene that changes with time: the value of its step
  *   slice-range=0,255              the values that are black and white in slices
@@ -99,7 +99,7 @@ export interface UrlState {
   /** In the unit of the scene. */
   time?: number;
   show?: ReadonlySet<OverlayPart>;
-  /** One for each measurement, not validated: web/measure parses them. */
+  /** One for each measurement, not validated: web/measure parses them. Empty: not those of the scene. */
   measures?: readonly string[];
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
@@ -196,7 +196,7 @@ export function readUrl(search: string): UrlState {
   const show = read("show", readShow, pageTexts.isParts(overlayParts.join(",")));
   if (show) state.show = show;
   const measures = query.getAll("measure");
-  if (measures.length > 0) state.measures = measures;
+  if (measures.length > 0) state.measures = measures.filter((measure) => measure !== "none");
   read("clip", readBox, pageTexts.isBox);
   const switches = ["on", "off"] as const;
   read("clip-caps", (text) => oneOf(text, switches), pageTexts.isEither(...switches));
@@ -205,7 +205,8 @@ export function readUrl(search: string): UrlState {
   }
   const clip = readClip(query);
   if (clip) state.clip = clip;
-  const along = read("slices", readSlices, "x,y,z (0 … 1)");
+  const readAlong = (text: string) => (text === "none" ? noSlices.along : readSlices(text));
+  const along = read("slices", readAlong, "x,y,z (0 … 1)");
   const plane = read("slice-plane", readPlane, "x,y,z,offset");
   const range = read("slice-range", readRange, "low,high");
   if (along || plane || range) {
@@ -279,13 +280,14 @@ export function writeUrl(state: UrlState): string {
   if (state.clip) {
     const { low, high, planes, caps } = state.clip;
     const n = [low[0], high[0], low[1], high[1], low[2], high[2]];
-    if (!isWhole({ low, high, planes: [] })) add("clip", n.join(","));
+    const isStated = isDefaultClip(state.clip) || !isWhole({ low, high, planes: [] });
+    if (isStated) add("clip", n.join(","));
     for (const { normal, offset } of planes) add("plane", [...normal, offset].join(","));
     if (caps) add("clip-caps", "on");
   }
   if (state.slices) {
     const { along, plane, range } = state.slices;
-    add("slices", writeSlices(along));
+    add("slices", isDefaultSlices(state.slices) ? "none" : writeSlices(along));
     if (plane) add("slice-plane", [...plane.normal, plane.offset].join(","));
     add("slice-range", range?.join(","));
   }
@@ -294,5 +296,6 @@ export function writeUrl(state: UrlState): string {
   for (const layer of state.layers ?? []) add("layer", writeLayer(layer), /%(2C|3A|3B|2F)/g);
   add("layer-order", state.layerOrder?.join(","));
   for (const line of state.measures ?? []) add("measure", line);
+  if (state.measures?.length === 0) add("measure", "none");
   return parts.length === 0 ? "" : `?${parts.join("&")}`;
 }

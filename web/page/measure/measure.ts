@@ -3,7 +3,13 @@ import type { TemplateResult } from "lit";
 import type { StoreInfo } from "../../core/types.ts";
 import { MeasureLayer } from "../../measure/measure_layer.ts";
 import { MeasureTool } from "../../measure/measure_tool.ts";
-import { angleOf, lengthOf, type Measurement, voxelOf } from "../../measure/measurement.ts";
+import {
+  angleOf,
+  lengthOf,
+  longestText,
+  type Measurement,
+  voxelOf,
+} from "../../measure/measurement.ts";
 import {
   type MeasurementRow,
   readMeasurement,
@@ -13,6 +19,7 @@ import {
 import { type Session, writeSession } from "../../measure/session_file.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import type { Layer } from "../../viewer/layer.ts";
+import { sameValue } from "../../viewer/same_value.ts";
 import { identity, scaleOf } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
@@ -61,11 +68,19 @@ export class Measure {
   /** The content ids of the measured volume and of the volume that is shown. */
   #measured: string | undefined;
   #shown: string | undefined;
+  /** The measurements of the scene, in the form of the address. */
+  readonly #ofScene: readonly string[];
   /** Whether the address contained all measurements when it was last written. */
   #isInAddress = true;
 
-  /** lines: the measurements in the address; search: its query. */
-  constructor(viewer: Viewer, host: MeasureHost, lines: readonly string[], search: string) {
+  /** lines: the measurements in the address; undefined: those of the scene, `ofScene`. search: its query. */
+  constructor(
+    viewer: Viewer,
+    host: MeasureHost,
+    lines: readonly string[] | undefined,
+    ofScene: readonly Measurement[],
+    search: string,
+  ) {
     this.#viewer = viewer;
     this.#host = host;
     this.tool = new MeasureTool(
@@ -81,7 +96,9 @@ export class Measure {
       measureBar(this.tool, viewer.canvas),
     );
     const kept = keptSession(search);
-    const read = kept?.measurements ?? lines.map(readMeasurement);
+    const shown = ofScene.map(withShortText);
+    this.#ofScene = shown.map(writeMeasurement);
+    const read = kept?.measurements ?? lines?.map(readMeasurement) ?? shown;
     const known = read.filter((each) => each !== undefined);
     if (known.length < read.length) {
       const count = read.length - known.length;
@@ -98,9 +115,10 @@ export class Measure {
     return this.#layer.element;
   }
 
-  /** The measurements in the form of the address. */
-  get lines(): readonly string[] {
-    return this.tool.measurements.map(writeMeasurement);
+  /** The measurements in the form of the address; null if they are those of the scene. */
+  get lines(): readonly string[] | null {
+    const lines = this.tool.measurements.map(writeMeasurement);
+    return sameValue(lines, this.#ofScene) ? null : lines;
   }
 
   /** A volume was opened, which may be another version of the measured one. */
@@ -269,6 +287,11 @@ export class Measure {
   #rows(): MeasurementRow[] {
     return this.tool.measurements.map((measurement) => rowOf(measurement, this.#viewer.info));
   }
+}
+
+/** Texts of scenes may be longer than those of the page. */
+function withShortText({ text, ...measurement }: Measurement): Measurement {
+  return { ...measurement, ...(text && { text: text.slice(0, longestText) }) };
 }
 
 function rowOf(measurement: Measurement, info: StoreInfo | null): MeasurementRow {

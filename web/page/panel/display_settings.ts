@@ -1,10 +1,11 @@
 import { defaultParts, type OverlayPart } from "../../overlay/parts.ts";
+import type { SceneDocument } from "../../scene/scene_document.ts";
 import { planeFacing, wholeVolume } from "../../viewer/clipping.ts";
 import { turnedLight } from "../../viewer/light.ts";
 import { noSlices } from "../../viewer/slices.ts";
 import { type Clip, defaultLook, type Look } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
-import type { AddressState } from "../address/page_address.ts";
+import type { AddressState, OpenedPicture } from "../address/page_address.ts";
 import type { UrlState } from "../address/url_state.ts";
 import { theme, themeBackground } from "../shell/theme.ts";
 import type { PageActions, PageState, PictureActions, PictureState } from "./panel_state.ts";
@@ -18,6 +19,12 @@ export class DisplaySettings {
   readonly #viewer: Viewer;
   readonly #changed: () => void;
   #isThemeBackground: boolean;
+  #opened: OpenedPicture = {
+    look: defaultLook,
+    isThemeBackground: true,
+    clip: wholeVolume,
+    slices: noSlices,
+  };
   #show: ReadonlySet<OverlayPart>;
 
   constructor(viewer: Viewer, url: UrlState, changed: () => void) {
@@ -39,16 +46,30 @@ export class DisplaySettings {
     viewer.on("light", changed);
   }
 
+  /** The page has opened a scene, whose settings the viewer has, except for those of the address. */
+  opened({ look, background, clip, slices }: SceneDocument): void {
+    this.#opened = {
+      look: { ...defaultLook, ...look, ...(background && { background: background.slice(0, 7) }) },
+      isThemeBackground: background === null,
+      clip,
+      slices,
+    };
+    if (background !== null) this.#isThemeBackground = false;
+  }
+
   themeChanged(): void {
     if (this.#isThemeBackground) this.#changeLook({ background: themeBackground[theme()] });
   }
 
-  get state(): Omit<PictureState, "projection"> & Pick<PageState, "show"> {
+  get state(): Omit<PictureState, "projection"> &
+    Pick<PageState, "show"> &
+    Pick<AddressState, "opened"> {
     return {
       look: this.#viewer.look,
       isThemeBackground: this.#isThemeBackground,
       clip: this.#viewer.clip,
       slices: this.#viewer.slices,
+      opened: this.#opened,
       show: this.#show,
     };
   }

@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../../core/types.ts";
+import type { Measurement } from "../../measure/measurement.ts";
 import type { ClipHandles } from "../../overlay/clip_handles.ts";
 import type { Overlay } from "../../overlay/overlay.ts";
 import { pageTexts } from "../../texts/page.ts";
@@ -28,6 +29,8 @@ export class LoadedParts {
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
   #slicesSection: LayoutState["slicesSection"] = null;
+  /** The measurements of the scene that is open. */
+  #ofScene: readonly Measurement[] = [];
   readonly time: PageTime;
 
   /** `search`: the query of the address when the page was opened, from which `url` was parsed. */
@@ -61,9 +64,26 @@ export class LoadedParts {
     return this.#slicesSection;
   }
 
-  /** The measurements in the form of the address. */
-  get measures(): readonly string[] {
-    return this.#measure?.lines ?? this.#url.measures ?? [];
+  /** AddressState.measures. */
+  get measures(): readonly string[] | null {
+    return this.#measure ? this.#measure.lines : (this.#url.measures ?? null);
+  }
+
+  /** The present measurements, also if their code has not loaded yet. */
+  async measurements(): Promise<readonly Measurement[]> {
+    if (this.#hasMeasurements) await this.loadMeasure();
+    return this.#measure?.tool.measurements ?? this.#ofScene;
+  }
+
+  /** The page has opened a scene with these measurements. */
+  opened(measurements: readonly Measurement[]): void {
+    this.#ofScene = measurements;
+    if (this.#overlay && this.#hasMeasurements) void this.loadMeasure();
+  }
+
+  get #hasMeasurements(): boolean {
+    const { measures } = this.#url;
+    return (measures ?? this.#ofScene).length > 0 || hasKeptSession();
   }
 
   /** The elements for the measurements of an open volume. */
@@ -77,7 +97,7 @@ export class LoadedParts {
     const { Overlay } = await import("../../overlay/overlay.ts");
     this.#overlay = new Overlay(this.#viewer, (view) => this.#host.lookAlong(view));
     this.#host.render();
-    if (this.#url.measures || hasKeptSession()) await this.loadMeasure();
+    if (this.#hasMeasurements) await this.loadMeasure();
   }
 
   /** Loads the handles at their first use. */
@@ -111,7 +131,8 @@ export class LoadedParts {
         this.#measure = new Measure(
           this.#viewer,
           this.#host,
-          this.#url.measures ?? [],
+          this.#url.measures,
+          this.#ofScene,
           this.#search,
         );
         this.#host.render();

@@ -1,7 +1,7 @@
 import type { StoreInfo } from "../../core/types.ts";
 import type { ShownScene } from "../../scene/open_scene.ts";
 import { pageTexts } from "../../texts/page.ts";
-import type { Camera, Surface } from "../../viewer/types.ts";
+import type { Camera, Look, Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { SceneTarget, StoreTarget, Target } from "../address/target.ts";
 import type { UrlState } from "../address/url_state.ts";
@@ -64,7 +64,7 @@ async function openStoreIn(
 async function openSceneIn(
   viewer: Viewer,
   target: SceneTarget,
-  { clip, background, projection }: UrlState,
+  url: UrlState,
   { surfaces, camera }: FirstView,
 ): Promise<Opened> {
   const [scene, { openScene }] = await Promise.all([
@@ -73,8 +73,10 @@ async function openSceneIn(
   ]);
   const shown = await openScene(viewer, scene);
   const { missing, layers, document } = shown;
+  const { clip, slices, projection } = url;
   if (clip) viewer.setClip(clip);
-  if (background) viewer.setLook({ background });
+  if (slices) viewer.setSlices(slices);
+  viewer.setLook(lookOf(url));
   if (surfaces.length > 0) viewer.setSurfaces(surfaces);
   if (camera) viewer.setCamera(camera);
   else if (projection && !document.camera) viewer.setProjection(projection);
@@ -93,5 +95,19 @@ async function openSceneIn(
     hasSurfaces: surfaces.length === 0,
     title: document.name || target.name,
     notes: notes.slice(0, 3),
+  };
+}
+
+/** The part of the look that the address states. */
+function lookOf(url: UrlState): Partial<Look> {
+  const { kind, shading, colourBy, colourMap, background, eyeDome, light } = url;
+  return {
+    ...(kind && { kind }),
+    ...(shading && { shading }),
+    ...(colourBy && { colourBy }),
+    ...(colourMap && { colourMap }),
+    ...(background && { background }),
+    ...(eyeDome !== undefined && { eyeDome }),
+    ...(light && { light }),
   };
 }

@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../../core/types.ts";
+import type { Measurement } from "../../measure/measurement.ts";
 import { layersTexts } from "../../texts/layers.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { wholeVolume } from "../../viewer/clipping.ts";
@@ -46,17 +47,22 @@ export class PageFiles {
     return this.#title().replace(/[^\w.-]+/g, "-");
   }
 
-  /** Saves the document of a scene. Layers without an address are named. hasBackground: it was chosen. */
-  async saveScene(hasBackground: boolean): Promise<void> {
+  /** Saves the document of a scene. Layers without an address are named. */
+  async saveScene(
+    { isThemeBackground }: { isThemeBackground: boolean },
+    loading: Promise<readonly Measurement[]>,
+  ): Promise<void> {
     try {
+      const measurements = await loading;
       const { writeScene } = await import("../../scene/write_scene.ts");
       const layers = this.#layers;
       const { look } = this.#viewer;
       const { text, left } = writeScene(this.#viewer, {
         name: this.#title(),
         scene: layers.scene,
+        measurements,
         nameOf: (layer) => layers.titleOf(layer),
-        hasBackground: hasBackground || look.background !== themeBackground[theme()],
+        hasBackground: !isThemeBackground || look.background !== themeBackground[theme()],
       });
       if (text === null) {
         this.#toast.note(layersTexts.notSaved);

@@ -54,7 +54,7 @@ export class VolumePage {
       changed: () => this.#changed(),
       render: () => this.#layout.request(),
       chosen: () => this.#viewer.isBusy || this.#layout.rests(),
-      saveScene: () => void this.#files.saveScene(!this.#settings.state.isThemeBackground),
+      saveScene: () => void this.#files.saveScene(this.#settings.state, this.#parts.measurements()),
       note: (text) => this.#toast.note(text),
     },
     this.#url,
@@ -76,7 +76,7 @@ export class VolumePage {
     save: (name, type, text) => this.#files.save(name, new Blob([text], { type })),
     view: () => {
       const view = this.#address.view;
-      return view ? writeUrl(addressOf({ ...view, measures: [] })) : location.search;
+      return view ? writeUrl(addressOf({ ...view, measures: null })) : location.search;
     },
   });
   readonly #history = new ViewHistory<AddressState>();
@@ -195,6 +195,9 @@ export class VolumePage {
       const opened = await openTargetIn(this.#viewer, this.#target, this.#url, view, again);
       this.#sceneTitle = opened.title;
       if (this.#info !== opened.info || opened.title) this.#onOpened(opened.info);
+      const { document: ofScene } = opened.scene ?? {};
+      if (ofScene) this.#settings.opened(ofScene);
+      this.#parts.opened(ofScene?.measurements ?? []);
       const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
       void this.layers.opened(opened.scene);
       const isElsewhere = this.#camera.opened(camera, before, keepsView, "scene" in this.#target);
@@ -323,7 +326,7 @@ export class VolumePage {
     loadSlices: () => void this.#parts.loadSlices(),
     showClipHandles: (isShown) => void this.#parts.showClipHandles(isShown),
     toggleSheet: () => this.#layout.toggleSheet(),
-    help: showHelp,
+    help: async () => (await import("../shell/help.ts")).showHelp(),
     removeSurface: (index) => {
       this.#surfaces.actions.removeSurface(index);
       this.#layout.focusSurface(index);
@@ -392,8 +395,4 @@ export class VolumePage {
       },
     });
   }
-}
-
-async function showHelp(): Promise<void> {
-  (await import("../shell/help.ts")).showHelp();
 }
