@@ -13,7 +13,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, describe, expect, it, test } from "vitest";
-import { parseBundleHeader, piecesOf } from "../../web/scene/bundle_header.ts";
+import { Bundle, type BundleFile } from "../../web/scene/bundle.ts";
+import { coarseBytesOf, parseBundleHeader, piecesOf } from "../../web/scene/bundle_header.ts";
 import { parseScene } from "../../web/scene/parse_scene.ts";
 import { bundleScene, sceneAt, sceneOfFiles, servedScene } from "../../web/scene/scene_source.ts";
 import { ServedBundle } from "../../web/scene/served_bundle.ts";
@@ -217,6 +218,61 @@ function programSays(file: string): string {
     return message;
   }
 }
+
+describe("the coarse parts of a bundle", () => {
+  it("are kept up to a size, and fetched again when they are needed", async () => {
+    const asked: [number, number][] = [];
+    const headerBytes = new DataView(bundle.buffer, bundle.byteOffset).getUint32(12, true);
+    const file: BundleFile = {
+      name: "golden",
+      address: undefined,
+      concurrency: 1,
+      fresh: false,
+      firstBytes: async () => bundle.slice(0, headerBytes),
+      range: async (offset, bytes, _signal, arrived) => {
+        asked.push([offset, bytes]);
+        arrived(bundle.slice(offset, offset + bytes), offset);
+      },
+      bypassCaches: () => {},
+      forget: () => {},
+    };
+    const first = new Bundle(file, instance);
+    const { stores } = await first.header(signal);
+    const parts = [...stores.values()].map((store) => ({
+      path: store.path,
+      offset: store.coarseOffset,
+      bytes: coarseBytesOf(store),
+    }));
+    const [one, two] = parts as [(typeof parts)[0], (typeof parts)[0]];
+    const read = async (from: Bundle, { offset, bytes }: typeof one) => {
+      const found: Uint8Array[] = [];
+      await from.range(offset, bytes, signal, (part) => found.push(part.slice()));
+      expect(joined(found)).toEqual(bundle.slice(offset, offset + bytes));
+    };
+
+    // Both fit: each is fetched once.
+    await first.fetchCoarse([one.path], signal);
+    await first.fetchCoarse([two.path], signal);
+    for (const part of [one, two, one]) await read(first, part);
+    expect(asked).toHaveLength(2);
+    expect(first.keptBytes).toBe(headerBytes + one.bytes + two.bytes);
+
+    // One of them fits: that which was used last.
+    asked.length = 0;
+    const small = new Bundle(file, instance, Math.max(one.bytes, two.bytes));
+    await small.fetchCoarse([one.path], signal);
+    await read(small, one);
+    await small.fetchCoarse([two.path], signal);
+    expect(small.keptBytes).toBe(two.bytes);
+    await read(small, two);
+    expect(asked).toHaveLength(2);
+    await read(small, one);
+    await small.fetchCoarse([one.path], signal);
+    expect(small.keptBytes).toBe(one.bytes);
+    await read(small, one);
+    expect(asked).toEqual([one, two, one, one].map(({ offset, bytes }) => [offset, bytes]));
+  });
+});
 
 describe("a bundle's header", () => {
   const header = () => {

@@ -25,6 +25,8 @@ export interface BundleFile
 const firstBundleBytes = 64 * 1024;
 /** Coarse parts are fetched together up to this size. */
 const maxTogether = 32 * 1024 * 1024;
+/** Parts are kept up to this size in all. */
+const maxKept = 64 * 1024 * 1024;
 
 /** Bytes of the bundle that are kept, since several stores lie in them. */
 interface Part {
@@ -35,17 +37,22 @@ interface Part {
 
 /**
  * A bundle that is being read (shared/core/scene/BUNDLE.md): its header, and the coarse parts of its stores,
- * which are fetched together. A bundle that was replaced is read again.
+ * which are fetched together. It keeps the parts that were used last; others are fetched again when a store
+ * needs them. A bundle that was replaced is read again.
  */
 export class Bundle {
   readonly file: BundleFile;
   readonly #core: Core;
+  readonly #maxKept: number;
   #header: Promise<BundleHeader> | null = null;
+  /** Those that were used last come last. */
   #parts: Part[] = [];
   #rereading: Promise<BundleHeader> | null = null;
 
-  constructor(file: BundleFile, core: Core) {
+  /** keptBytes: the largest size of all parts that are kept. One part is kept, however large it is. */
+  constructor(file: BundleFile, core: Core, keptBytes = maxKept) {
     this.file = file;
+    this.#maxKept = keptBytes;
     this.#core = core;
   }
 
@@ -108,16 +115,26 @@ export class Bundle {
   #keep(offset: number, length: number, bytes: Promise<Uint8Array>): void {
     const part = { offset, length, bytes };
     this.#parts.push(part);
+    for (let kept = this.keptBytes; kept > this.#maxKept && this.#parts.length > 1; ) {
+      kept -= this.#parts.shift()?.length ?? 0;
+    }
     // Who needs them fetches them by itself, with its own retries.
     bytes.catch(() => {
       this.#parts = this.#parts.filter((each) => each !== part);
     });
   }
 
+  /** The size of the parts that are kept, or are being fetched to be kept. */
+  get keptBytes(): number {
+    return this.#parts.reduce((sum, { length }) => sum + length, 0);
+  }
+
   #partOf(offset: number, bytes: number): Part | undefined {
-    return this.#parts.find(
+    const found = this.#parts.find(
       (part) => offset >= part.offset && offset + bytes <= part.offset + part.length,
     );
+    if (found) this.#parts = [...this.#parts.filter((part) => part !== found), found];
+    return found;
   }
 
   /** A range of the bundle. Returns whether it came from the kept parts. */
