@@ -14,6 +14,7 @@ import {
   placed,
   scaleOf,
   viewProjectionOf,
+  volumeScaleOf,
 } from "../../web/viewer/transform.ts";
 
 describe("the sample budget", () => {
@@ -216,6 +217,9 @@ describe("transforms", () => {
 
   test("have a scale if they change all lengths by the same factor", () => {
     expect(scaleOf(identity)).toBe(1);
+    expect(volumeScaleOf(identity)).toBe(1);
+    // A shear keeps volumes, and a mirror image has the same.
+    expect(volumeScaleOf([-2, 5, 0, 10, 0, 3, 0, 20, 0, 0, 4, 30, 0, 0, 0, 1])).toBe(24);
     expect(scaleOf([0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30, 0, 0, 0, 1])).toBe(2);
     expect(scaleOf(transform)).toBeUndefined();
     expect(scaleOf([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1])).toBeUndefined();

@@ -13,6 +13,7 @@ import {
 import {
   formatLength,
   formatPower,
+  formatVolume,
   roundBelow,
   scaleBar,
   ticks,
@@ -144,6 +145,13 @@ describe("lengths", () => {
     expect(formatPower(1.2e-7, 2)).toBe("120000 nm²");
     expect(formatPower(5e-10, 3)).toBe("500000000 nm³");
     expect(formatPower(0, 3)).toBe("0 mm³");
+    expect(formatVolume(1_482_345)).toBe("1,482 cm³");
+    expect(formatVolume(1953.125)).toBe("1.953 cm³");
+    expect(formatVolume(999)).toBe("999 mm³");
+    expect(formatVolume(0.25)).toBe("0.25 mm³");
+    expect(formatVolume(2.5e9)).toBe("2.5 m³");
+    expect(formatVolume(1e-6)).toBe("1,000 µm³");
+    expect(formatVolume(0)).toBe("0 mm³");
   });
 
   it("have the unit that fits them", () => {

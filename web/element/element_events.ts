@@ -2,6 +2,7 @@ import type { StoreInfo } from "../core/types.ts";
 import type { Progress, StreamError } from "../stream/types.ts";
 import type { RendererError } from "../viewer/renderer_error.ts";
 import type { Camera, Clip, Slices } from "../viewer/types.ts";
+import type { PickedSurface } from "./element_pick.ts";
 
 /** The events of `<isosplat-viewer>`, by name. They are CustomEvents, and do not bubble. */
 export interface IsosplatViewerEvents {
@@ -13,6 +14,7 @@ export interface IsosplatViewerEvents {
   clipchange: CustomEvent<Clip>;
   sliceschange: CustomEvent<Slices>;
   stepchange: CustomEvent<number>;
+  pick: CustomEvent<PickedSurface>;
   fault: CustomEvent<StreamError | RendererError>;
 }
 

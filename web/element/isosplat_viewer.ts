@@ -13,6 +13,7 @@ import type { IsosplatViewerEvents } from "./element_events.ts";
 import { ElementParts } from "./element_parts.ts";
 import { sceneOf } from "./element_scene.ts";
 import { sourceOf } from "./element_source.ts";
+import { listenToPicks } from "./element_pick.ts";
 import { ElementView } from "./element_view.ts";
 import { ElementViewer } from "./element_viewer.ts";
 import { EventElement } from "./event_element.ts";
@@ -57,6 +58,7 @@ const ownProperties =
  * @fires {CustomEvent<Clip>} clipchange - The clipping has changed: by a call, or by the group.
  * @fires {CustomEvent<Slices>} sliceschange - The slices have changed: by a call, or by the group.
  * @fires {CustomEvent<number>} stepchange - Another step is shown: by the controls, by playing, by a call, or by the group.
+ * @fires {CustomEvent<PickedSurface>} pick - A surface was clicked, or is in the middle of the picture when Enter is pressed. `detail` has the point, the `name` of its layer, and the `label` with its `volume` and `voxels` if the layer shows one.
  * @fires {CustomEvent<StreamError | RendererError>} fault - Something failed. `detail.message` states the expected value, the found value, and the remedy; the element retries where this can help.
  *
  * @slot - The elements `<isosplat-layer>`, which are not displayed themselves. Others are shown above the picture, such as a caption.
@@ -130,6 +132,7 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
     this.addEventListener("pointerenter", wake);
     this.addEventListener("pointerdown", wake);
     this.addEventListener("focusin", wake);
+    listenToPicks(this, () => this.viewer);
   }
 
   connectedCallback(): void {

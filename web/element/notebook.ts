@@ -2,6 +2,7 @@ import { isDefaultClip, wholeVolume } from "../viewer/clipping.ts";
 import { sameValue } from "../viewer/same_value.ts";
 import { isDefaultSlices } from "../viewer/slices.ts";
 import type { Camera } from "../viewer/types.ts";
+import type { PickedSurface } from "./element_pick.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import { showLayers } from "./notebook_layers.ts";
 import {
@@ -49,9 +50,6 @@ const writingBack = new WeakSet<NotebookModel>();
 
 const viewEvents = ["isovaluechange", "camerachange", "clipchange", "sliceschange"] as const;
 
-/** A pointer that moved farther than this has rotated the view, and picks nothing. */
-const clickRadiusPx = 4;
-
 /**
  * One view of a model: an element whose properties are synchronized with the model's traits.
  *
@@ -76,7 +74,6 @@ export class Notebook {
   #receivedStep: number | null = null;
   #isApplying = false;
   #saveTimer = 0;
-  #pressed: { x: number; y: number } | null = null;
 
   constructor(model: NotebookModel) {
     this.#model = model;
@@ -216,8 +213,7 @@ export class Notebook {
     for (const event of ["pointerdown", "wheel", "keydown"]) {
       element.addEventListener(event, () => this.#takeOver(), { signal, passive: true });
     }
-    element.addEventListener("pointerdown", (event) => this.#press(event), { signal });
-    element.addEventListener("pointerup", (event) => this.#pick(event), { signal });
+    element.addEventListener("pick", ({ detail }) => this.#onPick(detail), { signal });
   }
 
   #onOpened(): void {
@@ -282,21 +278,8 @@ export class Notebook {
     this.#write("fault", refused ?? this.#elementFault);
   }
 
-  #press({ clientX: x, clientY: y }: PointerEvent): void {
-    this.#pressed = { x, y };
-  }
-
-  #pick({ clientX, clientY }: PointerEvent): void {
-    const pressed = this.#pressed;
-    this.#pressed = null;
-    const viewer = this.element.viewer;
-    if (!viewer || !pressed) return;
-    if (Math.hypot(clientX - pressed.x, clientY - pressed.y) > clickRadiusPx) return;
-    const { left, top } = viewer.canvas.getBoundingClientRect();
-    const point = viewer.pick(clientX - left, clientY - top);
-    if (!point) return;
-    const { position, voxel, normal, isovalue } = point;
-    this.#write("picked", { position, voxel, normal, isovalue });
+  #onPick({ position, voxel, normal, isovalue, name, label }: PickedSurface): void {
+    this.#write("picked", { position, voxel, normal, isovalue, layer: name, label });
   }
 
   #write<K extends TraitName>(name: K, value: Traits[K]): void {

@@ -2,7 +2,7 @@
 import type { Triple } from "../core/types.ts";
 import { readColour, readProjection } from "../viewer/setting_text.ts";
 import { checkedTransform, type Transform } from "../viewer/transform.ts";
-import type { Camera, Clip, Slices, Surface } from "../viewer/types.ts";
+import type { Camera, Clip, Label, Slices, Surface } from "../viewer/types.ts";
 import { readParts, shownParts } from "./overlay_area.ts";
 
 /** A point of a surface that was clicked. */
@@ -14,6 +14,10 @@ export interface PickedPoint {
   /** World, of unit length, towards the eye. */
   normal: Triple;
   isovalue: number;
+  /** The name of its layer; empty if it has none. */
+  layer: string;
+  /** The label that the layer shows; null: none. */
+  label: Label | null;
 }
 
 /** The open volume. */

@@ -1,4 +1,5 @@
 import { measureTexts } from "../texts/measure.ts";
+import { listenToClicks } from "../viewer/clicks.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import {
   isText,
@@ -10,9 +11,6 @@ import {
   pointCounts,
   withinLimits,
 } from "./measurement.ts";
-
-/** A pointer that moves farther than this between down and up (CSS pixels) rotates the view. */
-const mostDrift = 5;
 
 /**
  * The measurements of a volume, and the tool that adds points to them: a click or a tap on the
@@ -26,7 +24,6 @@ export class MeasureTool {
   #measurements: readonly Measurement[] = [];
   #kind: MeasurementKind | null = null;
   #draft: readonly MeasuredPoint[] = [];
-  #down: { x: number; y: number; id: number; drift: number } | null = null;
   /** Why the last click found no point; null if it found one. */
   #miss: string | null = null;
 
@@ -41,9 +38,7 @@ export class MeasureTool {
     this.#changed = changed;
     const { signal } = this.#listeners;
     const { canvas } = viewer;
-    canvas.addEventListener("pointerdown", (event) => this.#pressed(event), { signal });
-    canvas.addEventListener("pointermove", (event) => this.#moved(event), { signal });
-    canvas.addEventListener("pointerup", (event) => this.#released(event), { signal });
+    listenToClicks(canvas, (event) => this.#clicked(event), signal);
     canvas.addEventListener("keydown", (event) => this.#key(event), { signal });
   }
 
@@ -152,24 +147,7 @@ export class MeasureTool {
     this.#changed();
   }
 
-  #pressed({ button, isPrimary, clientX: x, clientY: y, pointerId: id }: PointerEvent): void {
-    this.#down = button === 0 && isPrimary ? { x, y, id, drift: 0 } : null;
-  }
-
-  /** A drag that returns to its start has still rotated the view. */
-  #moved({ clientX, clientY, pointerId }: PointerEvent): void {
-    const down = this.#down;
-    if (down?.id !== pointerId) return;
-    down.drift = Math.max(down.drift, Math.hypot(clientX - down.x, clientY - down.y));
-  }
-
-  #released(event: PointerEvent): void {
-    this.#moved(event);
-    const { clientX, clientY, pointerId } = event;
-    const down = this.#down;
-    this.#down = null;
-    if (!down || down.id !== pointerId || !this.#kind) return;
-    if (down.drift > mostDrift) return;
+  #clicked({ clientX, clientY }: PointerEvent): void {
     const box = this.#viewer.canvas.getBoundingClientRect();
     this.pick(clientX - box.left, clientY - box.top);
   }

@@ -1,4 +1,4 @@
-import { localized } from "../texts/numbers.ts";
+import { grouped, localized } from "../texts/numbers.ts";
 
 /** Lengths of the world, which are in millimetres. */
 
@@ -27,6 +27,14 @@ export function formatPower(value: number, power: 2 | 3): string {
   const sign = power === 2 ? "²" : "³";
   if (size === 0 || !unit) return `0 mm${sign}`;
   return localized(`${Number((value / unit.mm ** power).toPrecision(6))} ${unit.name}${sign}`);
+}
+
+/** A volume in mm³, with four digits: 1482000 → "1,482 cm³"; 0.5 → "0.5 mm³". */
+export function formatVolume(mm3: number): string {
+  const least = ({ name, mm }: (typeof units)[number]) => (name === "mm" ? 0.001 : mm ** 3);
+  const unit = units.find((each) => mm3 >= least(each)) ?? units[units.length - 1];
+  if (mm3 === 0 || !unit) return "0 mm³";
+  return `${grouped(Number((mm3 / unit.mm ** 3).toPrecision(4)))} ${unit.name}³`;
 }
 
 /** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger. */

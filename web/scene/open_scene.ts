@@ -114,6 +114,7 @@ async function addLayer(
     name: layer.name,
     group: layer.group,
     visible: layer.visible,
+    label: layer.label,
     ...(layer.transform && { transform: layer.transform }),
     ...(surfaces.length > 0 && { surfaces }),
     signal,

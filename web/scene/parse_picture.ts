@@ -98,7 +98,11 @@ function readRange(range: Member): [number, number] {
 function readLook(look: Member): LookDocument {
   look.requireObject("a look");
   const read: LookDocument = {};
-  const kind = optional(look.at("kind"), (it) => it.oneOf(["automatic", ...splatKinds] as const), undefined);
+  const kind = optional(
+    look.at("kind"),
+    (it) => it.oneOf(["automatic", ...splatKinds] as const),
+    undefined,
+  );
   if (kind) read.kind = kind;
   const shading = optional(look.at("shading"), (it) => it.oneOf(shadings), undefined);
   if (shading) read.shading = shading;

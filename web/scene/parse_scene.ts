@@ -1,10 +1,10 @@
 import { StreamError } from "../stream/types.ts";
 import type { SceneTime } from "../viewer/time.ts";
+import type { Label } from "../viewer/types.ts";
 import { Member, maxInteger, optional, sceneError } from "./member.ts";
 import { readPicture } from "./parse_picture.ts";
 import {
   type JsonObject,
-  type LabelDocument,
   type LayerDocument,
   maxLayers,
   maxSceneBytes,
@@ -90,7 +90,7 @@ function readSurface(surface: Member): SurfaceDocument {
   };
 }
 
-function readLabel(label: Member): LabelDocument {
+function readLabel(label: Member): Label {
   label.requireObject("a label");
   return {
     value: label.at("value").integer(-maxInteger),

@@ -1,7 +1,7 @@
 import type { Measurement } from "../measure/measurement.ts";
 import type { Light } from "../viewer/light.ts";
 import type { SceneTime } from "../viewer/time.ts";
-import type { Camera, Clip, Look, Slices } from "../viewer/types.ts";
+import type { Camera, Clip, Label, Look, Slices } from "../viewer/types.ts";
 
 /** Scenes as documents (shared/core/scene/SCENE.md), with the defaults of absent members. */
 export interface SceneDocument {
@@ -34,17 +34,7 @@ export interface LayerDocument {
   visible: boolean;
   /** 4 × 4, row by row. */
   transform: readonly number[] | null;
-  label: LabelDocument | null;
-}
-
-/** The label of a segmentation whose surface a layer shows. */
-export interface LabelDocument {
-  /** In the file of labels. */
-  value: number;
-  /** With this value. */
-  voxels: number;
-  /** Of these voxels, in cubic units of the world. */
-  volume: number;
+  label: Label | null;
 }
 
 export interface SurfaceDocument {

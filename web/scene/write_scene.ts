@@ -98,7 +98,7 @@ function writeLayer(layer: Layer, { scene, nameOf }: WriteSceneOptions): JsonObj
   const before = index >= 0 && scene ? layerOf(scene, index) : {};
   const { store: _, stores: __, ...others } = before;
   const name = layer.name || nameOf(layer);
-  const { group, surfaces, visible, transform } = layer;
+  const { group, surfaces, visible, transform, label } = layer;
   return {
     ...others,
     ...(name ? { name: shortened(name) } : {}),
@@ -107,6 +107,7 @@ function writeLayer(layer: Layer, { scene, nameOf }: WriteSceneOptions): JsonObj
     ...(surfaces.length > 0 && { surfaces: surfacesDocument(surfaces, before.surfaces) }),
     visible: visible ? undefined : false,
     transform: isIdentity(transform) ? undefined : transform,
+    ...(label && { label: { ...objectOf(others.label), ...label } }),
   };
 }
 

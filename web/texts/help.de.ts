@@ -7,6 +7,7 @@ export const help: typeof English = {
     ["Rechts ziehen, Umschalt + Ziehen, zwei Finger, Umschalt + Pfeile", "Verschieben"],
     ["Mausrad, zwei Finger spreizen, + und −", "Vergrößern und verkleinern"],
     ["Doppelklick", "Diesen Punkt der Fläche zum Drehpunkt machen"],
+    ["Klick, I", "Die Ebene nennen, mit dem Rauminhalt ihres Labels; I: in der Mitte des Bildes"],
     ["L + Ziehen", "Das Hauptlicht bewegen"],
     [
       "Einen Griff des Schnittquaders ziehen, Pfeiltasten auf ihm",

@@ -8,6 +8,7 @@ export const helpTexts = part("help", {
     ["Right drag, Shift drag, two fingers, Shift + arrows", "Pan"],
     ["Wheel, pinch, + and −", "Zoom"],
     ["Double click", "Make this point of the surface the centre of rotation"],
+    ["Click, I", "Name the layer, with the volume of its label; I: in the middle of the picture"],
     ["L + drag", "Move the key light"],
     [
       "Drag a handle of the clip box, arrow keys on it",

@@ -1,6 +1,7 @@
 /** How the language of the page writes numbers. */
 
 let decimalSign = ".";
+let numbersLanguage = "en";
 
 export function decimalSignOf(language: string): string {
   const parts = new Intl.NumberFormat(language).formatToParts(0.5);
@@ -9,11 +10,17 @@ export function decimalSignOf(language: string): string {
 
 export function writeNumbersAs(language: string): void {
   decimalSign = decimalSignOf(language);
+  numbersLanguage = language;
 }
 
 /** A number that is written with a decimal point, as the page's language writes it: "60,5 mm". */
 export function localized(number: string): string {
   return number.replace(".", decimalSign);
+}
+
+/** A number with its digits in groups, as the page's language writes it: "1,482". */
+export function grouped(number: number): string {
+  return number.toLocaleString(numbersLanguage, { maximumFractionDigits: 20 });
 }
 
 /** Numbers as a list: "0.5, 1", and where the comma is the decimal sign, "0,5; 1". */

@@ -28,6 +28,8 @@ export const page: typeof English = {
   picture: (volume, isovalues) =>
     `Isofläche von ${volume} bei ${isovalues}. Pfeiltasten drehen sie, Plus und Minus vergrößern und verkleinern.`,
 
+  voxels: (text, voxels) => `${text} ${plural(voxels, { one: "Voxel", other: "Voxel" })}`,
+  nothingThere: "In der Mitte des Bildes ist keine Ebene mit einem Namen.",
   linkCopied: "Link kopiert",
   noClipboard:
     "Der Browser erlaubt keinen Zugriff auf die Zwischenablage: Kopieren Sie die Adresszeile",

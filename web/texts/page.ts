@@ -29,6 +29,9 @@ export const pageTexts = part("page", {
   picture: (volume: string, isovalues: string) =>
     `Isosurface of ${volume} at ${isovalues}. Arrow keys rotate it, plus and minus zoom.`,
 
+  voxels: (text: string, voxels: number) =>
+    `${text} ${plural(voxels, { one: "voxel", other: "voxels" })}`,
+  nothingThere: "There is no layer with a name in the middle of the picture.",
   linkCopied: "Link copied",
   noClipboard: "The browser does not allow access to the clipboard: copy the address bar instead",
   pictureSaved: "Picture saved",

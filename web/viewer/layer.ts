@@ -4,8 +4,8 @@ import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress } from "../stream/types.ts";
 import type { StepSources } from "./layer_steps.ts";
-import { checkedTransform, identity, type Transform } from "./transform.ts";
-import type { Surface } from "./types.ts";
+import { checkedTransform, identity, type Transform, volumeScaleOf } from "./transform.ts";
+import type { Label, Surface } from "./types.ts";
 
 /** The properties of a layer that can change. info: the source had another store, which is open now. */
 export type LayerProperty = "name" | "group" | "surfaces" | "visible" | "transform" | "info";
@@ -21,6 +21,8 @@ export interface LayerOptions {
   visible?: boolean;
   /** Default: the identity. */
   transform?: Transform;
+  /** The label that the layer shows, with the volume in the world of its store. Default: none. */
+  label?: Label | null;
 }
 
 /** The functions that a layer needs from its list. */
@@ -43,6 +45,8 @@ export interface LayerOwner {
 export class Layer {
   /** Identifies the layer within its viewer. Later layers have larger numbers. */
   readonly id: number;
+  /** The argument of `Viewer.addLayer`. */
+  readonly label: Label | null;
   readonly #owner: LayerOwner;
   #name: string;
   #group: string;
@@ -53,6 +57,7 @@ export class Layer {
   /** Throws a RangeError: see `transform`. */
   constructor(id: number, options: LayerOptions, owner: LayerOwner) {
     this.id = id;
+    this.label = options.label ?? null;
     this.#owner = owner;
     this.#name = options.name ?? "";
     this.#group = options.group ?? "";
@@ -148,6 +153,12 @@ export class Layer {
   set transform(transform: Transform) {
     this.#transform = checkedTransform(transform);
     this.#owner.changed("transform");
+  }
+
+  /** The label with its volume in the world of the picture. Null: the layer shows no label. */
+  get placedLabel(): Label | null {
+    const { label } = this;
+    return label && { ...label, volume: label.volume * volumeScaleOf(this.#transform) };
   }
 
   /** Takes the layer out of the viewer: ends its requests, and frees its memory. */

@@ -20,13 +20,17 @@ export function checkedTransform(numbers: Transform): Transform {
   if (!isAffine) {
     throw new RangeError("a transform has 16 finite numbers, row by row, the last row 0 0 0 1");
   }
-  const [a, b, c] = [0, 1, 2].map((axis) => columnOf(numbers, axis)) as [Triple, Triple, Triple];
-  const volume = Math.abs(dot(a, cross(b, c)));
+  const [a, b, c] = columnsOf(numbers);
+  const volume = volumeScaleOf(numbers);
   const edges = Math.hypot(...a) * Math.hypot(...b) * Math.hypot(...c);
   if (!(volume > flattest * edges)) {
     throw new RangeError("a transform must not make volumes flat");
   }
   return [...numbers];
+}
+
+function columnsOf(transform: Transform): [Triple, Triple, Triple] {
+  return [columnOf(transform, 0), columnOf(transform, 1), columnOf(transform, 2)];
 }
 
 function columnOf(transform: Transform, axis: number): Triple {
@@ -57,7 +61,7 @@ export function isIdentity(transform: Transform): boolean {
 
 /** The factor by which the transform changes all lengths; undefined if it differs from direction to direction. */
 export function scaleOf(transform: Transform): number | undefined {
-  const [a, b, c] = [0, 1, 2].map((axis) => columnOf(transform, axis)) as [Triple, Triple, Triple];
+  const [a, b, c] = columnsOf(transform);
   const scale = Math.hypot(...a);
   const off = [
     Math.hypot(...b) - scale,
@@ -65,6 +69,12 @@ export function scaleOf(transform: Transform): number | undefined {
     ...[dot(a, b), dot(b, c), dot(c, a)].map((product) => product / scale),
   ];
   return off.every((each) => Math.abs(each) < 1e-6 * scale) ? scale : undefined;
+}
+
+/** The factor by which the transform changes all volumes. */
+export function volumeScaleOf(transform: Transform): number {
+  const [a, b, c] = columnsOf(transform);
+  return Math.abs(dot(a, cross(b, c)));
 }
 
 /** A store whose grid lies where the transform puts it. Grids may be sheared, so it is another grid. */

@@ -56,6 +56,16 @@ export interface Surface {
   opacity: number;
 }
 
+/** The label of a segmentation whose surface a layer shows. */
+export interface Label {
+  /** In the file of labels. */
+  value: number;
+  /** The number of voxels with this value. */
+  voxels: number;
+  /** The volume of these voxels, in cubic units of the world. */
+  volume: number;
+}
+
 /** A point of a surface (SurfacePick in shared/render/pick/surface_pick.h). */
 export interface SurfacePoint {
   /** World coordinates. */

@@ -110,7 +110,8 @@ class IsosplatWidget(anywidget.AnyWidget):
     volume = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
     #: values and unit of the scene's steps. None: the picture does not change with time.
     time = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
-    #: The point of the surface that was clicked last: position, voxel, normal, isovalue
+    #: The point of the surface that was clicked last: position, voxel, normal, isovalue,
+    #: layer (its name) and label (value, voxels and volume; None: the layer shows no label)
     picked = traitlets.Dict(default_value=None, allow_none=True, read_only=True).tag(sync=True)
 
     def __init__(self, src="", *, module=None, **traits):

@@ -2,7 +2,7 @@ import type { Layer } from "../../viewer/layer.ts";
 import { readColours, readNumbers, readOpacities } from "../../viewer/setting_text.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
 import { checkedTransform, identity, type Transform } from "../../viewer/transform.ts";
-import { maxSurfaces, type Surface } from "../../viewer/types.ts";
+import { type Label, maxSurfaces, type Surface } from "../../viewer/types.ts";
 
 /** Where the store of a layer is: as `volume` and `src` of the page's address. */
 export interface LayerPlace {
@@ -27,6 +27,8 @@ export interface LayerState extends LayerContent {
   source: Layer["sources"];
   /** Empty for layers that the address itself opens: its volume, or those of its scene. */
   place: LayerPlace;
+  /** Layer.label. */
+  label?: Label | null;
 }
 
 /** The layers of a page. */

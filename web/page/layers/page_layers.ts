@@ -112,8 +112,8 @@ export class PageLayers {
   #stateOf(layer: Layer): LayerState {
     const key = this.#keyOf(layer);
     const { place = {} } = this.#known.get(layer) ?? {};
-    const { sources: source, name, group, visible, surfaces, transform } = layer;
-    return { key, source, place, name, group, visible, surfaces, transform };
+    const { sources: source, name, group, visible, surfaces, transform, label } = layer;
+    return { key, source, place, name, group, visible, surfaces, transform, label };
   }
 
   /** The layers as they are listed, with those that are being added. */
@@ -279,10 +279,10 @@ export class PageLayers {
     const pending = { state, at, places, cancel };
     this.#pending = [...this.#pending, pending];
     this.#host.changed();
-    const { source, name, group, visible, surfaces, transform } = state;
+    const { source, name, group, visible, surfaces, transform, label = null } = state;
     try {
       await this.#viewer.addLayer(source, {
-        ...{ name, group, visible, transform, signal: cancel.signal },
+        ...{ name, group, visible, transform, label, signal: cancel.signal },
         ...(surfaces.length > 0 && { surfaces }),
       });
       return true;

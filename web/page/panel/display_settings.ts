@@ -1,5 +1,5 @@
 import { defaultParts, type OverlayPart } from "../../overlay/parts.ts";
-import type { SceneDocument } from "../../scene/scene_document.ts";
+import type { ShownScene } from "../../scene/open_scene.ts";
 import { planeFacing, wholeVolume } from "../../viewer/clipping.ts";
 import { turnedLight } from "../../viewer/light.ts";
 import { noSlices } from "../../viewer/slices.ts";
@@ -46,8 +46,10 @@ export class DisplaySettings {
     viewer.on("light", changed);
   }
 
-  /** The page has opened a scene, whose settings the viewer has, except for those of the address. */
-  opened({ look, background, clip, slices }: SceneDocument): void {
+  /** The viewer has the settings of this scene, except for those of the address. Null: a store is open. */
+  opened(scene: Pick<ShownScene, "document"> | null): void {
+    if (!scene) return;
+    const { look, background, clip, slices } = scene.document;
     this.#opened = {
       look: { ...defaultLook, ...look, ...(background && { background: background.slice(0, 7) }) },
       isThemeBackground: background === null,

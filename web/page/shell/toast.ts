@@ -34,6 +34,11 @@ export class Toast {
     this.#show({ text, icon: "alert" });
   }
 
+  /** Names something in the picture. */
+  names(text: string): void {
+    this.#show({ text, icon: "layers" });
+  }
+
   #show(message: ToastMessage): void {
     this.#message = message;
     clearTimeout(this.#timer);

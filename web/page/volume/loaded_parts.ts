@@ -2,6 +2,7 @@ import type { StoreInfo } from "../../core/types.ts";
 import type { Measurement } from "../../measure/measurement.ts";
 import type { ClipHandles } from "../../overlay/clip_handles.ts";
 import type { Overlay } from "../../overlay/overlay.ts";
+import type { ShownScene } from "../../scene/open_scene.ts";
 import { pageTexts } from "../../texts/page.ts";
 import type { AxisView } from "../../viewer/camera_views.ts";
 import type { Clip } from "../../viewer/types.ts";
@@ -9,10 +10,15 @@ import type { Viewer } from "../../viewer/viewer.ts";
 import { keptSessionKey, type UrlState } from "../address/url_state.ts";
 import type { Measure, MeasureHost } from "../measure/measure.ts";
 import { PageTime } from "../time/page_time.ts";
+import type { PagePick } from "./page_pick.ts";
 import type { LayoutState } from "./volume_layout.ts";
 
 /** The functions that the parts need from their page. */
 export interface LoadedPartsHost extends MeasureHost {
+  /** The title of the page. */
+  title(): string;
+  /** Names something in the picture. */
+  names(text: string): void;
   lookAlong(view: AxisView): void;
   changeClip(clip: Clip): void;
 }
@@ -26,6 +32,7 @@ export class LoadedParts {
   #overlay: Overlay | null = null;
   #clipHandles: ClipHandles | null = null;
   #isClipBoxShown = false;
+  #pick: PagePick | null = null;
   #measure: Measure | null = null;
   #loadingMeasure: Promise<void> | null = null;
   #slicesSection: LayoutState["slicesSection"] = null;
@@ -75,9 +82,9 @@ export class LoadedParts {
     return this.#measure?.tool.measurements ?? this.#ofScene;
   }
 
-  /** The page has opened a scene with these measurements. */
-  opened(measurements: readonly Measurement[]): void {
-    this.#ofScene = measurements;
+  /** The page has opened a scene; null: a store. */
+  opened(scene: Pick<ShownScene, "document"> | null): void {
+    this.#ofScene = scene?.document.measurements ?? [];
     if (this.#overlay && this.#hasMeasurements) void this.loadMeasure();
   }
 
@@ -94,10 +101,24 @@ export class LoadedParts {
 
   /** Loads the overlays above the picture, after the first surface. */
   async loadOverlay(): Promise<void> {
-    const { Overlay } = await import("../../overlay/overlay.ts");
+    const [{ Overlay }, { PagePick }] = await Promise.all([
+      import("../../overlay/overlay.ts"),
+      import("./page_pick.ts"),
+    ]);
+    this.#pick = new PagePick(this.#viewer, {
+      isMeasuring: () => Boolean(this.#measure?.tool.kind),
+      titleOfHit: (layer) => this.#host.titleOfHit(layer),
+      title: () => this.#host.title(),
+      says: (text) => this.#host.names(text),
+    });
     this.#overlay = new Overlay(this.#viewer, (view) => this.#host.lookAlong(view));
     this.#host.render();
     if (this.#hasMeasurements) await this.loadMeasure();
+  }
+
+  /** Names the layer in the middle of the picture. */
+  nameMiddle(): void {
+    this.#pick?.nameMiddle();
   }
 
   /** Loads the handles at their first use. */

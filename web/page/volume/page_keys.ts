@@ -83,6 +83,7 @@ export function keyActions(
     r: actions.reset,
     v: actions.fit,
     p: actions.toggleProjection,
+    i: () => parts.nameMiddle(),
     m: () => void parts.beginMeasuring(),
     ...Object.fromEntries(axisViews.map((view, i) => [i + 1, () => actions.lookAlong(view)])),
     Escape: () => {

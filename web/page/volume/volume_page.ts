@@ -65,6 +65,7 @@ export class VolumePage {
   );
   readonly #parts = new LoadedParts(this.#viewer, this.#url, this.#search, {
     chosen: () => this.layers.chosen ?? this.#viewer,
+    title: () => this.#title(),
     titleOfHit: (layer) => this.layers.titleOfHit(layer),
     lookAlong: (view) => this.#camera.lookAlong(view),
     changeClip: (clip) => this.#settings.actions.changeClip(() => clip),
@@ -72,6 +73,7 @@ export class VolumePage {
     render: () => this.#layout.request(),
     renderNow: () => this.#layout.renderNow(),
     note: (text) => this.#toast.note(text),
+    names: (text) => this.#toast.names(text),
     done: (text) => this.#toast.done(text),
     save: (name, type, text) => this.#files.save(name, new Blob([text], { type })),
     view: () => {
@@ -195,9 +197,8 @@ export class VolumePage {
       const opened = await openTargetIn(this.#viewer, this.#target, this.#url, view, again);
       this.#sceneTitle = opened.title;
       if (this.#info !== opened.info || opened.title) this.#onOpened(opened.info);
-      const { document: ofScene } = opened.scene ?? {};
-      if (ofScene) this.#settings.opened(ofScene);
-      this.#parts.opened(ofScene?.measurements ?? []);
+      this.#settings.opened(opened.scene);
+      this.#parts.opened(opened.scene);
       const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
       void this.layers.opened(opened.scene);
       const isElsewhere = this.#camera.opened(camera, before, keepsView, "scene" in this.#target);
