@@ -399,6 +399,63 @@ test("a scene: its layers, clipping, background and time, and a layer beside it"
   await expect(slider).toBeHidden();
 });
 
+test("rate and loop: attributes, properties and controls, in German as well", async ({ page }) => {
+  const run = `scene="${host.origin}/run.isobundle" controls`;
+  await open(page, view(`${run} rate="2.5" loop="once" lang="de"`, "", 480));
+  await completed(page, 1);
+  const first = page.locator("isosplat-viewer");
+  const state = () =>
+    first.evaluate(({ rate, loop, time }: IsosplatViewerElement) => [
+      rate,
+      loop,
+      time?.rate,
+      time?.mode,
+    ]);
+  expect(await state()).toEqual([2.5, "once", 2.5, "once"]);
+  const rates = first.getByRole("combobox", { name: "Schritte je Sekunde" });
+  const loops = first.getByRole("combobox", { name: "Nach dem letzten Schritt" });
+  await expect(rates.locator("option:checked")).toHaveText("2,5/s");
+  await expect(loops.locator("option")).toHaveText(["Von vorn", "Hin und her", "Einmal"]);
+  await rates.selectOption("10");
+  await loops.selectOption("swing");
+  expect(await state()).toEqual([10, "swing", 10, "swing"]);
+  await expect(first).toHaveAttribute("loop", "once");
+  // Another scene keeps them. Properties and attributes change them again.
+  await first.evaluate((e: IsosplatViewerElement) => {
+    e.scene = e.scene.replace("run.isobundle", "fewer.scene.json");
+  });
+  await completed(page, 1);
+  expect(await state()).toEqual([10, "swing", 10, "swing"]);
+  await first.evaluate((e: IsosplatViewerElement) => {
+    e.rate = 20;
+    e.setAttribute("loop", "loop");
+  });
+  expect(await state()).toEqual([20, "loop", 20, "loop"]);
+  await expect(rates).toHaveValue("20");
+  await expect(loops).toHaveValue("loop");
+  await first.evaluate((e: IsosplatViewerElement) => e.setAttribute("rate", "fast"));
+  await expect(first.getByRole("status")).toContainText('rate="fast": expected a number above 0');
+  expect(
+    await first.evaluate((e: IsosplatViewerElement) => {
+      try {
+        e.rate = 0;
+      } catch (error) {
+        return (error as Error).message;
+      }
+      return "";
+    }),
+  ).toContain("a rate above 0 and at most 60");
+
+  // With `once`, playing ends at the last step.
+  await first.evaluate((e: IsosplatViewerElement) => {
+    e.loop = "once";
+    e.rate = 60;
+  });
+  await first.getByRole("button", { name: "Abspielen" }).click();
+  await expect.poll(() => first.evaluate((e: IsosplatViewerElement) => e.step)).toBe(1);
+  await expect(first.getByRole("button", { name: "Abspielen" })).toBeVisible();
+});
+
 test("a missing layer of a scene is named; a wrong scene is a fault", async ({ page }) => {
   await open(page, view(`scene="${host.origin}/lost.scene.json"`));
   await completed(page, 1);

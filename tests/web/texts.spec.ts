@@ -161,6 +161,8 @@ describe("texts for visitors are in web/texts alone", () => {
     ...["index.html has no #page", "the page has no #page", "the dialog was closed"],
     "expected whole rows of … bytes, at most …, found … bytes",
     "expected … rows, found …",
+    ...["a number above 0 and at most …", "one of …", "expected one of …, found …"],
+    "expected a rate above 0 and at most …, found …",
     "nothing is drawn: the element is out of sight",
     "no volume is open",
     ...['what show="…" names could not be loaded: …', "some of …"],

@@ -7,6 +7,8 @@ import {
   readProjection,
 } from "../viewer/setting_text.ts";
 import { surfacesAt } from "../viewer/surfaces.ts";
+import { maxRate } from "../viewer/time.ts";
+import { type PlayMode, playModes } from "../viewer/time_order.ts";
 import { checkedTransform, type Transform } from "../viewer/transform.ts";
 import type { Camera, Projection, Surface } from "../viewer/types.ts";
 
@@ -40,6 +42,17 @@ export function cameraOf(element: Element): Camera | undefined {
 export function stepOf(element: Element): number | undefined {
   const text = element.getAttribute("step") ?? "";
   return /^\d{1,9}$/.test(text) ? Number(text) : undefined;
+}
+
+/** The rate of the attribute; undefined if it has none that is valid. */
+export function rateOf(element: Element): number | undefined {
+  const [rate = 0, ...more] = readNumbers(element.getAttribute("rate")) ?? [];
+  return more.length === 0 && rate > 0 && rate <= maxRate ? rate : undefined;
+}
+
+/** What follows the last step, of the attribute; undefined if it has none that is valid. */
+export function loopOf(element: Element): PlayMode | undefined {
+  return playModes.find((mode) => mode === element.getAttribute("loop"));
 }
 
 /**

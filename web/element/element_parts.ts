@@ -1,5 +1,6 @@
 import { elementTextsIn } from "../texts/element.ts";
 import type { Language } from "../texts/languages.ts";
+import type { PlayMode } from "../viewer/time_order.ts";
 import type { Clip } from "../viewer/types.ts";
 import { ControlsBar } from "./controls_bar.ts";
 import { languageOf } from "./element_language.ts";
@@ -13,6 +14,10 @@ export interface ElementPartsActions {
   /** A face of the clip box was dragged. */
   changeClip(clip: Clip): void;
   setStep(step: number): void;
+  /** Steps per second while the scene plays. */
+  setRate(rate: number): void;
+  /** What follows the last step. */
+  setLoop(mode: PlayMode): void;
   /** Plays the scene, or stops it. */
   togglePlay(): void;
   /** Returns to the first view. */

@@ -1,5 +1,6 @@
 import type { SceneSource } from "../scene/scene_source.ts";
 import type { Source } from "../stream/source.ts";
+import type { PlayMode } from "../viewer/time_order.ts";
 import type { Transform } from "../viewer/transform.ts";
 import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { IsosplatLayerEvents, IsosplatViewerEvents } from "./element_events.ts";
@@ -15,6 +16,10 @@ export interface IsosplatViewerProps {
   sceneSource?: SceneSource | null | undefined;
   /** The step that is shown, of a scene that changes with time. */
   step?: number | undefined;
+  /** Steps per second while a scene plays. */
+  rate?: number | undefined;
+  /** What follows the last step. */
+  loop?: PlayMode | undefined;
   /** The attribute, for the first isovalues; `isovalues` are the present ones. */
   isovalue?: string | number | undefined;
   isovalues?: readonly number[] | undefined;

@@ -1,5 +1,5 @@
-import type { Time } from "../viewer/time.ts";
-import { nearestStep } from "../viewer/time_order.ts";
+import { defaultMode, defaultRate, maxRate, type Time } from "../viewer/time.ts";
+import { nearestStep, type PlayMode, playModes } from "../viewer/time_order.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 
 /** The functions that the time of an element needs from its view. */
@@ -31,6 +31,8 @@ export class ElementTime {
   #received: number | null = null;
   /** Whether the step is not the default of the scene. */
   #isChosen = false;
+  #rate = defaultRate;
+  #mode = defaultMode;
 
   constructor(host: ElementTimeHost) {
     this.#host = host;
@@ -39,10 +41,16 @@ export class ElementTime {
   /** Follows a new viewer. */
   attach(viewer: Viewer): void {
     viewer.on("time", (time) => {
+      if (time) [time.rate, time.mode] = [this.#rate, this.#mode];
       this.#host.shown(time);
       if (!time) return;
       this.#values = time.values;
       this.#wanted = { step: time.step };
+      // A program may change them, too.
+      time.on("change", () => {
+        this.#rate = time.rate;
+        this.#mode = time.mode;
+      });
       for (const name of ["step", "play", "change"] as const) {
         time.on(name, () => this.#host.shown(time));
       }
@@ -80,6 +88,34 @@ export class ElementTime {
     this.#received = null;
     this.#isChosen = true;
     this.#show(this.#limited(asked));
+  }
+
+  /** Time.rate, of this scene and of those that follow. Throws a RangeError. */
+  get rate(): number {
+    return this.#rate;
+  }
+
+  set rate(rate: number) {
+    if (!(rate > 0 && rate <= maxRate)) {
+      throw new RangeError(`expected a rate above 0 and at most ${maxRate}, found ${rate}`);
+    }
+    this.#rate = rate;
+    const time = this.#host.viewer()?.time;
+    if (time) time.rate = rate;
+  }
+
+  /** Time.mode, of this scene and of those that follow. Throws a RangeError. */
+  get mode(): PlayMode {
+    return this.#mode;
+  }
+
+  set mode(mode: PlayMode) {
+    if (!playModes.includes(mode)) {
+      throw new RangeError(`expected one of ${playModes.join(", ")}, found ${mode}`);
+    }
+    this.#mode = mode;
+    const time = this.#host.viewer()?.time;
+    if (time) time.mode = mode;
   }
 
   /** Plays the scene, or stops it. */

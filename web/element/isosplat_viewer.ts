@@ -5,24 +5,23 @@ import type { Source } from "../stream/source.ts";
 import { type Progress, StreamError } from "../stream/types.ts";
 import { RendererError } from "../viewer/renderer_error.ts";
 import { readColour } from "../viewer/setting_text.ts";
-import type { Time } from "../viewer/time.ts";
+import { defaultMode, defaultRate, type Time } from "../viewer/time.ts";
+import type { PlayMode } from "../viewer/time_order.ts";
 import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
-import { cameraOf, expected, projectionOf, stepOf, surfacesOf } from "./element_attributes.ts";
+import { AttributeReaders } from "./attribute_readers.ts";
+import { loopOf, projectionOf, rateOf, stepOf, surfacesOf } from "./element_attributes.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
 import { ElementParts } from "./element_parts.ts";
-import { sceneOf } from "./element_scene.ts";
-import { sourceOf } from "./element_source.ts";
 import { listenToPicks } from "./element_pick.ts";
 import { ElementView } from "./element_view.ts";
 import { ElementViewer } from "./element_viewer.ts";
 import { EventElement } from "./event_element.ts";
-import { readParts, shownParts } from "./overlay_area.ts";
 import { sharedSheet } from "./page_resources.ts";
 
 /** Properties that may have been set before the element was defined. */
 const ownProperties =
-  "src source scene sceneSource isovalues surfaces camera projection clip slices look step controls show link".split(
+  "src source scene sceneSource isovalues surfaces camera projection clip slices look step rate loop controls show link".split(
     " ",
   );
 
@@ -39,6 +38,8 @@ const ownProperties =
  * @attr {string} src - The address of a store (any host that answers Range requests), or of a volume of a server: `https://host/v1/volumes/head`.
  * @attr {string} scene - The address of a scene, which is shown instead of `src`: a bundle, a document `scene.json`, or a scene of a server: `https://host/v1/scenes/run`.
  * @attr {string} step - The number of the first step of a scene that changes with time. Default: 0. The element does not change it.
+ * @attr {number} rate - Steps per second while a scene plays, above 0 and at most 60. Default: 5. The controls do not change the attribute.
+ * @attr {string} loop - What follows the last step while a scene plays: `loop` (the first one, the default), `swing` (the steps backwards) or `once` (nothing). The controls do not change the attribute.
  * @attr {string} isovalue - One or more isovalues, with commas. Default: the volume's first suggestion, or as in the scene. The element does not change it. Of several volumes, `isovalue`, `colour` and `opacity` are those of `src`, or of the first layer of `scene`.
  * @attr {string} colour - The colours of the surfaces: `d9ccb3,c8553d`.
  * @attr {string} opacity - The opacities of the surfaces, 0 to 1: `0.4,1`.
@@ -74,6 +75,8 @@ const ownProperties =
  * @csspart play - The button that plays a scene.
  * @csspart step - The slider of the steps.
  * @csspart time - The time of the step.
+ * @csspart rate - The choice of the rate; hidden in a narrow element.
+ * @csspart loop - The choice of what follows the last step; hidden in a narrow element.
  *
  * @cssprop --isosplat-text - The colour of text.
  * @cssprop --isosplat-panel - The background of controls and messages.
@@ -84,6 +87,8 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
     "src",
     "scene",
     "step",
+    "rate",
+    "loop",
     "isovalue",
     "colour",
     "opacity",
@@ -106,6 +111,12 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
     setStep: (step) => {
       this.step = step;
     },
+    setRate: (rate) => {
+      this.rate = rate;
+    },
+    setLoop: (mode) => {
+      this.loop = mode;
+    },
     togglePlay: () => this.#view.time.togglePlay(),
     reset: () => this.reset(),
     overlaysFailed: (error) => {
@@ -123,6 +134,7 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
     timeShown: (time) => this.#parts.time.show(time),
   });
   readonly #viewer = new ElementViewer(this, this.#root, this.#parts, this.#view);
+  readonly #attributes = new AttributeReaders(this, (error) => this.#viewer.fault(error));
 
   constructor() {
     super();
@@ -150,14 +162,18 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
 
   attributeChangedCallback(name: string, before: string | null, now: string | null): void {
     if (before === now) return;
-    if (name === "src") this.#readSource(now);
-    else if (name === "scene") this.#readScene(now);
-    else if (name === "step") this.#readStep(now);
-    else if (name === "camera") this.#readCamera(now);
+    if (name === "src") this.#viewer.setSource(this.#attributes.source() ?? null);
+    else if (name === "scene") {
+      this.#sceneSource = null;
+      this.#viewer.setScene(this.#attributes.scene() ?? null);
+    } else if (name === "step") this.#readStep();
+    else if (name === "rate") this.rate = this.#attributes.rate();
+    else if (name === "loop") this.loop = this.#attributes.loop();
+    else if (name === "camera") this.camera = this.#attributes.camera();
     else if (name === "projection") this.#view.readProjection();
     else if (name === "background") this.look = { background: readColour(now) ?? "#ffffff" };
     else if (name === "controls") this.#parts.controls.element.hidden = now === null;
-    else if (name === "show") this.#readShow(now);
+    else if (name === "show") this.#parts.overlays.show(this.#attributes.show() ?? new Set());
     else if (name === "link") this.#view.relink(before);
     else if (name === "lang") void this.#parts.translate();
     else if (name === "isovalue") this.#view.readIsovalues();
@@ -217,6 +233,22 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
    */
   get time(): Time | null {
     return this.viewer?.time ?? null;
+  }
+
+  /** Steps per second while a scene plays, above 0 and at most 60. Null or undefined: that of the attribute. Throws a RangeError. */
+  get rate(): number {
+    return this.#view.time.rate;
+  }
+  set rate(rate: number | null | undefined) {
+    this.#view.time.rate = rate ?? rateOf(this) ?? defaultRate;
+  }
+
+  /** What follows the last step while a scene plays. Null or undefined: that of the attribute. Throws a RangeError. */
+  get loop(): PlayMode {
+    return this.#view.time.mode;
+  }
+  set loop(mode: PlayMode | null | undefined) {
+    this.#view.time.mode = mode ?? loopOf(this) ?? defaultMode;
   }
 
   /** Shows the controls: the attribute. */
@@ -350,38 +382,9 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
     return surfaceOf(this, options);
   }
 
-  #readSource(src: string | null): void {
-    const what = "the http or https address of a store";
-    const source = src === null ? null : sourceOf(src, document.baseURI);
-    this.#viewer.setSource(this.#valid(source, "src", src, what) ?? null);
-  }
-
-  #readScene(text: string | null): void {
-    this.#sceneSource = null;
-    const what = "the http or https address of a scene";
-    const scene = text === null ? null : sceneOf(text, document.baseURI);
-    this.#viewer.setScene(this.#valid(scene, "scene", text, what) ?? null);
-  }
-
-  #readStep(text: string | null): void {
-    const step = this.#valid(text ? stepOf(this) : null, "step", text, "a whole number from 0");
+  #readStep(): void {
+    const step = this.#attributes.step();
     if (typeof step === "number") this.step = step;
-  }
-
-  #readCamera(text: string | null): void {
-    const what = "azimuth,elevation,distance,x,y,z";
-    this.camera = this.#valid(text ? cameraOf(this) : null, "camera", text, what);
-  }
-
-  #readShow(text: string | null): void {
-    const parts = this.#valid(readParts(text), "show", text, `some of ${shownParts.join(",")}`);
-    this.#parts.overlays.show(parts ?? new Set());
-  }
-
-  /** The value of an attribute; undefined, which is reported, if its text is not valid. */
-  #valid<T>(value: T | undefined, name: string, text: string | null, what: string): T | undefined {
-    if (value === undefined) this.#viewer.fault(expected(name, text ?? "", what));
-    return value;
   }
 }
 

@@ -63,9 +63,12 @@ export const styles = `
     min-inline-size: 3rem;
     accent-color: var(--isosplat-accent, #0f7c8c);
   }
+  .controls { container-type: inline-size; }
+  @container (max-width: 24rem) { .time select { display: none; } }
+  .time select { max-inline-size: 6em; }
   .controls input:not([type="range"]) { inline-size: 5.5em; }
-  .controls input, .controls button { font: inherit; color: inherit; }
-  .controls input:not([type="range"]), .controls button {
+  .controls input, .controls select, .controls button { font: inherit; color: inherit; }
+  .controls input:not([type="range"]), .controls select, .controls button {
     padding: 0.15rem 0.4rem;
     border: 1px solid color-mix(in srgb, currentColor 35%, transparent);
     border-radius: 4px;

@@ -14,4 +14,7 @@ export const element: ElementTexts = {
   time: "Zeit",
   play: "Abspielen",
   pause: "Anhalten",
+  rate: "Schritte je Sekunde",
+  loop: "Nach dem letzten Schritt",
+  loops: { loop: "Von vorn", swing: "Hin und her", once: "Einmal" },
 };

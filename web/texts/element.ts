@@ -14,6 +14,9 @@ export const elementTexts = {
   time: "Time",
   play: "Play",
   pause: "Pause",
+  rate: "Steps per second",
+  loop: "After the last step",
+  loops: { loop: "Loop", swing: "Back and forth", once: "Once" },
 };
 export type ElementTexts = typeof elementTexts;
 

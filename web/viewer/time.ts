@@ -35,6 +35,9 @@ export interface TimeHost {
 
 /** The largest number of steps per second. */
 export const maxRate = 60;
+/** Steps per second, and what follows the last step, unless they are set. */
+export const defaultRate = 5;
+export const defaultMode: PlayMode = "loop";
 
 /**
  * The steps of a viewer's scene. What is shown is always one step of all layers: a step is shown as soon as
@@ -48,8 +51,8 @@ export class Time extends Emitter<TimeEvents> {
   #position: PlayPosition;
   #wanted: PlayPosition | null = null;
   #isPlaying = false;
-  #rate = 5;
-  #mode: PlayMode = "loop";
+  #rate = defaultRate;
+  #mode = defaultMode;
   /** When the next step is to be shown (ms). */
   #due = 0;
   #timer: ReturnType<typeof setTimeout> | undefined;
