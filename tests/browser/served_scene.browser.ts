@@ -5,8 +5,9 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { ballIsovalue, buildBall } from "../support/series.ts";
+import { findings } from "./support/accessibility.ts";
 import { program, type RunningServer, serve } from "./support/server.ts";
-import { complete, settled } from "./support/view.ts";
+import { complete, openSection, settled } from "./support/view.ts";
 
 const look = "kind=exact&shading=exact";
 let folder: string;
@@ -64,6 +65,8 @@ test("the start list shows scenes before volumes, and opens one by keyboard", as
   await expect(card).toContainText("KB");
   await expect(card).toContainText("balls~scene");
   await expect(scenes.locator(".card.broken")).toContainText("broken.isobundle");
+  // Scenes without a picture get one of this browser.
+  await expect(scenes.locator("a.card img")).toHaveCount(2, { timeout: 30_000 });
   await card.focus();
   await page.keyboard.press("Enter");
   await complete(page);
@@ -140,6 +143,66 @@ test("a layer of the server is added to a scene, and stays in the link", async (
   const { searchParams } = new URL(page.url());
   expect(searchParams.get("scene")).toBe("two");
   expect(searchParams.getAll("layer").join()).toContain("balls~left");
+});
+
+test("all layers of a scene are added to a picture, or it is said why not", async ({ page }) => {
+  const own = mkdtempSync(join(tmpdir(), "isosplat-added-"));
+  buildBall(own, "alone", 32, { centre: [0.5, 0.5, 0.5], radius: 0.4 });
+  const label = { value: 3, voxels: 12_000, volume: 12_000 };
+  const whole = {
+    ...scene,
+    name: "Whole",
+    layers: [{ store: "alone.isosplat", name: "a", label }],
+  };
+  const hidden = { store: "alone.isosplat", name: "b", group: "g", visible: false };
+  const two = { ...whole, layers: [...whole.layers, hidden] };
+  writeFileSync(join(own, "whole.scene.json"), JSON.stringify(two));
+  const steps = {
+    time: { steps: [0, 1] },
+    layers: [{ stores: ["alone.isosplat", "alone.isosplat"] }],
+  };
+  writeFileSync(join(own, "run.scene.json"), JSON.stringify({ ...scene, name: "Run", ...steps }));
+  const small = await serve([own]);
+  try {
+    const names = page.locator(".layer-name");
+    await page.goto(`${small.url}?volume=alone&isovalue=120&${look}`);
+    await complete(page);
+    await openSection(page, "Layers");
+    await page.getByRole("button", { name: "Add a volume" }).click();
+    await page.getByRole("button", { name: /Run .*scene of 1 layer · 2 steps/ }).click();
+    await expect(page.locator(".toast")).toContainText("Run changes with time");
+    await page.getByRole("button", { name: "Add a volume" }).click();
+    expect(await findings(page)).toEqual([]);
+    await page.getByRole("button", { name: /Whole .*scene of 2 layers/ }).click();
+    await expect(names).toHaveText(["alone", "a", "b"]);
+    await complete(page);
+    await settled(page);
+    const { searchParams } = new URL(page.url());
+    expect(searchParams.getAll("layer")).toEqual([
+      expect.stringMatching(
+        /^src:http.*v1\/scenes\/whole\.scene#alone\.isosplat;name:a;isovalue:.*;label:3,12000,12000$/,
+      ),
+      expect.stringMatching(/^src:http.*#alone\.isosplat;name:b;group:g;visible:off/),
+    ]);
+    // The link shows the same again, and one step back removes what one step has added.
+    await page.reload();
+    await complete(page);
+    await expect(names).toHaveText(["alone", "a", "b"]);
+    await page.getByRole("button", { name: "Add a volume" }).click();
+    await page
+      .getByRole("textbox", { name: "A store or a scene at an address" })
+      .fill(`${small.url}v1/scenes/whole.scene`);
+    await page.getByRole("button", { name: "Add", exact: true }).click();
+    // Layers of a group are listed together.
+    await expect(names).toHaveText(["alone", "a", "b", "b", "a"]);
+    await complete(page);
+    await settled(page);
+    await page.keyboard.press("Control+z");
+    await expect(names).toHaveText(["alone", "a", "b"]);
+  } finally {
+    await small.stop();
+    rmSync(own, { recursive: true, force: true });
+  }
 });
 
 test("a scene that was replaced opens as it is now", async ({ page }) => {

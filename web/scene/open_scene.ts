@@ -1,7 +1,7 @@
 import type { Source } from "../stream/source.ts";
-import type { Layer } from "../viewer/layer.ts";
+import type { Layer, LayerOptions } from "../viewer/layer.ts";
 import { firstSurface, surfaceColour } from "../viewer/surfaces.ts";
-import type { Camera, Surface } from "../viewer/types.ts";
+import type { Camera, Label, Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type {
   CameraDocument,
@@ -108,22 +108,30 @@ async function addLayer(
     }
     return opened.source(layer.stores[step] ?? only ?? "");
   };
-  const number = colourNumber(document, index);
-  const surfaces = layer.surfaces.map((surface, i) => surfaceOf(surface, number + i));
-  const added = await viewer.addLayer(hasSteps ? sourceOf : sourceOf(0), {
-    name: layer.name,
-    group: layer.group,
-    visible: layer.visible,
-    label: layer.label,
-    ...(layer.transform && { transform: layer.transform }),
-    ...(surfaces.length > 0 && { surfaces }),
-    signal,
-  });
+  const options = layerOptionsOf(document, index);
+  const added = await viewer.addLayer(hasSteps ? sourceOf : sourceOf(0), { ...options, signal });
   const { info } = added;
-  if (surfaces.length === 0 && info) {
-    added.surfaces = [{ ...firstSurface(info), colour: surfaceColour(number) }];
+  if (!options.surfaces && info) {
+    const colour = surfaceColour(colourNumber(document, index));
+    added.surfaces = [{ ...firstSurface(info), colour }];
   }
   return added;
+}
+
+type DocumentLayerOptions = Required<Pick<LayerOptions, "name" | "group" | "visible">> &
+  Pick<LayerOptions, "surfaces" | "transform"> & { label: Label | null };
+
+/** The options for Viewer.addLayer of a layer of the document. */
+export function layerOptionsOf(document: SceneDocument, index: number): DocumentLayerOptions {
+  const layer = document.layers[index] as LayerDocument;
+  const { name, group, visible, label, transform } = layer;
+  const number = colourNumber(document, index);
+  const surfaces = layer.surfaces.map((surface, i) => surfaceOf(surface, number + i));
+  return {
+    ...{ name, group, visible, label },
+    ...(transform && { transform }),
+    ...(surfaces.length > 0 && { surfaces }),
+  };
 }
 
 /** The first parts of so many steps are fetched together, since each is small. */

@@ -23,10 +23,15 @@ export const layers: typeof layersTexts = {
     }),
   notSaved:
     "Es wurde keine Szene gespeichert: Alle Ebenen sind aus Dateien dieses Geräts und haben keine Adressen. Legen Sie die Dateien zuerst auf einen Server oder Webspace.",
-  ofServer: "Ein Volumen dieses Servers",
-  noVolume: "Kein Volumen dieses Servers passt.",
+  ofServer: "Ein Volumen oder eine Szene dieses Servers",
+  noVolume: "Kein Volumen und keine Szene dieses Servers passt.",
   moreVolumes: (volumes) => `${volumes} weitere: Suchen Sie danach.`,
-  address: "Eine Isosplat-Datei an einer Adresse",
+  sceneOf: (layers) =>
+    plural(layers, { one: `Szene mit ${layers} Ebene`, other: `Szene mit ${layers} Ebenen` }),
+  steps: (steps) => plural(steps, { one: `${steps} Schritt`, other: `${steps} Schritte` }),
+  changesWithTime: (scene) =>
+    `${scene} ändert sich mit der Zeit, deshalb werden ihre Ebenen keinem anderen Bild hinzugefügt: Öffnen Sie die Szene für sich.`,
+  address: "Eine Isosplat-Datei oder eine Szene an einer Adresse",
   addAddress: "Hinzufügen",
   files: "Dateien von diesem Gerät wählen …",
   show: (layer) => `${layer} zeigen`,

@@ -24,10 +24,15 @@ export const layersTexts = part("layers", {
     }),
   notSaved:
     "No scene was saved: all layers are from files of this device, and have no addresses. Put the files on a server or a web host first.",
-  ofServer: "A volume of this server",
-  noVolume: "No volume of this server matches.",
+  ofServer: "A volume or a scene of this server",
+  noVolume: "No volume or scene of this server matches.",
   moreVolumes: (volumes: number) => `${volumes} more: search for them.`,
-  address: "A store at an address",
+  sceneOf: (layers: number) =>
+    plural(layers, { one: `scene of ${layers} layer`, other: `scene of ${layers} layers` }),
+  steps: (steps: number) => plural(steps, { one: `${steps} step`, other: `${steps} steps` }),
+  changesWithTime: (scene: string) =>
+    `${scene} changes with time, so its layers are not added to another picture: open it by itself.`,
+  address: "A store or a scene at an address",
   addAddress: "Add",
   files: "Choose files of this device …",
   show: (layer: string) => `Show ${layer}`,

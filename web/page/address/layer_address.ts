@@ -56,6 +56,8 @@ export interface LayerAddress extends LayerPlace {
   colours?: string[];
   opacities?: number[];
   transform?: Transform;
+  /** Of a layer that is added. */
+  label?: Label;
 }
 
 /** As in a scene: SCENE.md. */
@@ -67,6 +69,7 @@ const longestName = 1024;
  *
  *   layer=volume:bone;name:Bone;group:CT;visible:off;isovalue:300,500;colour:d9ccb3,c8553d;opacity:1,0.4
  *   layer=src:https://…/dose.isosplat;transform:1,0,0,5,0,1,0,0,0,0,1,0     the first three rows
+ *   layer=src:https://…/seg.isobundle#liver.isosplat;label:7,185293,1482345     value, voxels, volume of a label
  *   layer=index:2;visible:off      the third layer of the scene, or with index:0 the page's volume
  *   layer=index:3;removed:on
  *
@@ -110,6 +113,8 @@ function readField(layer: LayerAddress, name: string, text: string): boolean {
       return put("colours", readColours(text));
     case "opacity":
       return put("opacities", readOpacities(text));
+    case "label":
+      return put("label", readLabel(text));
     case "transform":
       return put("transform", readTransform(text));
     default:
@@ -125,6 +130,12 @@ function readTransform(text: string): Transform | undefined {
   } catch {
     return undefined;
   }
+}
+
+function readLabel(text: string): Label | undefined {
+  const [value, voxels = -1, volume = -1, ...more] = readNumbers(text) ?? [];
+  const isLabel = value !== undefined && voxels >= 0 && volume >= 0 && more.length === 0;
+  return isLabel ? { value, voxels, volume } : undefined;
 }
 
 function unescaped(text: string): string | undefined {
@@ -152,6 +163,8 @@ export function writeLayer(layer: LayerAddress): string {
   add("colour", layer.colours?.map((colour) => colour.slice(1)).join(","));
   add("opacity", layer.opacities?.join(","));
   add("transform", layer.transform?.slice(0, 12).join(","));
+  const { label } = layer;
+  if (label) add("label", [label.value, label.voxels, label.volume].join(","));
   return fields.join(";");
 }
 
@@ -240,7 +253,12 @@ export function layersAddress({ opened, present }: LayersView): {
     const hasPlace = layer.place.volume !== undefined || layer.place.src !== undefined;
     if (numbers.has(layer.key) || !hasPlace) continue;
     numbers.set(layer.key, next++);
-    layers.push({ ...layer.place, ...differences(plainLayer, layer) });
+    const { label } = layer;
+    layers.push({
+      ...layer.place,
+      ...differences(plainLayer, layer),
+      ...(label && { label }),
+    });
   }
   const order = present.flatMap(({ key }) => numbers.get(key) ?? []);
   const isAscending = order.every((number, i) => i === 0 || number > (order[i - 1] ?? 0));

@@ -1,4 +1,4 @@
-import { isSceneName, servedPath } from "../../scene/scene_name.ts";
+import { servedPath } from "../../scene/scene_name.ts";
 import { FileSource } from "../../stream/file_source.ts";
 import { sceneSource, volumeSource } from "../shell/site.ts";
 import type { Target } from "./target.ts";
@@ -21,7 +21,7 @@ export function openTarget({
   if (scene !== undefined) return { name: scene, scene: () => sceneSource(scene) };
   const address = src === undefined ? undefined : addressIn(src);
   if (!address || isOfVolume(address)) return undefined;
-  if (isSceneName(address.pathname) || servedPath.test(address.pathname)) {
+  if (/\.(json|isobundle)$/i.test(address.pathname) || servedPath.test(address.pathname)) {
     const open = async () => (await import("../../scene/scene_source.ts")).sceneAt(address.href);
     return { name: fileName(address), scene: open };
   }

@@ -60,15 +60,16 @@ export function skeleton(): TemplateResult {
   </ul>`;
 }
 
-/** `picture`: its URL, if there is one; `failed`: called if it cannot be shown. */
+/** As volumeCard. */
 export function sceneCard(
   scene: SceneEntry,
-  picture: string | null,
+  served: string | null,
   failed: () => void,
 ): TemplateResult {
   const title = scene.title || scene.name;
   if (scene.error) return brokenCard(title, scene.error.message);
-  return html`<a class="card" href="?scene=${encodeURIComponent(scene.name)}">
+  const picture = (scene.contentId && thumbnail(scene.contentId)) || served;
+  return html`<a class="card" data-scene=${scene.name} href="?scene=${encodeURIComponent(scene.name)}">
     <div class="card-picture">
       ${picture ? html`<img src=${picture} alt="" loading="lazy" @error=${failed} />` : icon("layers")}
     </div>

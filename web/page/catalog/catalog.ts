@@ -41,17 +41,16 @@ export class Catalog {
   #isLoading = false;
   #searchTimer = 0;
   readonly #previews = new Previews(() => this.#render());
-  /** Content ids of volumes whose picture could not be loaded. */
+  /** Content ids of volumes and scenes whose picture could not be loaded. */
   readonly #withoutPicture = new Set<string>();
-  /** Observes which cards are visible. This browser draws a picture for volumes without one. */
+  /** Observes which cards are visible. This browser draws a picture of those without one. */
   readonly #cardObserver = new IntersectionObserver((entries) => {
     for (const { isIntersecting, target } of entries) {
-      const volume = this.#list?.volumes.find(
-        ({ name }) => name === (target as HTMLElement).dataset.name,
-      );
-      if (isIntersecting && volume?.contentId && !this.#servedPicture(volume)) {
-        this.#previews.request({ name: volume.name, contentId: volume.contentId });
-      }
+      const { name, scene } = (target as HTMLElement).dataset;
+      const entry =
+        this.#list?.volumes.find((each) => each.name === name) ??
+        this.#scenes?.scenes.find((each) => each.name === scene);
+      if (isIntersecting && entry && !this.#servedPicture(entry)) this.#draw(entry);
     }
   });
 
@@ -72,15 +71,17 @@ export class Catalog {
     return thumbnail.replace(/^\/+/, ""); // relative, since the page may be below a path that the server does not know
   }
 
-  #drawInstead({ name, contentId }: VolumeEntry): void {
-    if (!contentId) return;
-    this.#withoutPicture.add(contentId);
-    this.#previews.request({ name, contentId });
-    this.#render();
+  /** Draws a picture in this browser. */
+  #draw(entry: VolumeEntry | SceneEntry): void {
+    const { name, contentId } = entry;
+    const { layers } = entry as SceneEntry;
+    if (contentId) this.#previews.request({ name, contentId, ...(layers && { layers }) });
   }
 
-  #showWithoutPicture({ contentId }: SceneEntry): void {
-    if (contentId) this.#withoutPicture.add(contentId);
+  #drawInstead(entry: VolumeEntry | SceneEntry): void {
+    if (!entry.contentId) return;
+    this.#withoutPicture.add(entry.contentId);
+    this.#draw(entry);
     this.#render();
   }
 
@@ -219,7 +220,7 @@ export class Catalog {
                       scenes.scenes,
                       ({ name }) => name,
                       (scene) =>
-                        html`<li>${sceneCard(scene, this.#servedPicture(scene), () => this.#showWithoutPicture(scene))}</li>`,
+                        html`<li>${sceneCard(scene, this.#servedPicture(scene), () => this.#drawInstead(scene))}</li>`,
                     )}
                   </ul>
                   ${this.#more("scenes", scenes.scenes.length, scenes.total)}
@@ -241,7 +242,7 @@ export class Catalog {
       </div>`,
       this.#root,
     );
-    for (const element of this.#root.querySelectorAll("a.card[data-name]"))
+    for (const element of this.#root.querySelectorAll("a.card[data-name], a.card[data-scene]"))
       this.#cardObserver.observe(element);
   }
 

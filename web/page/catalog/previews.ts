@@ -1,8 +1,11 @@
+import { wholeVolume } from "../../viewer/clipping.ts";
 import { RendererError } from "../../viewer/renderer_error.ts";
+import { noSlices } from "../../viewer/slices.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
+import { defaultLook } from "../../viewer/types.ts";
 import { Viewer } from "../../viewer/viewer.ts";
 import { firstIsovalue } from "../panel/isovalue_scale.ts";
-import { volumeSource } from "../shell/site.ts";
+import { sceneSource, volumeSource } from "../shell/site.ts";
 import { theme, themeBackground } from "../shell/theme.ts";
 import { keepThumbnail, pictureSize, thumbnail } from "../shell/thumbnails.ts";
 
@@ -14,19 +17,24 @@ const longest = { firstSurface: 20_000, refining: 3_000 };
 /** Closer than in the view of the whole volume, since surfaces seldom reach its corners. */
 const zoom = 1.25;
 
-/** A volume that needs a picture. */
-export interface VolumeWithoutPicture {
+/** Scenes of more layers keep their icon: their headers alone are large. */
+const mostLayers = 128;
+
+/** A volume or a scene that needs a picture. */
+export interface WithoutPicture {
   name: string;
   contentId: string;
+  /** The number of layers of a scene; undefined: it is a volume. */
+  layers?: number;
 }
 
 /**
- * Draws pictures of volumes that have none in this browser, at their first isovalue, one volume
- * after another. Each takes about 100 to 700 KB. Does nothing if the browser saves data.
+ * Draws pictures of volumes and scenes that have none in this browser: volumes at their first isovalue, scenes
+ * as they open, one after another. Each takes about 100 to 700 KB. Does nothing if the browser saves data.
  */
 export class Previews {
   readonly #onThumbnail: () => void;
-  readonly #waiting = new Map<string, VolumeWithoutPicture>();
+  readonly #waiting = new Map<string, WithoutPicture>();
   readonly #tried = new Set<string>();
   #isRunning = false;
 
@@ -35,10 +43,11 @@ export class Previews {
     this.#onThumbnail = onThumbnail;
   }
 
-  request(volume: VolumeWithoutPicture): void {
-    const { contentId } = volume;
+  request(wanted: WithoutPicture): void {
+    const { contentId, layers = 1 } = wanted;
+    if (layers > mostLayers) return;
     if (savesData() || this.#tried.has(contentId) || thumbnail(contentId)) return;
-    this.#waiting.set(contentId, volume);
+    this.#waiting.set(contentId, wanted);
     if (!this.#isRunning) void this.#run();
   }
 
@@ -50,12 +59,11 @@ export class Previews {
       maxPixelRatio: 1,
       targetCellPixels: 2,
     });
-    viewer.setLook({ background: themeBackground[theme()] });
     try {
-      for (const [contentId, { name }] of this.#waiting) {
+      for (const [contentId, wanted] of this.#waiting) {
         this.#waiting.delete(contentId);
         this.#tried.add(contentId);
-        if (await this.#draw(viewer, name)) {
+        if (await this.#draw(viewer, wanted)) {
           await keepThumbnail(contentId, await viewer.screenshot({ smooth: false }));
           this.#onThumbnail();
         }
@@ -70,8 +78,8 @@ export class Previews {
     }
   }
 
-  /** Resolves to whether the volume's first surface was drawn. */
-  async #draw(viewer: Viewer, name: string): Promise<boolean> {
+  /** Resolves to whether the first surface was drawn. */
+  async #draw(viewer: Viewer, wanted: WithoutPicture): Promise<boolean> {
     const cleanups: (() => void)[] = [];
     const drawn = new Promise<boolean>((resolve) => {
       const late = setTimeout(() => resolve(false), longest.firstSurface);
@@ -89,10 +97,8 @@ export class Previews {
       );
     });
     try {
-      viewer.setSurfaces([]);
-      const info = await viewer.open(volumeSource(name));
-      viewer.setSurfaces(surfacesAt([firstIsovalue(info)]));
-      if (viewer.camera) {
+      const hasCamera = await open(viewer, wanted);
+      if (viewer.camera && !hasCamera) {
         viewer.setCamera({ ...viewer.camera, distance: viewer.camera.distance / zoom });
       }
       return await drawn;
@@ -103,6 +109,26 @@ export class Previews {
       for (const stop of cleanups) stop();
     }
   }
+}
+
+/** Opens a volume, or a scene. Resolves to whether it has a camera of its own. */
+async function open(viewer: Viewer, { name, layers }: WithoutPicture): Promise<boolean> {
+  // The settings of the scene before.
+  viewer.setLook({ ...defaultLook, background: themeBackground[theme()] });
+  viewer.setClip(wholeVolume);
+  viewer.setSlices(noSlices);
+  if (layers !== undefined) {
+    const [source, { openScene }] = await Promise.all([
+      sceneSource(name),
+      import("../../scene/open_scene.ts"),
+    ]);
+    const { document } = await openScene(viewer, source);
+    return document.camera !== null;
+  }
+  viewer.setSurfaces([]);
+  const info = await viewer.open(volumeSource(name));
+  viewer.setSurfaces(surfacesAt([firstIsovalue(info)]));
+  return false;
 }
 
 /** Not every browser has this property; saving data then counts as off. */

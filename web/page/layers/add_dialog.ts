@@ -3,10 +3,18 @@ import { html, nothing, render, type TemplateResult } from "lit";
 import { layersTexts } from "../../texts/layers.ts";
 import type { LayerPlace } from "../address/layer_address.ts";
 import { formatBytes, formatDims } from "../shell/format.ts";
-import { fetchVolumes, type VolumeEntry, type VolumeList } from "../shell/volumes_api.ts";
+import {
+  fetchLists,
+  type SceneEntry,
+  type SceneList,
+  type VolumeEntry,
+  type VolumeList,
+} from "../shell/volumes_api.ts";
 
 export interface AddDialogActions {
   add(place: LayerPlace): void;
+  /** Adds all layers of a scene of the server. */
+  addScene(name: string): void;
   /** Files of this device; null while the code for them has not loaded. */
   takeFiles: ((files: readonly File[]) => void) | null;
 }
@@ -16,7 +24,7 @@ const mostListed = 50;
 /** A search begins when its text has not changed for this time (ms). */
 const typingPause = 200;
 
-/** Asks which volume to add: one of the server, one at an address, or files of this device. */
+/** Asks which volume or scene to add: one of the server, one at an address, or files of this device. */
 export async function openAddDialog(actions: AddDialogActions): Promise<void> {
   await import("../shell/components.ts");
   new AddDialog(actions).open();
@@ -26,6 +34,7 @@ class AddDialog {
   readonly #holder = document.createElement("div");
   readonly #actions: AddDialogActions;
   #list: VolumeList | null = null;
+  #scenes: SceneList | null = null;
   #problem = "";
   #loading = new AbortController();
   #timer = 0;
@@ -45,7 +54,9 @@ class AddDialog {
     this.#loading = new AbortController();
     const { signal } = this.#loading;
     try {
-      this.#list = await fetchVolumes({ query, limit: mostListed }, signal);
+      const { volumes, scenes } = await fetchLists({ query, limit: mostListed }, signal);
+      this.#list = volumes;
+      this.#scenes = scenes;
       this.#problem = "";
     } catch (error) {
       if (signal.aborted) return;
@@ -63,6 +74,11 @@ class AddDialog {
   #add(place: LayerPlace): void {
     this.#end();
     this.#actions.add(place);
+  }
+
+  #addScene(name: string): void {
+    this.#end();
+    this.#actions.addScene(name);
   }
 
   #render(): void {
@@ -86,7 +102,9 @@ class AddDialog {
 
   #volumes(): TemplateResult {
     const { volumes = [], total = undefined } = this.#list ?? {};
-    const left = (total ?? 0) - volumes.length;
+    const scenes = this.#scenes?.scenes ?? [];
+    const all = this.#list && (total ?? 0) + (this.#scenes?.total ?? 0);
+    const left = (all ?? 0) - volumes.length - scenes.length;
     return html`<label
         >${layersTexts.ofServer}
         <input
@@ -101,8 +119,9 @@ class AddDialog {
       /></label>
       <ul class="add-layer-volumes" aria-label=${layersTexts.ofServer}>
         ${volumes.filter(({ error }) => !error).map((volume) => html`<li>${this.#volume(volume)}</li>`)}
+        ${scenes.filter(({ error }) => !error).map((scene) => html`<li>${this.#scene(scene)}</li>`)}
       </ul>
-      ${total === 0 ? html`<p class="quiet" role="status">${layersTexts.noVolume}</p>` : nothing}
+      ${all === 0 ? html`<p class="quiet" role="status">${layersTexts.noVolume}</p>` : nothing}
       ${left > 0 ? html`<p class="quiet">${layersTexts.moreVolumes(left)}</p>` : nothing}`;
   }
 
@@ -113,6 +132,17 @@ class AddDialog {
       class="add-layer-volume"
       @click=${() => this.#add({ volume: name })}
     >
+      <span>${title || name}</span> <span class="quiet">${facts.filter(Boolean).join(" · ")}</span>
+    </button>`;
+  }
+
+  #scene({ name, title, layers, steps, fileBytes }: SceneEntry): TemplateResult {
+    const facts = [
+      layers !== undefined && layersTexts.sceneOf(layers),
+      steps !== undefined && layersTexts.steps(steps),
+      fileBytes && formatBytes(fileBytes),
+    ];
+    return html`<button type="button" class="add-layer-volume" @click=${() => this.#addScene(name)}>
       <span>${title || name}</span> <span class="quiet">${facts.filter(Boolean).join(" · ")}</span>
     </button>`;
   }

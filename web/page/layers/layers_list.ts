@@ -1,5 +1,7 @@
 import { keptBlob } from "../../device/kept_stores.ts";
 import { isForbiddenAddress } from "../../device/no_upload.ts";
+import type { AddressedStores } from "../../scene/addressed_stores.ts";
+import type { SceneSource } from "../../scene/scene_source.ts";
 import { BlobSource } from "../../stream/blob_source.ts";
 import type { Source } from "../../stream/source.ts";
 import { layersTexts } from "../../texts/layers.ts";
@@ -8,6 +10,7 @@ import { isIdentity } from "../../viewer/transform.ts";
 import type { LayerAddress, LayerPlace } from "../address/layer_address.ts";
 import { addressIn, openTarget } from "../address/open_target.ts";
 import { deviceAddress } from "../address/target.ts";
+import { sceneSource } from "../shell/site.ts";
 import { frameNotes, type PlacedLayer } from "./frames_of_reference.ts";
 import { LayersSection } from "./layers_section.ts";
 import { PageLayers, type PageLayersHost } from "./page_layers.ts";
@@ -17,6 +20,8 @@ export class LayersList {
   readonly layers: PageLayers;
   readonly section: LayersSection;
   readonly #host: PageLayersHost;
+  /** The stores in bundles: layers of scenes that were added. */
+  #stores: AddressedStores | null = null;
 
   constructor(host: PageLayersHost) {
     this.#host = host;
@@ -59,14 +64,19 @@ export class LayersList {
     const { openAddDialog } = await import("./add_dialog.ts");
     await openAddDialog({
       add: (place) => void this.add(place),
+      addScene: (name) => void this.#addScene(name, () => sceneSource(name)),
       takeFiles: this.#host.takeFiles(),
     });
   }
 
   /** Adds a store to the picture. Resolves to whether it could be opened. */
   async add(place: LayerPlace): Promise<boolean> {
-    const source = await sourceOf(place);
-    if (typeof source !== "string") return this.layers.add(source, place);
+    const target = place.src === undefined ? undefined : openTarget(place);
+    if (target && "scene" in target && !addressIn(place.src ?? "")?.hash) {
+      return this.#addScene(target.name, target.scene);
+    }
+    const source = await this.#sourceOf(place);
+    if (typeof source !== "string") return this.layers.addAll([{ source, place, content: {} }]);
     this.#host.note(source);
     return false;
   }
@@ -76,19 +86,37 @@ export class LayersList {
     layers: readonly LayerAddress[],
     order: readonly number[] | undefined,
   ): Promise<void> {
-    return this.layers.openAddress(layers, order, sourceOf);
+    return this.layers.openAddress(layers, order, (place) => this.#sourceOf(place));
   }
-}
 
-/** The source of a place, or why it cannot be opened. */
-async function sourceOf(place: LayerPlace): Promise<Source | string> {
-  const { src } = place;
-  if (src?.startsWith(deviceAddress)) {
-    const kept = await keptBlob(src.slice(deviceAddress.length));
-    return kept ? new BlobSource(kept.blob, kept.store.name) : layersTexts.notHere;
+  /** Adds all layers of a scene. Resolves to whether one could be opened. */
+  async #addScene(name: string, load: () => Promise<SceneSource>): Promise<boolean> {
+    try {
+      const [scene, { layersOfScene }] = await Promise.all([load(), import("./scene_layers.ts")]);
+      const layers = await layersOfScene(this.#host.viewer, scene);
+      if (typeof layers !== "string") return await this.layers.addAll(layers);
+      this.#host.note(layers);
+    } catch (error) {
+      const reason = error instanceof Error ? error.message : String(error);
+      this.#host.note(layersTexts.notOpened(name, reason));
+    }
+    return false;
   }
-  const address = src === undefined ? undefined : addressIn(src);
-  if (address && isForbiddenAddress(address)) return layersTexts.cutOff(address.host);
-  const target = openTarget(place);
-  return target && "source" in target ? target.source() : layersTexts.notAStore;
+
+  /** The source of a place, or why it cannot be opened. */
+  async #sourceOf(place: LayerPlace): Promise<Source | string> {
+    const { src } = place;
+    if (src?.startsWith(deviceAddress)) {
+      const kept = await keptBlob(src.slice(deviceAddress.length));
+      return kept ? new BlobSource(kept.blob, kept.store.name) : layersTexts.notHere;
+    }
+    const address = src === undefined ? undefined : addressIn(src);
+    if (address && isForbiddenAddress(address)) return layersTexts.cutOff(address.host);
+    const target = openTarget(place);
+    if (target && "source" in target) return target.source();
+    if (!target || !address?.hash) return layersTexts.notAStore;
+    const { AddressedStores } = await import("../../scene/addressed_stores.ts");
+    this.#stores ??= new AddressedStores(await this.#host.viewer.core(), location.href);
+    return this.#stores.source(address.href);
+  }
 }

@@ -261,16 +261,18 @@ export class PageLayers {
 
   // ---- Adding ----
 
-  /** Adds a store to the picture, and chooses it. Resolves to whether it could be opened. */
-  async add(
-    source: Source,
-    place: LayerPlace,
-    content: Partial<LayerContent> = {},
+  /** Adds stores to the picture, and chooses the first. Resolves to whether one could be opened. */
+  async addAll(
+    layers: readonly { source: Source; place: LayerPlace; content: Partial<LayerState> }[],
   ): Promise<boolean> {
-    const state = { ...plainLayer, ...content, key: this.#nextKey++, source, place };
-    const isAdded = await this.#addState(state, new Map());
-    if (isAdded) this.choose(state.key);
-    return isAdded;
+    const states = layers.map(({ content, ...of }) => {
+      return { ...plainLayer, ...content, key: this.#nextKey++, ...of };
+    });
+    const places = new Map(states.map(({ key }, i) => [key, this.#items.length + i]));
+    const added = await Promise.all(states.map((state) => this.#addState(state, places)));
+    const first = states.find((_, i) => added[i]);
+    if (first) this.choose(first.key);
+    return first !== undefined;
   }
 
   async #addState(state: LayerState, places: ReadonlyMap<number, number>): Promise<boolean> {
@@ -360,7 +362,9 @@ export class PageLayers {
       const place = layer.volume ? { volume: layer.volume } : { src: layer.src ?? "" };
       const content = contentOf(plainLayer, layer);
       const source = await sourceOf(place);
-      if (typeof source !== "string") return { ...content, key: this.#nextKey++, source, place };
+      const { label = null } = layer;
+      const key = this.#nextKey++;
+      if (typeof source !== "string") return { ...content, key, source, place, label };
       this.#host.note(layersTexts.notOpened(content.name || titleOfPlace(place), source));
       return undefined;
     };

@@ -127,6 +127,8 @@ export class PageFiles {
 
   /** Keeps the present picture for lists of volumes, unless it was kept already. */
   keepThumbnail({ contentId }: StoreInfo): void {
+    // A picture of several volumes is not that of the first one.
+    if (this.#layers.scene || this.#viewer.layers.length > 1) return;
     if (this.#keptThumbnail === contentId) return;
     this.#keptThumbnail = contentId;
     keepThumbnailWhenIdle(contentId, () => this.#viewer.screenshot({ smooth: false }));
