@@ -1,6 +1,6 @@
 /** The rows of the list of layers, and the layers in the address. */
 import { describe, expect, it } from "vitest";
-import type { StoreInfo } from "../../web/core/types.ts";
+import type { StoreInfo, Triple } from "../../web/core/types.ts";
 import {
   type LayerState,
   layersAddress,
@@ -111,6 +111,7 @@ describe("frames of reference", () => {
       spacing: [1, 1, 1],
       origin: [0, 0, 0],
       direction: [1, 0, 0, 0, 1, 0, 0, 0, 1],
+      metadata: {},
       ...change,
     }) as StoreInfo;
   const head = { title: "head", info: grid({ origin: [100, 0, -50] }) };
@@ -134,6 +135,23 @@ describe("frames of reference", () => {
     expect(notesOf(grid({ origin: [-100, 0, -50] }))).toEqual([
       expect.stringMatching(/^layer 0 lies apart from head: their frames of reference contradict/),
     ]);
+  });
+
+  it("are one for stores of one file, wherever they lie in it", () => {
+    const ofFile = (origin: Triple, file = "seg.nii.gz", more = {}) =>
+      grid({ origin, metadata: { source: { file, ...more } } });
+    const liver = { title: "liver", info: ofFile([100, 0, -50]) };
+    const notes = (info: StoreInfo) => frameNotes(liver, [{ title: "spleen", info }]);
+    expect(notes(ofFile([160, 40, 50]))).toEqual([]);
+    // Another file, another lattice, or a file of this name in another folder.
+    for (const other of [
+      ofFile([160, 40, 50], "ct.nii.gz"),
+      ofFile([160.5, 40, 50]),
+      ofFile([160, 40, 50], "seg.nii.gz", { path_hash: "0123456789abcdef" }),
+      grid({ origin: [160, 40, 50] }),
+    ]) {
+      expect(notes(other)).toHaveLength(1);
+    }
   });
 
   it("are unknown without a place", () => {

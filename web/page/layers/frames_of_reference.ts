@@ -1,4 +1,5 @@
 import type { StoreInfo, Triple } from "../../core/types.ts";
+import { voxelOf } from "../../measure/measurement.ts";
 import { layersTexts } from "../../texts/layers.ts";
 import { isSameGrid } from "../../viewer/transform.ts";
 
@@ -15,10 +16,12 @@ const mostNamed = 3;
  * Notes about the positions of the layers after the first one. Stores have world coordinates, but do not
  * name their frame of reference, so the notes depend on the coordinates alone. There is a note for a store
  * without coordinates whose grid differs from that of the first layer, and for a store that does not
- * overlap the first layer.
+ * overlap the first layer. Stores of one file, such as the labels of a segmentation, have one frame.
  */
 export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): string[] {
-  const different = others.filter(({ info }) => !isSameGrid(info, first.info));
+  const different = others.filter(
+    ({ info }) => !isSameGrid(info, first.info) && !isOfOneFile(info, first.info),
+  );
   const unplaced = different.filter(({ info }) => !hasPlace(info));
   const placed = different.filter(({ info }) => hasPlace(info));
   const notes: string[] = [];
@@ -31,6 +34,20 @@ export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): 
     notes.push(layersTexts.apart(named(apart), first.title, apart.length));
   }
   return notes;
+}
+
+/**
+ * Whether both stores were built from one file: they name the same file, and their voxels lie on one lattice.
+ * The name alone is not enough, since many files have the same.
+ */
+function isOfOneFile(a: StoreInfo, b: StoreInfo): boolean {
+  const { file, path_hash: hash } = a.metadata.source ?? {};
+  const { file: otherFile, path_hash: otherHash } = b.metadata.source ?? {};
+  if (typeof file !== "string" || file !== otherFile || hash !== otherHash) return false;
+  const isSame = (one: readonly number[], two: readonly number[]) =>
+    one.every((number, i) => Math.abs(number - (two[i] ?? 0)) <= 1e-6 * Math.abs(number));
+  if (!isSame(a.spacing, b.spacing) || !isSame(a.direction, b.direction)) return false;
+  return voxelOf(a, b.origin).every((each) => Math.abs(each - Math.round(each)) < 1e-3);
 }
 
 function named(layers: readonly PlacedLayer[]): string {
