@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <mutex>
 #include <numeric>
+#include <set>
 #include <thread>
 
 #include "native/builder/parallel.h"
 #include "native/builder/refusals.h"
 #include "native/cli/input_version.h"
+#include "native/cli/label_inputs.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "native/labels/label_colours.h"
@@ -26,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr double kScanPart = 0.1;
 
 /// The largest number of translucent surfaces in a picture (docs/ARCHITECTURE.md).
-constexpr size_t kMaxTranslucent = 8;
+constexpr std::ptrdiff_t kMaxTranslucent = 8;
 
 uint64_t box_voxels(const FoundLabel& label) {
   return static_cast<uint64_t>(label.high.x - label.low.x + 1) *
@@ -34,101 +37,126 @@ uint64_t box_voxels(const FoundLabel& label) {
          static_cast<uint64_t>(label.high.z - label.low.z + 1);
 }
 
-std::string store_name(const FoundLabel& label) {
-  return fmt::format("label_{}", label.value);
-}
+/// A volume of labels, while its stores are built, and what remains of it.
+struct LabelGroup {
+  size_t number = 0;  ///< from 0
+  LabelTable table;
+  VolumeHeader header;
+  std::string key;  ///< what determines the bytes of its stores, except for the labels' names
+  std::vector<FoundLabel> labels;
+
+  std::string store_name(const FoundLabel& label) const {
+    return number == 0 ? fmt::format("label_{}", label.value)
+                       : fmt::format("layer_{}_label_{}", number, label.value);
+  }
+
+  std::string name_of(const FoundLabel& label) const {
+    const auto found = table.find(label.value);
+    if (found != table.end() && !found->second.name.empty()) return found->second.name;
+    return fmt::format("label {}", label.value);
+  }
+};
+
+/// A label of a scene.
+struct SceneEntry {
+  const LabelGroup* group;
+  const FoundLabel* label;
+};
 
 class LabelBuild {
  public:
   LabelBuild(const fs::path& volume, const fs::path& output, const LabelBuildOptions& options)
-      : volume_(volume),
-        output_path_(output),
-        options_(options),
-        build_(options.scene.build),
-        table_(options.table) {}
+      : volume_(volume), output_path_(output), options_(options), build_(options.scene.build) {}
 
   Result<SceneReport> run();
 
  private:
-  Result<import::OpenVolume> open();
-  Result<LabelRows> scan(VolumeSource& source);
-  Result<void> build_all(const LabelRows& rows);
-  Result<void> build(const FoundLabel& label, const LabelRows& rows, uint64_t memory_bytes);
-  unsigned parallel_builds(uint64_t memory_bytes) const;
-  std::string name_of(const FoundLabel& label) const;
-  Scene scene();
+  Result<import::OpenVolume> open(const LabelInput& input, LabelGroup& group);
+  Result<LabelRows> scan(const LabelInput& input, VolumeSource& source, LabelGroup& group);
+  Result<void> build_group(const LabelInput& input);
+  Result<void> build_all(const LabelGroup& group, const LabelRows& rows);
+  Result<void> build(const LabelGroup& group, const FoundLabel& label, const LabelRows& rows,
+                     uint64_t memory_bytes);
+  unsigned parallel_builds(const LabelGroup& group, uint64_t memory_bytes) const;
+  Scene scene() const;
+  void show(double of_group, std::string_view detail);
 
   const fs::path& volume_;
   const fs::path& output_path_;
   const LabelBuildOptions& options_;
   BuildOptions build_;
-  LabelTable table_;
-  VolumeHeader header_;
-  std::vector<FoundLabel> labels_;
-  std::string key_;
+  size_t inputs_ = 1;              ///< their number
+  std::deque<LabelGroup> groups_;  ///< those that were scanned
+  std::set<std::string> notes_;    ///< those that were printed
   std::optional<SceneOutput> output_;
   std::optional<ProgressLine> progress_;
   std::mutex mutex_;  ///< of the output, the progress and the report, while labels are built
   size_t built_ = 0;
-  uint64_t built_voxels_ = 0, all_voxels_ = 0;
+  uint64_t built_voxels_ = 0, all_voxels_ = 0;  ///< of the group
   SceneReport report_;
 };
 
-Result<import::OpenVolume> LabelBuild::open() {
-  import::ImportOptions options = options_.import;
-  // Labels are not measured values: none of them means "no value".
-  options.finds_missing_values = false;
-  auto opened = import::open_volume(volume_, options);
+void LabelBuild::show(double of_group, std::string_view detail) {
+  const double done = static_cast<double>(groups_.size() - 1) + of_group;
+  progress_->show(done / static_cast<double>(inputs_), detail);
+}
+
+Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup& group) {
+  auto opened = input.open();
   if (!opened) return opened;
   if (auto other = check_not_input(output_path_, opened->source->files()); !other) {
     return tl::unexpected(other.error());
   }
   build_.notes = opened->notes;
-  for (const std::string& text : opened->notes) note(text);
-  key_ = options_.scene.key + (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth");
-  key_ += input_versions(opened->source->files());
+  for (const std::string& text : opened->notes) {
+    if (!notes_.insert(text).second) continue;
+    progress_->clear();
+    note(text);
+  }
+  group.header = opened->source->header();
+  group.table = input.table;
+  group.key = options_.scene.key + (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth");
+  group.key += input_versions(opened->source->files());
   return opened;
 }
 
-Result<LabelRows> LabelBuild::scan(VolumeSource& source) {
+Result<LabelRows> LabelBuild::scan(const LabelInput& input, VolumeSource& source,
+                                   LabelGroup& group) {
   auto rows = LabelRows::create(
-      header_.grid.voxels, build_.memory_bytes / 2,
+      group.header.grid.voxels, build_.memory_bytes / 2,
       build_.temporary_folder.empty() ? fs::temp_directory_path() : build_.temporary_folder);
   if (!rows) return rows;
   LabelScanOptions scan;
+  scan.background = input.background;
+  scan.only = input.only;
   scan.max_labels = kMaxLayers;
-  if (is_zero_a_label(table_)) scan.background.reset();
-  scan.progress = [&](double done) { progress_->show(kScanPart * done, "reading the labels"); };
+  for (const LabelGroup& other : groups_) scan.max_labels -= other.labels.size();
+  scan.progress = [&](double done) { show(kScanPart * done, "reading the labels"); };
   auto labels = scan_labels(source, *rows, scan);
   if (!labels) return tl::unexpected(labels.error());
-  labels_ = std::move(*labels);
+  group.labels = std::move(*labels);
   return rows;
 }
 
 /// Builds of small stores use one thread each. The memory of the largest decides how many run at a
 /// time.
-unsigned LabelBuild::parallel_builds(uint64_t memory_bytes) const {
+unsigned LabelBuild::parallel_builds(const LabelGroup& group, uint64_t memory_bytes) const {
   const unsigned threads =
       build_.threads > 0 ? build_.threads : std::max(1u, std::thread::hardware_concurrency());
   BuildOptions one = build_;
   one.threads = 1;
   uint64_t most = 1;
-  for (const FoundLabel& label : labels_) {
-    const LabelSource source({}, header_.grid, label, LabelSurface::raw, "");
+  for (const FoundLabel& label : group.labels) {
+    const LabelSource source({}, group.header.grid, label, LabelSurface::raw, "");
     most = std::max(most, min_memory(source, one));
   }
   return static_cast<unsigned>(std::clamp<uint64_t>(memory_bytes / most, 1, threads));
 }
 
-std::string LabelBuild::name_of(const FoundLabel& label) const {
-  const auto found = table_.find(label.value);
-  if (found != table_.end() && !found->second.name.empty()) return found->second.name;
-  return fmt::format("label {}", label.value);
-}
-
-Result<void> LabelBuild::build(const FoundLabel& label, const LabelRows& rows,
-                               uint64_t memory_bytes) {
-  const std::string name = store_name(label), key = key_ + '\n' + name_of(label);
+Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
+                               const LabelRows& rows, uint64_t memory_bytes) {
+  const std::string title = group.name_of(label), name = group.store_name(label);
+  const std::string key = group.key + '\n' + title;
   {
     const std::lock_guard lock(mutex_);
     if (output_->has(name, key)) {
@@ -138,9 +166,9 @@ Result<void> LabelBuild::build(const FoundLabel& label, const LabelRows& rows,
       return {};
     }
   }
-  LabelSource source(rows.volume(), header_.grid, label, options_.surface, name_of(label));
+  LabelSource source(rows.volume(), group.header.grid, label, options_.surface, title);
   BuildOptions build = build_;
-  build.title = name_of(label);
+  build.title = title;
   build.source_file = volume_.filename().string();
   build.scan = LabelSource::all_values();
   build.max_error = 0;
@@ -153,21 +181,24 @@ Result<void> LabelBuild::build(const FoundLabel& label, const LabelRows& rows,
   if (auto kept = output_->completed(name, key); !kept) return kept;
   built_voxels_ += box_voxels(label);
   const double done = static_cast<double>(built_voxels_) / static_cast<double>(all_voxels_);
-  progress_->show(kScanPart + (1 - kScanPart) * done,
-                  fmt::format("label {} of {}", ++built_, labels_.size()));
+  show(kScanPart + (1 - kScanPart) * done,
+       fmt::format("label {} of {}", ++built_, group.labels.size()));
   return {};
 }
 
-Result<void> LabelBuild::build_all(const LabelRows& rows) {
-  std::vector<size_t> order(labels_.size());
+Result<void> LabelBuild::build_all(const LabelGroup& group, const LabelRows& rows) {
+  const std::vector<FoundLabel>& labels = group.labels;
+  std::vector<size_t> order(labels.size());
   std::iota(order.begin(), order.end(), size_t{0});
   // The largest first, so that no thread begins it when the others have nothing left to do.
   std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return std::pair(box_voxels(labels_[b]), a) < std::pair(box_voxels(labels_[a]), b);
+    return std::pair(box_voxels(labels[b]), a) < std::pair(box_voxels(labels[a]), b);
   });
-  for (const FoundLabel& label : labels_) all_voxels_ += box_voxels(label);
+  built_ = 0;
+  built_voxels_ = all_voxels_ = 0;
+  for (const FoundLabel& label : labels) all_voxels_ += box_voxels(label);
   const uint64_t memory_bytes = build_.memory_bytes - rows.memory_bytes();
-  const unsigned builds = parallel_builds(memory_bytes);
+  const unsigned builds = parallel_builds(group, memory_bytes);
   return with_refusals([&]() -> Result<void> {
     Result<void> result;
     parallel_for(builds, order.size(), [&](unsigned, size_t i) {
@@ -175,7 +206,7 @@ Result<void> LabelBuild::build_all(const LabelRows& rows) {
         const std::lock_guard lock(mutex_);
         if (!result) return;
       }
-      auto built = build(labels_[order[i]], rows, memory_bytes / builds);
+      auto built = build(group, labels[order[i]], rows, memory_bytes / builds);
       const std::lock_guard lock(mutex_);
       if (result && !built) result = std::move(built);
     });
@@ -183,57 +214,87 @@ Result<void> LabelBuild::build_all(const LabelRows& rows) {
   });
 }
 
-Scene LabelBuild::scene() {
+/// The scene of all labels that were scanned, by value.
+Scene LabelBuild::scene() const {
   Scene scene;
   scene.name = options_.scene.name;
-  const double voxel_volume = std::abs(determinant(header_.grid.cell_edges()));
-  size_t translucent = 0;
-  for (const FoundLabel& found : labels_) {
+  std::vector<SceneEntry> entries;
+  for (const LabelGroup& group : groups_) {
+    for (const FoundLabel& label : group.labels) entries.push_back({&group, &label});
+  }
+  std::stable_sort(entries.begin(), entries.end(), [](const SceneEntry& a, const SceneEntry& b) {
+    return a.label->value < b.label->value;
+  });
+  for (const auto& [group, found] : entries) {
     SceneLayer& layer = scene.layers.emplace_back();
-    layer.name = name_of(found);
-    layer.stores.push_back(SceneOutput::store_path(store_name(found)));
+    layer.name = group->name_of(*found);
+    layer.stores.push_back(SceneOutput::store_path(group->store_name(*found)));
+    const double voxel_volume = std::abs(determinant(group->header.grid.cell_edges()));
     layer.label =
-        SceneLabel{found.value, found.voxels, voxel_volume * static_cast<double>(found.voxels)};
+        SceneLabel{found->value, found->voxels, voxel_volume * static_cast<double>(found->voxels)};
     SceneSurface& surface = layer.surfaces.emplace_back();
     surface.isovalue = kLabelFieldIsovalue;
-    surface.colour = label_colour(found.value);
-    const auto entry = table_.find(found.value);
-    if (entry == table_.end()) continue;
+    surface.colour = label_colour(found->value);
+    const auto entry = group->table.find(found->value);
+    if (entry == group->table.end()) continue;
     if (entry->second.colour) surface.colour = entry->second.colour;
     layer.visible = entry->second.visible;
     surface.opacity = entry->second.opacity;
-    if (layer.visible && surface.opacity < 1) ++translucent;
-  }
-  if (translucent > kMaxTranslucent) {
-    for (SceneLayer& layer : scene.layers) layer.surfaces.front().opacity = 1;
-    note(
-        fmt::format("the table makes {} labels translucent: a picture can have {}, so all are "
-                    "opaque",
-                    translucent, kMaxTranslucent));
   }
   return scene;
 }
 
-Result<SceneReport> LabelBuild::run() {
-  const auto begin = std::chrono::steady_clock::now();
-  auto opened = open();
+/// Makes all surfaces opaque if more are translucent than a picture can have.
+void limit_translucent(Scene& scene) {
+  const auto translucent = std::count_if(
+      scene.layers.begin(), scene.layers.end(),
+      [](const SceneLayer& layer) { return layer.visible && layer.surfaces.front().opacity < 1; });
+  if (translucent <= kMaxTranslucent) return;
+  for (SceneLayer& layer : scene.layers) layer.surfaces.front().opacity = 1;
+  note(
+      fmt::format("the table makes {} labels translucent: a picture can have {}, so all are opaque",
+                  translucent, kMaxTranslucent));
+}
+
+/// Builds the stores of a volume of labels. Its voxels are in memory only meanwhile.
+Result<void> LabelBuild::build_group(const LabelInput& input) {
+  LabelGroup& group = groups_.emplace_back();
+  group.number = groups_.size() - 1;
+  auto opened = open(input, group);
   if (!opened) return tl::unexpected(opened.error());
-  header_ = opened->source->header();
-  if (table_.empty()) table_ = table_in_volume(volume_, options_.import.channel.value_or(0));
-  progress_.emplace(fmt::format("Building {}", output_path_.string()));
-  const auto rows = scan(*opened->source);
+  const auto rows = scan(input, *opened->source, group);
   if (!rows) return tl::unexpected(rows.error());
   opened->source.reset();
+  if (group.labels.empty()) return {};
+  // Fails before stores are built, as far as possible.
+  if (auto valid = SceneOutput::check(scene()); !valid) return valid;
+  if (!output_) {
+    auto output = SceneOutput::create(output_path_, options_.scene.force);
+    if (!output) return tl::unexpected(output.error());
+    output_ = std::move(*output);
+  }
+  return build_all(group, *rows);
+}
+
+Result<SceneReport> LabelBuild::run() {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto inputs = label_inputs(volume_, options_.import, options_.table);
+  if (!inputs) return tl::unexpected(inputs.error());
+  inputs_ = inputs->size();
+  progress_.emplace(fmt::format("Building {}", output_path_.string()));
+  for (const LabelInput& input : *inputs) {
+    if (auto built = build_group(input); !built) return tl::unexpected(built.error());
+  }
   progress_->clear();
-  const Scene made = scene();
-  if (auto valid = SceneOutput::check(made); !valid) return tl::unexpected(valid.error());
-  auto output = SceneOutput::create(output_path_, options_.scene.force);
-  if (!output) return tl::unexpected(output.error());
-  output_ = std::move(*output);
-  if (auto built = build_all(*rows); !built) return tl::unexpected(built.error());
+  Scene made = scene();
+  if (made.layers.empty()) {
+    return fail(Status::malformed_volume,
+                fmt::format("{}: expected labels, found only the background ({})", volume_.string(),
+                            inputs->front().background.value_or(0)));
+  }
+  limit_translucent(made);
   const auto bytes = output_->finish(made);
   if (!bytes) return tl::unexpected(bytes.error());
-  progress_->clear();
   report_.layers = made.layers.size();
   report_.steps = 1;
   report_.bytes = *bytes;

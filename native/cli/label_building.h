@@ -13,13 +13,15 @@ struct LabelBuildOptions {
   SceneBuildOptions scene;
   import::ImportOptions import;
   LabelSurface surface = LabelSurface::smooth;
-  LabelTable table;  ///< empty: that of the volume's file, if it has one
+  LabelTable table;  ///< empty: those of the volume's file, if it has any
 };
 
-/// Builds a scene with a layer for each label of a volume, by value: a bundle or a folder
-/// (SceneOutput). Each store has the label's bounding box. Its surface is at kLabelFieldIsovalue.
-/// Prints notes and progress on stderr. Errors: those of open_volume, scan_labels, build_store_file
-/// and SceneOutput; invalid_argument if the output is one of the inputs.
+/// Builds a scene with a layer for each label of a file, by value: a bundle or a folder
+/// (SceneOutput). Equal values in several volumes of the file (label_inputs.h) are several layers.
+/// Each store has the label's bounding box. Its surface is at kLabelFieldIsovalue. Prints notes and
+/// progress on stderr. Errors: those of label_inputs, scan_labels, build_store_file and
+/// SceneOutput; malformed_volume if there are no labels; invalid_argument if the output is one of
+/// the inputs.
 Result<SceneReport> build_labels(const std::filesystem::path& volume,
                                  const std::filesystem::path& output,
                                  const LabelBuildOptions& options);

@@ -40,11 +40,6 @@ class LabelScan {
       if (!added) return tl::unexpected(added.error());
       if (options_.progress) options_.progress(static_cast<double>(z + count) / n.z);
     }
-    if (labels_.empty()) {
-      return fail(Status::malformed_volume,
-                  fmt::format("{}: expected labels, found only the background ({})", name(),
-                              options_.background.value_or(0)));
-    }
     std::sort(labels_.begin(), labels_.end(),
               [](const FoundLabel& a, const FoundLabel& b) { return a.value < b.value; });
     return std::move(labels_);
@@ -99,7 +94,7 @@ class LabelScan {
     }
     const auto value = static_cast<int64_t>(found);
     uint16_t index = 0;
-    if (value != options_.background) {
+    if (value != options_.background && value == options_.only.value_or(value)) {
       const auto [at, is_new] = indices_.try_emplace(value, uint16_t{0});
       if (is_new) {
         if (labels_.size() == options_.max_labels) {

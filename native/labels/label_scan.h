@@ -20,6 +20,7 @@ struct FoundLabel {
 
 struct LabelScanOptions {
   std::optional<int64_t> background = 0;  ///< not a label; no value: all values are labels
+  std::optional<int64_t> only;            ///< if set, all other values are no labels
   size_t max_labels = 4096;               ///< at most kMaxLabel
   std::function<void(double)> progress;   ///< receives the part that is done, 0 to 1
 };
@@ -28,7 +29,7 @@ struct LabelScanOptions {
 /// label's index. Returns its labels, by value. All values other than the background are labels,
 /// also negative ones; voxels without a value (NaN) have none. Reads the volume once, some slices
 /// at a time. Errors: those of the source; malformed_volume for values that are not integers or
-/// beyond ±2^53, for too many labels, and for none.
+/// beyond ±2^53, and for too many labels.
 Result<std::vector<FoundLabel>> scan_labels(VolumeSource& source, LabelRows& rows,
                                             const LabelScanOptions& options);
 

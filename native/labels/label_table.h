@@ -54,7 +54,8 @@ LabelTable parse_workbench_table(std::string_view xml);
 
 /// The segments in the header of a .seg.nrrd of 3D Slicer: the fields SegmentN_Name, SegmentN_Color
 /// (0 … 1) and SegmentN_LabelValue. `layer`: segments of other layers (SegmentN_Layer) are left
-/// out. Empty if there are none.
+/// out. In old files without both fields, segment N is the value 1 of layer N. Empty if there are
+/// none.
 LabelTable parse_slicer_segments(std::string_view header, int64_t layer);
 
 /// Reads a table in any of these formats, which its content tells. Errors: io_error; those of the

@@ -7,8 +7,7 @@ namespace isosplat {
 LabelTable parse_slicer_segments(std::string_view header, int64_t layer) {
   constexpr std::string_view kSegment = "Segment", kAssigns = ":=";
   struct Segment {
-    std::optional<int64_t> value;
-    int64_t layer = 0;
+    std::optional<int64_t> value, layer;
     LabelEntry entry;
   };
   std::map<int64_t, Segment> segments;
@@ -30,15 +29,19 @@ LabelTable parse_slicer_segments(std::string_view header, int64_t layer) {
     Segment& segment = segments[*number];
     if (key == "Name") segment.entry.name = label_name(value);
     if (key == "LabelValue") segment.value = table_integer(value);
-    if (key == "Layer") segment.layer = table_integer(value).value_or(0);
+    if (key == "Layer") segment.layer = table_integer(value);
     if (key == "Color") {
       const auto words = table_words(value);
       if (words.size() == 3) segment.entry.colour = table_colour(words[0], words[1], words[2], 1);
     }
   }
   LabelTable table;
-  for (auto& [ignored, segment] : segments) {
-    if (segment.value && segment.layer == layer) table[*segment.value] = std::move(segment.entry);
+  for (auto& [number, segment] : segments) {
+    // Before version 4.11 of Slicer, each segment was a layer of its own, with the value 1.
+    const bool is_old = !segment.value && !segment.layer;
+    const int64_t value = segment.value.value_or(1),
+                  of = segment.layer.value_or(is_old ? number : 0);
+    if (of == layer) table[value] = std::move(segment.entry);
   }
   return table;
 }

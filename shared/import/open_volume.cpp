@@ -183,6 +183,20 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
   return with_missing_values(std::move(*volume), options);
 }
 
+Result<std::vector<SegmentMap>> open_segments(const std::filesystem::path& path,
+                                              const ImportOptions& options) {
+  const bool is_read = input_kind(path) == InputKind::folder
+                           ? !known_folder(path) && folder_opener(path) == open_dicom_folder
+                           : format_of_file(path) == "DICOM";
+  if (!is_read) return std::vector<SegmentMap>{};
+  const FileStamps before = FileStamps::of({path});
+  auto maps = open_dicom_segments(path, options);
+  if (!maps) return maps;
+  if (auto same = before.check(); !same) return tl::unexpected(same.error());
+  for (SegmentMap& map : *maps) map.volume.source = watch_files(std::move(map.volume.source));
+  return maps;
+}
+
 Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path) {
   std::vector<VolumeChoice> volumes;
   const InputKind input = input_kind(path);

@@ -6,6 +6,7 @@
 
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/opened_volume.h"
+#include "shared/import/volume/segment_map.h"
 
 namespace isosplat::import {
 
@@ -26,6 +27,13 @@ namespace isosplat::import {
 /// volume_too_large, invalid_argument (options that do not fit the file). The message contains the
 /// file, what was expected and found, and the remedy.
 Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOptions& options);
+
+/// Opens all segments of a DICOM segmentation: a file, or a folder with files of a series. Segments
+/// that overlap are in different maps. options.segment chooses one segment. Empty if the path has
+/// another format, or DICOM without a segmentation: open_volume reads it. The first map has the
+/// notes. Errors: those of open_volume.
+Result<std::vector<SegmentMap>> open_segments(const std::filesystem::path& path,
+                                              const ImportOptions& options);
 
 /// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
 /// "NumPy", "HDF5", "netCDF" (its classic format), "VTK", "TIFF", "DICOM", "raw" or "compressed";

@@ -11,9 +11,11 @@
 #include "shared/import/dicom/codec.h"
 #include "shared/import/dicom/order.h"
 #include "shared/import/dicom/pixels.h"
+#include "shared/import/dicom/segment_maps.h"
 #include "shared/import/dicom/segments.h"
 #include "tests/fuzz/edits.h"
 #include "tests/native/dicom_siemens.h"
+#include "tests/native/segment_boxes.h"
 
 namespace isosplat::import {
 namespace {
@@ -47,6 +49,11 @@ std::vector<std::string> make_files() {
     segments[0x52009230].items[static_cast<size_t>(i)][0x0062000a] =
         test::dicom_sequence({{{0x0062000b, test::dicom_u16(i < 2 ? 1 : 2)}}});
   }
+  test::SegmentBoxes boxes;
+  boxes.size = {4, 3, 3};
+  boxes.boxes = {{1, "a", {0, 0, 0}, {2, 2, 1}, "A", "Left", {65535, 1, 2}},
+                 {2, "b", {1, 1, 0}, {3, 2, 2}}};
+  test::DicomItem overlapping = boxes.data();
   test::DicomItem mosaic = series.slice(0);
   mosaic[0x00080008] = test::dicom_text("CS", "ORIGINAL\\PRIMARY\\M\\MOSAIC");
   test::add_csa(mosaic, test::csa_of_mosaic(3, {0, 0, 1}, true));
@@ -59,8 +66,8 @@ std::vector<std::string> make_files() {
     for (const bool undefined : {false, true}) {
       syntax.undefined_lengths = undefined;
       const test::DicomWriter writer(syntax);
-      for (const auto& data :
-           {series.enhanced({2, 0, 1}), nuclear, dose, series.slice(1), segments, mosaic}) {
+      for (const auto& data : {series.enhanced({2, 0, 1}), nuclear, dose, series.slice(1), segments,
+                               overlapping, mosaic}) {
         files.push_back(writer.file(data));
       }
     }
@@ -79,6 +86,25 @@ std::vector<std::string> make_files() {
   return files;
 }
 
+/// Reads all segments of a segmentation, unless a child process would decompress them.
+void read_segment_maps(const dicom::Collection& collection, const dicom::Stack& stack,
+                       const std::filesystem::path& path, const ImportOptions& options) {
+  const dicom::Image& image = collection.images[0];
+  if (image.segmentation.kind == dicom::Segmentation::Kind::none || image.is_encapsulated) return;
+  if (int64_t{image.columns} * image.rows > 1 << 16) return;
+  auto maps = dicom::map_segments(collection, stack, path, options, {});
+  if (!maps) return;
+  for (SegmentMap& map : *maps) {
+    const VolumeHeader& header = map.volume.source->header();
+    const Index3 n = header.grid.voxels;
+    std::vector<std::byte> out(static_cast<size_t>(n.x) * static_cast<size_t>(n.y) *
+                               voxel_bytes(header.type));
+    for (int32_t z = 0; z < std::min(n.z, 64); ++z) {
+      static_cast<void>(map.volume.source->read_slices(z, 1, out));
+    }
+  }
+}
+
 void read_file(const std::filesystem::path& path) {
   const auto elements = dicom::read_elements(path);
   if (!elements) return;
@@ -92,6 +118,7 @@ void read_file(const std::filesystem::path& path) {
   if (!chosen) return;
   options.segment =
       collection.images[0].segmentation.kind == dicom::Segmentation::Kind::none ? "" : "1";
+  read_segment_maps(collection, *chosen, path, options);
   const auto stack = dicom::choose_segment(collection, std::move(*chosen), path, options, notes);
   if (!stack) return;
   const auto arranged = dicom::arrange(collection, *stack, path, options, notes);

@@ -5,6 +5,7 @@
 #include <random>
 #include <set>
 
+#include "native/labels/cie_lab.h"
 #include "native/labels/label_colours.h"
 #include "native/labels/label_table.h"
 #include "tests/native/test_files.h"
@@ -81,6 +82,21 @@ TEST(Labels, WorkbenchAndSlicerTellTheirLabels) {
   EXPECT_EQ(first.at(2).name, "Liver");
   EXPECT_EQ((*first.at(2).colour)[1], 0.5f);
   EXPECT_EQ(second.at(2).name, "Tumour");
+}
+
+TEST(Labels, CieLabBecomesSrgb) {
+  const auto check = [](std::array<double, 3> lab, std::array<float, 3> srgb) {
+    const auto found = srgb_of_cie_lab(lab);
+    for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(found[i], srgb[i], 0.004) << i;
+  };
+  check({100, 0, 0}, {1, 1, 1});
+  check({0, 0, 0}, {0, 0, 0});
+  check({53.585, 0, 0}, {0.5, 0.5, 0.5});
+  // The primaries of sRGB in L*a*b* for D50.
+  check({54.29, 80.81, 69.89}, {1, 0, 0});
+  check({87.82, -79.29, 80.99}, {0, 1, 0});
+  check({29.57, 68.30, -112.03}, {0, 0, 1});
+  for (const float c : srgb_of_cie_lab({100, 127, -128})) EXPECT_TRUE(c >= 0 && c <= 1);
 }
 
 TEST(Labels, ZeroIsALabelIfATableNamesIt) {

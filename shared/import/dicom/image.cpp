@@ -36,6 +36,18 @@ bool contains(const std::string_view (&names)[N], std::string_view name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
+/// The meaning of a segment's codes, such as "Kidney, Right" (PS3.3, C.8.20.4); may be empty.
+std::string coded_name(const Item& segment) {
+  const Item* type = segment.first_item(kPropertyType);
+  if (!type) return {};
+  std::string name(type->text(kCodeMeaning));
+  if (const Item* modifier = type->first_item(kPropertyModifier)) {
+    const std::string_view text = modifier->text(kCodeMeaning);
+    if (!text.empty()) name.append(", ").append(text);
+  }
+  return name;
+}
+
 /// The meaning of a file's pixels; kind `none` if it is not a segmentation.
 Segmentation read_segmentation(const Item& data) {
   using Kind = Segmentation::Kind;
@@ -49,7 +61,8 @@ Segmentation read_segmentation(const Item& data) {
     for (const Item& item : segments->items) {
       if (const auto number = item.number(kSegmentNumber)) {
         out.segments.push_back({static_cast<int>(std::clamp(*number, 0.0, 65535.0)),
-                                std::string(item.text(kSegmentLabel))});
+                                std::string(item.text(kSegmentLabel)), coded_name(item),
+                                item.numbers(kSegmentColour)});
       }
     }
   }

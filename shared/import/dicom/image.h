@@ -23,6 +23,8 @@ struct Segmentation {
   struct Segment {
     int number = 0;
     std::string label;
+    std::string meaning = {};          ///< of its codes: type and modifier
+    std::vector<double> cie_lab = {};  ///< L*, a*, b* in 16 bits each; or empty
   };
   Kind kind = Kind::none;
   std::vector<Segment> segments;

@@ -53,36 +53,52 @@ Result<double> lattice_steps(const OrderInput& in, const std::vector<PositionedF
 
 }  // namespace
 
-Result<Arrangement> arrange_segment(const OrderInput& in, const Stack& stack) {
-  const auto lattice = without_copies(in, stack.lattice);
-  if (!lattice) return tl::unexpected(lattice.error());
-  std::vector<uint32_t> frames;
-  std::set_intersection(stack.frames.begin(), stack.frames.end(), lattice->begin(), lattice->end(),
-                        std::back_inserter(frames));
-  const Frame& first = in.frame_of(lattice->front());
-  if (!first.is_placed) return arrange_unplaced(in, std::move(frames));
-  const Vec3d normal = cross(first.row, first.column);
-  const std::vector<PositionedFrame> places = distinct(in_order(in, *lattice, normal));
+size_t SegmentLattice::slice_of(const Frame& frame) const {
+  const double at = std::round((dot(frame.position, normal) - begin) / extent * steps);
+  return static_cast<size_t>(std::clamp(at, 0.0, steps));
+}
+
+Result<SegmentLattice> segment_lattice(const OrderInput& in, const std::vector<uint32_t>& frames) {
+  SegmentLattice out;
+  const Frame& any = in.frame_of(frames.front());
+  out.normal = cross(any.row, any.column);
+  const std::vector<PositionedFrame> places = distinct(in_order(in, frames, out.normal));
   if (places.size() < 2) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected a segmentation with frames at several positions, found "
                             "one position: a single slice has no isosurface",
                             in.path.string()));
   }
-  const auto step = frames_of_step(in, in_order(in, frames, normal), true);
-  if (!step) return tl::unexpected(step.error());
-
-  Arrangement out;
-  set_plane(in, in.frame_of(places[0].frame), out.geometry);
+  out.first = places[0].frame;
+  set_plane(in, in.frame_of(out.first), out.geometry);
   if (auto r = check_shift(in, places, out.geometry); !r) return tl::unexpected(r.error());
   const auto count = lattice_steps(in, places);
   if (!count) return tl::unexpected(count.error());
-  const double begin = places.front().along, extent = places.back().along - begin;
-  const Plane background{places[0].frame, places[0].frame, 0, true};
-  out.planes.assign(static_cast<size_t>(*count) + 1, background);
-  for (const PositionedFrame& slice : in_order(in, *step, normal)) {
-    const double at = std::round((slice.along - begin) / extent * *count);
-    out.planes[static_cast<size_t>(at)] = {slice.frame, slice.frame, 0, false};
+  out.steps = *count;
+  out.begin = places.front().along;
+  out.extent = places.back().along - out.begin;
+  set_third_axis(in, places, out.extent, out.steps, out.geometry);
+  return out;
+}
+
+Result<Arrangement> arrange_segment(const OrderInput& in, const Stack& stack) {
+  const auto all = without_copies(in, stack.lattice);
+  if (!all) return tl::unexpected(all.error());
+  std::vector<uint32_t> frames;
+  std::set_intersection(stack.frames.begin(), stack.frames.end(), all->begin(), all->end(),
+                        std::back_inserter(frames));
+  if (!in.frame_of(all->front()).is_placed) return arrange_unplaced(in, std::move(frames));
+  const auto lattice = segment_lattice(in, *all);
+  if (!lattice) return tl::unexpected(lattice.error());
+  const auto step = frames_of_step(in, in_order(in, frames, lattice->normal), true);
+  if (!step) return tl::unexpected(step.error());
+
+  Arrangement out;
+  out.geometry = lattice->geometry;
+  const Plane background{lattice->first, lattice->first, 0, true};
+  out.planes.assign(static_cast<size_t>(lattice->steps) + 1, background);
+  for (const uint32_t frame : *step) {
+    out.planes[lattice->slice_of(in.frame_of(frame))] = {frame, frame, 0, false};
   }
   const auto empty = std::count_if(out.planes.begin(), out.planes.end(),
                                    [](const Plane& plane) { return plane.is_background; });
@@ -91,7 +107,6 @@ Result<Arrangement> arrange_segment(const OrderInput& in, const Stack& stack) {
         fmt::format("{} of {} slices have no frame in the file: they are outside the segment",
                     empty, out.planes.size()));
   }
-  set_third_axis(in, places, extent, *count, out.geometry);
   return out;
 }
 

@@ -6,8 +6,24 @@
 
 namespace isosplat::import::dicom {
 
-/// Orders the frames of a segment, whose stack has a lattice. Files omit frames without pixels of
-/// the segment, so slices without a frame are background. Errors: those of arrange().
+/// The slices of a segmentation: at equal steps, so that each frame is at one of them. Files omit
+/// frames without pixels of a segment.
+struct SegmentLattice {
+  HeaderGeometry geometry;
+  uint32_t first = 0;            ///< the frame at the first position
+  Vec3d normal{0, 0, 1};         ///< of the slices
+  double begin = 0, extent = 1;  ///< of the positions along the normal, mm
+  double steps = 1;              ///< number of slices − 1
+
+  size_t slice_of(const Frame& frame) const;
+};
+
+/// The lattice of a file's frames, which have positions. Errors: malformed_volume for uneven
+/// distances or shifts; no_cells for a single position.
+Result<SegmentLattice> segment_lattice(const OrderInput& in, const std::vector<uint32_t>& frames);
+
+/// Orders the frames of a segment, whose stack has a lattice. Slices without a frame are
+/// background. Errors: those of arrange().
 Result<Arrangement> arrange_segment(const OrderInput& in, const Stack& stack);
 
 }  // namespace isosplat::import::dicom

@@ -71,8 +71,8 @@ class SegmentChooser {
       const Frame& frame = frame_of(index);
       if (frame.image != last) {
         last = frame.image;
-        for (const auto& [number, label] : segmentation_of(index).segments) {
-          candidate_of(is_label_map ? 0 : frame.image, number, label);
+        for (const auto& segment : segmentation_of(index).segments) {
+          candidate_of(is_label_map ? 0 : frame.image, segment.number, segment.label);
         }
       }
       if (!is_label_map) ++candidate_of(frame.image, frame.segment, {}).frames;
@@ -156,7 +156,9 @@ class SegmentChooser {
     if (wanted_.empty()) {
       if (candidates_.size() > 1) {
         offer_candidates();
-        return wrong_choice(fmt::format("{} in a segmentation", candidates_.size()));
+        return wrong_choice(
+            fmt::format("{} in a segmentation (isosplat build --labels makes a scene of all)",
+                        candidates_.size()));
       }
       found = {&candidates_.front()};
     }

@@ -207,7 +207,8 @@ Result<NrrdAxes> read_nrrd_axes(const std::filesystem::path& path, const NrrdHea
     const NrrdAxis& axis = (*axes)[other];
     result.steps = axis.size;
     const double first = std::isfinite(axis.min) ? axis.min : 0;
-    result.are_channels = is_component_kind(axis.kind);
+    const bool are_layers = header.has_segments && axis.kind == "list";
+    result.are_channels = is_component_kind(axis.kind) || are_layers;
     if (axis.kind == "rgb-color" || axis.kind == "rgba-color") result.channels = rgba_channels();
     if (!result.are_channels) {
       result.times = TimeAxis::regular(first, axis.spacing, axis.size, axis.unit);

@@ -19,7 +19,8 @@ struct NrrdAxes {
   size_t step_axis = 3;     ///< position of the other axis among the four; 3 if there is none
   int64_t steps = 1;        ///< number of samples of the other axis
   TimeAxis times;           ///< of these
-  /// The other axis has the components of a voxel: colours, vectors, matrices.
+  /// The other axis has the components of a voxel: colours, vectors, matrices, or the layers of a
+  /// segmentation, whose segments may overlap.
   bool are_channels = false;
   std::vector<ChannelDescription> channels;  ///< of colours
   std::vector<std::string> notes;

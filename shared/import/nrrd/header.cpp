@@ -48,7 +48,10 @@ Result<NrrdHeader> read_nrrd_header(const std::filesystem::path& path) {
     const size_t colon = line->find(':');
     if (colon == line->npos)
       return malformed_nrrd(path, fmt::format("no ':' in the line '{}'", *line));
-    if (line->substr(colon).starts_with(":=")) continue;  // a key/value pair for other programs
+    if (line->substr(colon).starts_with(":=")) {  // a key/value pair for other programs
+      header.has_segments = header.has_segments || line->starts_with("Segment0_");
+      continue;
+    }
     const std::string name = field_name(line->substr(0, colon));
     const std::string_view value = trimmed(line->substr(colon + 1));
     const auto [at, is_new] = header.fields.emplace(name, value);

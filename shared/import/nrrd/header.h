@@ -16,6 +16,7 @@ namespace isosplat::import {
 /// The lines of an NRRD header.
 struct NrrdHeader {
   std::map<std::string, std::string> fields;  ///< names in lower case, without spaces
+  bool has_segments = false;                  ///< key/value pairs of 3D Slicer describe segments
   uint64_t data_offset = 0;  ///< offset of the first byte after the header in its file
 
   /// The text after the field's colon; empty if the field is absent. Fields with two names

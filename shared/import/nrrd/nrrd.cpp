@@ -22,6 +22,9 @@
 namespace isosplat::import {
 namespace {
 
+constexpr std::string_view kLayersText =
+    " (layers of a segmentation: isosplat build --labels makes a scene of all segments)";
+
 enum class Coding { raw, gzip, text, hex };
 
 struct DataFile {
@@ -189,8 +192,8 @@ Result<OpenVolume> open_nrrd(const std::filesystem::path& path, const ImportOpti
   if (!axes) return tl::unexpected(axes.error());
   note_unused_fields(*header, axes->notes);
   const auto count = static_cast<uint64_t>(axes->steps);
-  const auto channel =
-      choose_channel(path, axes->are_channels ? count : 1, options, axes->channels);
+  const auto channel = choose_channel(path, axes->are_channels ? count : 1, options, axes->channels,
+                                      header->has_segments ? kLayersText : "");
   if (!channel) return tl::unexpected(channel.error());
   const auto step = choose_step(path, axes->are_channels ? 1 : axes->steps, options, axes->times);
   if (!step) return tl::unexpected(step.error());

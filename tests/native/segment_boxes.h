@@ -1,0 +1,151 @@
+#pragma once
+
+#include <optional>
+
+#include "tests/native/dicom_files.h"
+
+namespace isosplat::test {
+
+/// A segment that fills a box of voxels, both ends included.
+struct SegmentBox {
+  int number;
+  std::string label;
+  Index3 low, high;
+  std::string meaning = {}, modifier = {};  ///< of its codes
+  std::vector<uint16_t> cie_lab = {};
+
+  bool has(int x, int y, int z) const {
+    return x >= low.x && x <= high.x && y >= low.y && y <= high.y && z >= low.z && z <= high.z;
+  }
+  uint64_t voxels() const {
+    return static_cast<uint64_t>(high.x - low.x + 1) * static_cast<uint64_t>(high.y - low.y + 1) *
+           static_cast<uint64_t>(high.z - low.z + 1);
+  }
+};
+
+enum class SegmentType { binary, fractional, labels };
+
+/// A DICOM segmentation of boxes, with slices 2 mm apart from (0, 0, 0) on, and pixels of 1 × 1.5
+/// mm. It has no frames where a segment has no pixels. In label maps, later boxes replace earlier
+/// ones. Fractions are 120 of 200 inside, and 80 one pixel around the box in its slices.
+struct SegmentBoxes {
+  std::vector<SegmentBox> boxes;
+  SegmentType type = SegmentType::binary;
+  Index3 size{19, 17, 12};  // rows and frames are no whole number of bytes
+  int background = 0;       ///< of label maps
+
+  std::vector<uint8_t> frame(int z, const SegmentBox& box) const {
+    std::vector<uint8_t> pixels;
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        const bool is_inside = box.has(x, y, z);
+        const bool is_near = box.has(std::clamp(x, box.low.x, box.high.x),
+                                     std::clamp(y, box.low.y, box.high.y), z) &&
+                             std::abs(x - std::clamp(x, box.low.x, box.high.x)) <= 1 &&
+                             std::abs(y - std::clamp(y, box.low.y, box.high.y)) <= 1;
+        const int fraction = is_inside ? 120 : is_near ? 80 : 0;
+        pixels.push_back(
+            static_cast<uint8_t>(type == SegmentType::fractional ? fraction : is_inside));
+      }
+    }
+    return pixels;
+  }
+
+  std::vector<uint8_t> labels(int z) const {
+    std::vector<uint8_t> pixels(static_cast<size_t>(size.x * size.y),
+                                static_cast<uint8_t>(background));
+    for (const SegmentBox& box : boxes) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+          if (box.has(x, y, z)) {
+            pixels[static_cast<size_t>(y * size.x + x)] = static_cast<uint8_t>(box.number);
+          }
+        }
+      }
+    }
+    return pixels;
+  }
+
+  static DicomItem description(const SegmentBox& box) {
+    DicomItem item{{0x00620004, dicom_u16(static_cast<uint16_t>(box.number))},
+                   {0x00620005, dicom_text("LO", box.label)}};
+    if (!box.meaning.empty()) {
+      DicomItem code{{0x00080100, dicom_text("SH", "64033007")},
+                     {0x00080104, dicom_text("LO", box.meaning)}};
+      if (!box.modifier.empty()) {
+        code[0x00620011] = dicom_sequence({{{0x00080104, dicom_text("LO", box.modifier)}}});
+      }
+      item[0x0062000f] = dicom_sequence({code});
+    }
+    if (!box.cie_lab.empty()) item[0x0062000d] = dicom_numbers("US", box.cie_lab);
+    return item;
+  }
+
+  DicomItem data() const {
+    BallSeries series;
+    series.size = size;
+    DicomItem data = series.common();
+    const bool are_labels = type == SegmentType::labels;
+    data[0x00080016] = dicom_text(
+        "UI", are_labels ? "1.2.840.10008.5.1.4.1.1.66.7" : "1.2.840.10008.5.1.4.1.1.66.4");
+    data[0x00080018] = dicom_text("UI", "1.2.3.4.77");
+    data[0x00080060] = dicom_text("CS", "SEG");
+    const int bits = type == SegmentType::binary ? 1 : 8;
+    data[0x00280100] = data[0x00280101] = dicom_u16(static_cast<uint16_t>(bits));
+    data[0x00280102] = dicom_u16(static_cast<uint16_t>(bits - 1));
+    data[0x00620001] = dicom_text("CS", type == SegmentType::binary       ? "BINARY"
+                                        : type == SegmentType::fractional ? "FRACTIONAL"
+                                                                          : "LABELMAP");
+    std::vector<DicomItem> descriptions;
+    for (const SegmentBox& box : boxes) descriptions.push_back(description(box));
+    data[0x00620002] = dicom_sequence(std::move(descriptions));
+    if (type == SegmentType::fractional) data[0x0062000e] = dicom_u16(200);
+    if (are_labels) data[0x00280120] = dicom_u16(static_cast<uint16_t>(background));
+    const DicomItem measures{{0x00280030, dicom_text("DS", "1.5\\1")},
+                             {0x00180088, dicom_text("DS", "2")}};
+    data[0x52009229] =
+        dicom_sequence({{{0x00209116, dicom_sequence({{{0x00200037, series.orientation_value()}}})},
+                         {0x00289110, dicom_sequence({measures})}}});
+    std::vector<DicomItem> groups;
+    std::vector<uint8_t> pixels;
+    const auto add = [&](int z, const std::vector<uint8_t>& some, std::optional<int> segment) {
+      pixels.insert(pixels.end(), some.begin(), some.end());
+      DicomItem group{
+          {0x00209113,
+           dicom_sequence({{{0x00200032, dicom_text("DS", dicom_decimals({0, 0, 2.0 * z}))}}})}};
+      if (segment) {
+        group[0x0062000a] =
+            dicom_sequence({{{0x0062000b, dicom_u16(static_cast<uint16_t>(*segment))}}});
+      }
+      groups.push_back(std::move(group));
+    };
+    for (int z = 0; z < size.z && are_labels; ++z) add(z, labels(z), std::nullopt);
+    for (const SegmentBox& box : boxes) {
+      for (int z = box.low.z; z <= box.high.z && !are_labels; ++z)
+        add(z, frame(z, box), box.number);
+    }
+    data[0x00280008] = dicom_text("IS", std::to_string(groups.size()));
+    data[0x52009230] = dicom_sequence(std::move(groups));
+    if (type != SegmentType::binary && pixels.size() % 2) pixels.push_back(0);
+    data[0x7fe00010] =
+        type == SegmentType::binary ? dicom_bits(pixels) : dicom_numbers("OB", pixels);
+    return data;
+  }
+
+  std::string file(const DicomSyntax& syntax = {}) const {
+    return DicomWriter(syntax).file(data());
+  }
+};
+
+/// Five boxes: 2 touches 1, 3 is within 1, 4 overlaps 2 and 3, 9 lies apart.
+inline SegmentBoxes five_boxes() {
+  SegmentBoxes file;
+  file.boxes = {{1, "liver", {1, 1, 1}, {8, 9, 9}},
+                {2, "spleen", {9, 1, 2}, {14, 6, 8}},
+                {3, "tumour", {3, 3, 3}, {7, 7, 7}},
+                {4, "margin", {5, 2, 2}, {11, 8, 6}},
+                {9, "node", {16, 12, 5}, {18, 16, 11}}};
+  return file;
+}
+
+}  // namespace isosplat::test
