@@ -122,7 +122,16 @@ Result<VoxelScan> scan_for_build(VolumeSource& source, const BuildOptions& optio
 }
 
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {
-  return with_refusals([&] { return build_on_threads(source, sink, options); });
+  if (!options.range) {
+    return with_refusals([&] { return build_on_threads(source, sink, options); });
+  }
+  auto clamped = ClampedSource::create(source, *options.range);
+  if (!clamped) return tl::unexpected(clamped.error());
+  BuildOptions with_scan = options;
+  with_scan.scan = clamped->all_values();
+  auto report = with_refusals([&] { return build_on_threads(*clamped, sink, with_scan); });
+  if (options.clamped) *options.clamped = clamped->clamped();
+  return report;
 }
 
 Result<BuildReport> build_store_file(VolumeSource& source, const std::filesystem::path& target,

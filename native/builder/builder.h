@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "native/builder/clamped_source.h"
 #include "shared/core/builder/store_options.h"
 #include "shared/core/grid/volume_source.h"
 #include "shared/core/store/store_writer.h"
@@ -13,6 +14,11 @@ struct BuildOptions : StoreOptions {
   /// Folder for coarse levels that do not fit in memory; empty: the target's folder, or the
   /// system's folder for temporary files.
   std::filesystem::path temporary_folder;
+  /// If set, it determines the quantized values, instead of `scan` and the voxels: those outside
+  /// are set to its ends, and the volume is read once less. Integers of up to 16 bits, and wider
+  /// ones if the range has at most 65536 of them, stay lossless.
+  std::optional<ValueRange> range;
+  ClampedVoxels* clamped = nullptr;  ///< if not null, receives what `range` has changed
 };
 
 /// The smallest memory_bytes with which a store of this volume can be built.

@@ -133,6 +133,9 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
     output = default_store(volume).replace_extension();
     output += ".isobundle";
   }
+  if (build_options.range) {
+    return report({Status::invalid_argument, "expected --labels or --range, found both"});
+  }
   if (!SceneOutput::is_scene(output) && !is_folder(output)) {
     return report({Status::invalid_argument,
                    fmt::format("--labels: expected a bundle (-o NAME.isobundle) or a folder (-o "

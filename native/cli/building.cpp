@@ -34,7 +34,18 @@ Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
     }
     line.show(progress.fraction, detail);
   };
-  return build_store_file(*volume.source, store, options);
+  ClampedVoxels clamped;
+  options.clamped = &clamped;
+  auto built = build_store_file(*volume.source, store, options);
+  line.clear();
+  note_clamped(clamped);
+  return built;
+}
+
+void note_clamped(const ClampedVoxels& clamped) {
+  if (clamped.below + clamped.above == 0) return;
+  note(fmt::format("--range: {} voxels below and {} above it have the values of its ends",
+                   with_commas(clamped.below), with_commas(clamped.above)));
 }
 
 std::string store_stem(const std::filesystem::path& volume) {

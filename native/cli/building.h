@@ -14,6 +14,9 @@ namespace isosplat::cli {
 Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
                                         const std::filesystem::path& store, BuildOptions options);
 
+/// States how many voxels --range has changed, if there are any.
+void note_clamped(const ClampedVoxels& clamped);
+
 /// The default name of a volume's store, without folder and extension: "scan" for "a/scan.nii.gz"
 /// and for "a/scan/".
 std::string store_stem(const std::filesystem::path& volume);

@@ -154,6 +154,14 @@ void BuildFlags::add_to(CLI::App& command) {
                   "A larger one makes the store smaller (default: integers and evenly spaced "
                   "numbers are lossless, others are as exact as 16 bits allow)")
       ->check(is_above_zero());
+  command
+      .add_option("--range", range_,
+                  "LOW,HIGH: the range of values that the store keeps; values outside are set to "
+                  "its ends. The volume is read once less, and all steps of a series have the same "
+                  "quantized values")
+      ->delimiter(',')
+      ->check(is_number())
+      ->expected(2);
   command.add_option("--name", title_, "Title of the volume (default: the file's name)");
   command.add_option("--units", units_, "Unit of the values, such as HU");
   command.add_option("--temporary-folder", temporary_folder_,
@@ -174,6 +182,13 @@ Result<BuildOptions> BuildFlags::options() const {
   options.threads = threads_;
   options.fetch_weight = fetch_weight_;
   options.max_error = max_error_;
+  if (range_.size() == 2) {
+    if (!(range_[0] < range_[1])) {
+      return usage(fmt::format("--range: expected two numbers, the lower one first, found {},{}",
+                               range_[0], range_[1]));
+    }
+    options.range = ValueRange{range_[0], range_[1]};
+  }
   options.title = title_;
   options.value_units = units_;
   options.temporary_folder = temporary_folder_;
@@ -181,8 +196,9 @@ Result<BuildOptions> BuildFlags::options() const {
 }
 
 std::string BuildFlags::key() const {
-  return fmt::format("{}\n{}\n{}\n{}", fetch_weight_, title_, units_,
-                     max_error_);  // the other options do not change the store
+  // The other options do not change the store.
+  return fmt::format("{}\n{}\n{}\n{}\n{}", fetch_weight_, title_, units_, max_error_,
+                     fmt::join(range_, " "));
 }
 
 std::string examples(const std::string& lines) {

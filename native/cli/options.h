@@ -46,6 +46,7 @@ class BuildFlags {
  private:
   std::string title_, units_, memory_ = "1G";
   std::string temporary_folder_;
+  std::vector<double> range_;
   double max_error_ = 0;
   double fetch_weight_ = BuildOptions{}.fetch_weight;
   unsigned threads_ = 0;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <set>
 
+#include "native/cli/building.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
@@ -55,6 +56,7 @@ class SceneBuild {
   std::optional<ProgressLine> progress_;
   std::set<std::string> notes_;
   size_t built_ = 0;
+  ClampedVoxels clamped_;
   SceneReport report_;
 };
 
@@ -81,7 +83,8 @@ Result<import::OpenVolume> SceneBuild::open(const SceneInput& input) {
 
 /// Reads all steps of a layer, as far as they matter.
 Result<SharedValues> SceneBuild::shared_values(size_t layer) {
-  if (!has_time()) return SharedValues{};
+  // With a range, each store has its quantized values, whatever the volumes have.
+  if (!has_time() || options_.build.range) return SharedValues{};
   const double max_error = options_.build.max_error;
   std::optional<VoxelScan> all;
   std::optional<VolumeHeader> first;
@@ -145,8 +148,12 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
     build.notes = opened->notes;
     build.source_file = input.file.filename().string();
     build.progress = [&](const BuildProgress& progress) { show(progress.fraction, ""); };
+    ClampedVoxels clamped;
+    build.clamped = &clamped;
     const auto built = build_store_file(*opened->source, output_->store_file(name), build);
     if (!built) return tl::unexpected(built.error());
+    clamped_.below += clamped.below;
+    clamped_.above += clamped.above;
     if (auto kept = output_->completed(name, key); !kept) return kept;
   }
   ++built_;
@@ -213,6 +220,7 @@ Result<SceneReport> SceneBuild::run() {
   const auto bytes = output_->finish(*made);
   if (!bytes) return tl::unexpected(bytes.error());
   progress_->clear();
+  note_clamped(clamped_);
   report_.layers = inputs_.layers.size();
   report_.steps = steps();
   report_.bytes = *bytes;
