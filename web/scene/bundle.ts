@@ -8,6 +8,7 @@ import {
   coarseBytesOf,
   parseBundleHeader,
 } from "./bundle_header.ts";
+import { MergedRanges } from "./merged_ranges.ts";
 
 /** The file of a bundle: what a source of a store has for its bytes. */
 export interface BundleFile
@@ -44,6 +45,7 @@ export class Bundle {
   readonly file: BundleFile;
   readonly #core: Core;
   readonly #maxKept: number;
+  readonly #merged: MergedRanges;
   #header: Promise<BundleHeader> | null = null;
   /** Those that were used last come last. */
   #parts: Part[] = [];
@@ -54,6 +56,7 @@ export class Bundle {
     this.file = file;
     this.#maxKept = keptBytes;
     this.#core = core;
+    this.#merged = new MergedRanges(file);
   }
 
   /** Reads the header, once. Rejects with a StreamError or the signal's reason. */
@@ -151,7 +154,7 @@ export class Bundle {
       arrived(kept.subarray(offset - part.offset, offset - part.offset + bytes), offset);
       return true;
     }
-    await this.file.range(offset, bytes, signal, arrived);
+    await this.#merged.range(offset, bytes, signal, arrived);
     return false;
   }
 

@@ -1,7 +1,11 @@
 import { RangeSource } from "../stream/range_source.ts";
+import type { FileRange } from "../stream/source.ts";
 import { StreamError } from "../stream/types.ts";
 import type { Bundle } from "./bundle.ts";
 import { type BundledFile, piecesOf } from "./bundle_header.ts";
+
+/** Ranges of all stores of a bundle that may wait: those next to each other are fetched together. */
+const rangesWaiting = 32;
 
 /** A store in a bundle. */
 export class BundledSource extends RangeSource {
@@ -26,8 +30,13 @@ export class BundledSource extends RangeSource {
     return address && `${address}#${encodeURI(this.#path)}`;
   }
 
+  get ready(): FileRange | undefined {
+    const store = this.#store;
+    return store ? { offset: store.bootstrapOffset, bytes: store.bootstrapBytes } : undefined;
+  }
+
   get concurrency(): number {
-    return this.#bundle.file.concurrency;
+    return Math.max(rangesWaiting, this.#bundle.file.concurrency);
   }
 
   get fresh(): boolean {

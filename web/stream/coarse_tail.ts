@@ -38,9 +38,23 @@ export class CoarseTail {
     this.#maxBytes = maxBytes;
   }
 
+  /** The levels that are fetched first: those that the source has ready, if it has whole levels. */
+  #first(): CoarseRange {
+    const { ready } = this.#source;
+    const first = this.#store.bootstrapRange();
+    if (!ready || ready.offset <= first.offset) return first;
+    const end = ready.offset + ready.bytes;
+    for (let bytes = ready.bytes; bytes >= 1; bytes /= 2) {
+      const { firstLevel, offset, ...tail } = this.#store.coarseRange(bytes);
+      if (offset < ready.offset || offset + tail.bytes > end) continue;
+      return { firstLevel, offset, bytes: end - offset };
+    }
+    return first;
+  }
+
   /** The levels that `load` may fetch. */
   #range(): CoarseRange {
-    const first = this.#store.bootstrapRange();
+    const first = this.#first();
     const all = this.#store.coarseRange(this.#maxBytes);
     return all.firstLevel < first.firstLevel ? all : first;
   }
@@ -60,13 +74,13 @@ export class CoarseTail {
     signal: AbortSignal,
     arrived: (chunks: CoarseChunk[]) => Promise<void>,
   ): Promise<number> {
-    const first = this.#store.bootstrapRange();
+    const first = this.#first();
     const firstEnd = first.offset + first.bytes;
     const firstPart = await this.#fetch(first.offset, first.bytes, signal);
     const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
     await arrived(coarsest);
     const all = this.#range();
-    if (all.firstLevel === first.firstLevel) return all.firstLevel;
+    if (all.firstLevel >= first.firstLevel) return first.firstLevel;
 
     // The pages state the number of samples of a level, which shows whether it fits into the budget.
     const missing = all.offset + all.bytes - firstEnd;

@@ -31,6 +31,12 @@ export class PartError extends StreamError {
   }
 }
 
+/** A byte range of the store file. */
+export interface FileRange {
+  offset: number;
+  bytes: number;
+}
+
 /**
  * The source of a store's bytes. It neither retries nor verifies content. It returns the requested
  * bytes, or rejects with a StreamError (or the signal's reason).
@@ -43,6 +49,11 @@ export interface Source {
    * none, as files of this device.
    */
   readonly address?: string | undefined;
+  /**
+   * The part of the coarse tail that needs no request of its own, once the header is known; undefined: none.
+   * A surface is shown with it before more is fetched.
+   */
+  readonly ready?: FileRange | undefined;
   /** The useful number of concurrent calls of `chunks`. */
   readonly concurrency: number;
   /** Requests made and payload bytes received so far. */

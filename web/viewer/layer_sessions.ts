@@ -6,6 +6,9 @@ import type { LayerEntry } from "./layer_list.ts";
 import { compiledRenderer } from "./renderer_program.ts";
 import type { ViewerOptions } from "./viewer_events.ts";
 
+/** In scenes with more layers, no layer loads its coarse levels for other isovalues in advance. */
+const maxLayersInAdvance = 16;
+
 /** What the sessions of all layers share: workers and requests. */
 export class LayerSessions {
   readonly #options: ViewerOptions;
@@ -24,10 +27,11 @@ export class LayerSessions {
     return this.#workers;
   }
 
-  /** The options of a session of a layer. */
+  /** The options of a session of a layer, which is one of `layers`. */
   optionsOf(
     { layer, hasSurfaces, steps }: LayerEntry,
     sampleBudget: number,
+    layers: number,
   ): Omit<SessionOptions, "events" | "signal"> {
     const { targetCellPixels, backgroundBytes } = this.#options;
     const firstIsovalues = hasSurfaces ? layer.surfaces.map(({ isovalue }) => isovalue) : [];
@@ -38,6 +42,7 @@ export class LayerSessions {
       ...(firstIsovalues.length > 0 ? { firstIsovalues } : {}),
       ...(targetCellPixels ? { targetCellPixels } : {}),
       ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
+      ...(layers > maxLayersInAdvance ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
       // Instead of other isovalues, other steps are fetched in advance.
       ...(steps ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
     };
