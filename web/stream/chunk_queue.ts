@@ -165,14 +165,16 @@ export class ChunkQueue {
       return;
     }
     this.#refusedRoom = false;
-    const { free } = this.#requests;
-    if (free <= 0 || this.#decoding >= maxDecoding) return;
+    if (this.#decoding >= maxDecoding) return;
     const queued = [...this.#entries.values()]
       .filter(({ rank, state }) => rank < Number.POSITIVE_INFINITY && state === "queued")
       .sort((a, b) => a.rank - b.rank)
       .slice(0, chunksPlanned);
     if (queued.length === 0) return;
-    for (const chunks of this.#groupsOf(queued).slice(0, free)) {
+    const { free } = this.#requests;
+    const groups = free > 0 ? this.#groupsOf(queued) : [];
+    if (groups.length === 0 || groups.length > free) this.#requests.wait();
+    for (const chunks of groups.slice(0, Math.max(0, free))) {
       if (this.#backoff.waiting) {
         this.#pumpWhenReady();
         return;

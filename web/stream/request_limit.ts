@@ -2,6 +2,8 @@
 export interface RequestShare {
   /** The number of further requests that may begin now. */
   readonly free: number;
+  /** The user has further requests: `freed` is called once when others leave room. */
+  wait(): void;
   begin(): void;
   ended(): void;
   /** The user ends, and with it its requests. */
@@ -10,7 +12,6 @@ export interface RequestShare {
 
 interface Member {
   concurrency: () => number;
-  /** Requests may begin. */
   freed: () => void;
   running: number;
 }
@@ -20,41 +21,53 @@ interface Member {
  * makes alone. A request that ends makes room for another session first, so that all get their turn.
  */
 export class RequestLimit {
-  #members: Member[] = [];
+  readonly #members = new Set<Member>();
+  /** In the order in which they began to wait. */
+  readonly #waiting = new Set<Member>();
+  #running = 0;
+  /** The largest concurrency of the members. Undefined: to be found. */
+  #largest: number | undefined;
 
-  /** `concurrency`: of the source. `freed` is called when a request of another session has ended. */
+  /** `concurrency`: of the source; it may change when a request ends. `freed`: see RequestShare.wait. */
   join(concurrency: () => number, freed: () => void): RequestShare {
     const member: Member = { concurrency, freed, running: 0 };
-    this.#members.push(member);
+    this.#members.add(member);
+    this.#largest = undefined;
     const limit = this;
     return {
       get free() {
         return Math.min(concurrency() - member.running, limit.#free);
       },
-      begin: () => void ++member.running,
+      wait: () => void this.#waiting.add(member),
+      begin: () => this.#run(member, 1),
       ended: () => {
-        if (!this.#members.includes(member)) return;
-        --member.running;
-        this.#members = [...this.#others(member), member];
-        this.#tell(member);
+        if (!this.#members.has(member)) return;
+        this.#run(member, -1);
+        this.#release(member);
       },
       leave: () => {
-        this.#members = this.#others(member);
-        this.#tell(member);
+        if (!this.#members.delete(member)) return;
+        this.#waiting.delete(member);
+        this.#run(member, -member.running);
+        this.#release(member);
       },
     };
   }
 
   get #free(): number {
-    const limit = Math.max(...this.#members.map(({ concurrency }) => concurrency()));
-    return limit - this.#members.reduce((sum, { running }) => sum + running, 0);
+    this.#largest ??= Math.max(...[...this.#members].map(({ concurrency }) => concurrency()));
+    return this.#largest - this.#running;
   }
 
-  #others(member: Member): Member[] {
-    return this.#members.filter((other) => other !== member);
+  #run(member: Member, change: number): void {
+    member.running += change;
+    this.#running += change;
   }
 
-  #tell(member: Member): void {
-    for (const other of this.#others(member)) other.freed();
+  #release(member: Member): void {
+    this.#largest = undefined;
+    const others = [...this.#waiting].filter((other) => other !== member);
+    for (const other of others) this.#waiting.delete(other);
+    for (const other of others) other.freed();
   }
 }

@@ -79,6 +79,11 @@ export class Residency {
     return this.#residents.has(handle);
   }
 
+  /** The samples of those of these chunks that are resident. */
+  samplesOf(handles: Uint32Array): number {
+    return handles.reduce((sum, handle) => sum + (this.#residents.get(handle)?.samples ?? 0), 0);
+  }
+
   /** Records that the present selection uses these chunks. */
   use(...lists: readonly Uint32Array[]): void {
     ++this.#now;

@@ -94,6 +94,15 @@ export class SelectionLoop {
     }
   }
 
+  /** Whether the last selection would be the same with this sample budget. */
+  fits(budget: number): boolean {
+    const { residency } = this.#parts.uploads;
+    if (!this.#selection || this.#selection.limitedByBudget) return false;
+    const { keep, load } = this.#selection;
+    const cells = load.reduce((sum, chunk) => sum + chunk.cells, residency.samplesOf(keep));
+    return cells <= cellBudget(budget, residency.pinnedSamples);
+  }
+
   /** The finest level that a view draws or requests. Fetches nothing. */
   finestLevelOf(cameraView: CameraView): number {
     const { store, pages } = this.#parts;
@@ -123,7 +132,7 @@ export class SelectionLoop {
       isovalues: cameraView.isovalues,
       loadCellPixels: motion.cameraMoves ? moving : target,
       drawCellPixels: this.#cellPixels.target,
-      cellBudget: Math.max(0, (budget - pinnedSamples) * targetShare),
+      cellBudget: cellBudget(budget, pinnedSamples),
       occlusion: this.#usesOcclusion && !isMoving && !isStep,
     };
   }
@@ -190,6 +199,10 @@ export class SelectionLoop {
     this.#regions = regions;
     this.#parts.viewer.visible(drawn.slice(), regions.slice());
   }
+}
+
+function cellBudget(budget: number, pinnedSamples: number): number {
+  return Math.max(0, (budget - pinnedSamples) * targetShare);
 }
 
 function isSame(a: Uint32Array, b: Uint32Array): boolean {

@@ -31,6 +31,7 @@ export class StreamSession {
   readonly #parts: SessionParts;
   readonly #progress: ProgressReporter;
   readonly #closing = new AbortController();
+  #isClosed = false;
   /** For changes of the resident chunks. A change of the camera view selects at once. */
   readonly #selecting = new CoalescedTask(() => this.#select());
 
@@ -59,7 +60,7 @@ export class StreamSession {
   }
 
   get isClosed(): boolean {
-    return this.#closing.signal.aborted;
+    return this.#isClosed;
   }
 
   /** Reads the store's header and starts to fetch the coarse levels. Rejects with a StreamError. */
@@ -179,8 +180,12 @@ export class StreamSession {
    */
   otherPictureChanged(): void {
     if (this.isClosed) return;
-    this.#parts.occlusion.pictureChanged();
-    this.#selecting.request();
+    const { occlusion } = this.#parts;
+    const wasDone = occlusion.done;
+    occlusion.pictureChanged();
+    if (occlusion.done) return;
+    this.#events.testOcclusion?.();
+    if (wasDone) this.#updateProgress();
   }
 
   /** The samples that stay resident as long as the volume is open. */
@@ -233,9 +238,12 @@ export class StreamSession {
 
   /** Changes `StreamOptions.sampleBudget`. Memory above it is freed when coarser chunks are drawn. */
   setSampleBudget(samples: number): void {
-    if (this.isClosed || samples === this.#parts.uploads.residency.budget) return;
-    this.#parts.uploads.residency.setBudget(samples);
-    this.#select();
+    const { queue, selectionLoop, uploads } = this.#parts;
+    if (this.isClosed || samples === uploads.residency.budget) return;
+    uploads.residency.setBudget(samples);
+    const isSameView = selectionLoop.fits(samples) && !queue.full && !uploads.overflow;
+    if (isSameView) this.#updateProgress();
+    else this.#select();
   }
 
   /** The viewer accepted these chunks (`samples`), but they did not fit into GPU memory. */
@@ -250,6 +258,7 @@ export class StreamSession {
   /** Cancels all requests, drops every chunk (`drop`), and frees all memory. No event follows. */
   close(): void {
     if (this.isClosed) return;
+    this.#isClosed = true;
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
     this.#parts.motion.close();
     this.#selecting.cancel();

@@ -24,8 +24,9 @@ export class LayerVolumes {
     const wanted = this.#list.entries.flatMap((each) =>
       volumesOf(each).map((own) => ({ entry: each, volume: own })),
     );
+    const numbers = new Set(wanted.map((each) => each.volume.number));
     for (const number of [...present]) {
-      if (wanted.some((each) => each.volume.number === number)) continue;
+      if (numbers.has(number)) continue;
       renderer.volume(number).remove();
       present.delete(number);
     }

@@ -1,18 +1,18 @@
 import type { StoreInfo } from "../core/types.ts";
 import { defaultSampleBudget } from "../stream/device.ts";
-import type { StreamSession } from "../stream/session.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress, StreamError } from "../stream/types.ts";
 import type { FrameScheduler, Upload } from "./frame_scheduler.ts";
 import type { Layer, LayerOptions, LayerProperty } from "./layer.ts";
+import { LayerChanges } from "./layer_changes.ts";
 import { type LayerEntry, LayerList, placedOf, volumesOf } from "./layer_list.ts";
 import { LayerMaker, type LayerMakerHost } from "./layer_maker.ts";
 import { LayerReopening } from "./layer_reopening.ts";
 import { LayerSessions } from "./layer_sessions.ts";
 import type { StepSources } from "./layer_steps.ts";
 import { LayerVolumes } from "./layer_volumes.ts";
-import { progressOfShown } from "./layers_progress.ts";
 import type { OpenVolume } from "./open_volume.ts";
+import { PictureProgress } from "./picture_progress.ts";
 import type { PictureSettings } from "./picture_settings.ts";
 import { RendererError } from "./renderer_error.ts";
 import { abortOf, type RendererLife } from "./renderer_life.ts";
@@ -52,7 +52,8 @@ export class Layers {
   readonly #host: LayersHost;
   readonly #maker: LayerMaker;
   readonly #samples: SampleBudget;
-  #progress: Progress | null = null;
+  readonly #changes: LayerChanges;
+  readonly #progress: PictureProgress;
   /** Those of the first layer, while there is none. */
   #surfacesBefore: readonly Surface[] = [];
   readonly #volumes = new LayerVolumes(this.list);
@@ -68,6 +69,11 @@ export class Layers {
   ) {
     this.#sessions = new LayerSessions(options);
     this.#samples = new SampleBudget(options.sampleBudget || defaultSampleBudget(), this.list);
+    this.#changes = new LayerChanges(this.list, () => this.#samples.share());
+    this.#progress = new PictureProgress(this.list, this.#samples, (progress) => {
+      host.scheduler()?.onProgress(progress);
+      host.emit("progress", progress);
+    });
     this.#life = life;
     this.#settings = settings;
     this.#camera = camera;
@@ -90,7 +96,7 @@ export class Layers {
 
   /** Viewer.progress. */
   get progress(): Progress | null {
-    return this.#progress;
+    return this.#progress.progress;
   }
 
   /** Viewer.prepare. */
@@ -120,7 +126,7 @@ export class Layers {
     const entry = this.#enter(source, options, null);
     this.#host.busyChanged();
     if (entry.layer.visible) {
-      this.#progressChanged();
+      this.#progress.update();
       await this.#openEntry(entry, options.signal);
     }
     this.#announce(entry);
@@ -155,16 +161,12 @@ export class Layers {
       chunksChanged: (volume) => volume === this.list.first?.volume && this.#host.chunksChanged(),
       visibleChanged: (volume) => {
         this.#host.scheduler()?.onVisibleChange();
-        this.#othersChanged(volume, (session) => session.otherPictureChanged());
+        this.#changes.visible(volume);
       },
-      progressChanged: () => this.#progressChanged(),
+      progressChanged: () => this.#progress.layerChanged(),
       failed: (entry, error) => this.#failed(entry, error),
       replaced: (entry) => void this.#reopening.replaced(entry),
     };
-  }
-
-  #othersChanged(volume: OpenVolume, tell: (session: StreamSession) => void): void {
-    for (const session of this.list.sessions) if (session !== volume.session) tell(session);
   }
 
   #announce(entry: LayerEntry): void {
@@ -192,7 +194,7 @@ export class Layers {
   #sessionOptions(entry: LayerEntry, volume: OpenVolume) {
     if (volume === entry.volume) entry.samples = this.#samples.shareOf(entry);
     const samples = entry.steps ? this.#series?.samplesOf(entry, volume) : undefined;
-    return this.#sessions.optionsOf(entry, samples ?? entry.samples);
+    return this.#sessions.optionsOf(entry, samples ?? entry.samples, this.list.entries.length);
   }
 
   #opened(entry: LayerEntry, volume: OpenVolume, renderer: RendererModule, info: StoreInfo): void {
@@ -204,8 +206,7 @@ export class Layers {
     entry.view = null;
     if (view) this.#camera.opened(renderer, view.camera, view.projection, entry.cameraBefore);
     if (entry === this.list.first) this.applySettings();
-    this.#othersChanged(volume, (session) => session.sceneChanged());
-    this.#samples.share();
+    this.#changes.opened();
     this.#host.scheduler()?.request();
   }
 
@@ -255,7 +256,7 @@ export class Layers {
     } else {
       volume.rest();
       this.#series?.closeOthers(entry);
-      this.#progressChanged();
+      this.#progress.update();
     }
     this.#host.busyChanged();
   }
@@ -274,14 +275,6 @@ export class Layers {
     else this.#host.emit("layererror", { layer: entry.layer, error });
   }
 
-  #progressChanged(): void {
-    const progress = progressOfShown(this.list.entries, this.#samples.samples);
-    if (!progress) return;
-    this.#progress = progress;
-    this.#host.scheduler()?.onProgress(progress);
-    this.#host.emit("progress", progress);
-  }
-
   #remove(entry: LayerEntry): void {
     if (!this.list.has(entry)) return;
     if (this.list.entries.length === 1) {
@@ -298,7 +291,7 @@ export class Layers {
     });
     this.pictureChanged();
     this.#samples.share();
-    this.#progressChanged();
+    this.#progress.update();
     this.#host.scheduler()?.onCameraChange();
     this.#host.busyChanged();
     if (entry.isListed) this.#host.emit("layerremove", entry.layer);
@@ -307,6 +300,8 @@ export class Layers {
   /** Viewer.close. The renderer keeps the last grids, in which the camera moves until the next are known. */
   close(): void {
     this.#host.pictureEnds();
+    this.#changes.cancel();
+    this.#progress.cancel();
     this.#surfacesBefore = this.firstSurfaces;
     const { entries } = this.list;
     this.list.clear();
@@ -366,12 +361,15 @@ export class Layers {
       stepShown: () => {
         this.#life.guard(() => this.applySettings());
         this.pictureChanged();
-        this.#progressChanged();
+        this.#progress.update();
         this.#host.scheduler()?.onCameraChange();
       },
       busyChanged: () => this.#host.busyChanged(),
       failed: (entry, error) => this.#failed(entry, error),
-      isComplete: () => this.#progress !== null && !isStreaming(this.#progress),
+      isComplete: () => {
+        const { progress } = this;
+        return progress !== null && !isStreaming(progress);
+      },
     };
   }
 

@@ -1,6 +1,7 @@
+import type { StoreInfo } from "../core/types.ts";
 import type { LayerEntry, LayerList } from "./layer_list.ts";
 import { type SampleNeed, shareSamples } from "./sample_shares.ts";
-import { coverage, viewProjectionOf } from "./transform.ts";
+import { coverage, type Transform, viewProjectionOf } from "./transform.ts";
 
 /** Shares of the sample budget that differ less from the present ones are not worth a change. */
 const smallestChange = 0.1;
@@ -13,11 +14,20 @@ export function samplesOfOthers({ samples, steps }: Pick<LayerEntry, "samples" |
   return steps ? Math.floor(shareOfOthers * samples) : 0;
 }
 
+/** The share of a view that the volume of a layer covers. */
+interface Covered {
+  info: StoreInfo;
+  transform: Transform;
+  share: number;
+}
+
 /** The sample budget of a viewer, which its layers share. */
 export class SampleBudget {
   readonly #list: LayerList;
   #samples: number;
   #viewProjection: Float64Array | null = null;
+  /** Of the layers that have been placed in this view. */
+  #coverages = new WeakMap<LayerEntry, Covered>();
 
   constructor(samples: number, list: LayerList) {
     this.#samples = samples;
@@ -37,6 +47,7 @@ export class SampleBudget {
 
   /** The view that is drawn at rest: layers that cover more of it get more of the sample budget. */
   viewed(viewProjection: Float64Array): void {
+    if (!isSame(viewProjection, this.#viewProjection)) this.#coverages = new WeakMap();
     this.#viewProjection = viewProjection;
     if (this.#list.entries.length > 1) this.share();
   }
@@ -53,11 +64,23 @@ export class SampleBudget {
     return shares[needs.findIndex(({ each }) => each === entry)] ?? this.#samples;
   }
 
-  #need({ layer, volume: { info, session } }: LayerEntry): SampleNeed {
+  #coverage(entry: LayerEntry): number {
+    const { info } = entry.volume;
+    const { transform } = entry.layer;
     const view = this.#viewProjection;
+    if (!info || !view) return 1;
+    const known = this.#coverages.get(entry);
+    if (known?.info === info && known.transform === transform) return known.share;
+    const share = coverage(info, viewProjectionOf(view, transform));
+    this.#coverages.set(entry, { info, transform, share });
+    return share;
+  }
+
+  #need(entry: LayerEntry): SampleNeed {
+    const { layer, volume } = entry;
     return {
-      pinned: session?.pinnedSamples ?? 0,
-      coverage: info && view ? coverage(info, viewProjectionOf(view, layer.transform)) : 1,
+      pinned: volume.session?.pinnedSamples ?? 0,
+      coverage: this.#coverage(entry),
       surfaces: layer.surfaces.filter(({ opacity }) => opacity > 0).length,
     };
   }
@@ -79,4 +102,8 @@ export class SampleBudget {
       entry.volume.session?.setSampleBudget(entry.samples - samplesOfOthers(entry));
     });
   }
+}
+
+function isSame(a: Float64Array, b: Float64Array | null): boolean {
+  return b !== null && a.every((number, i) => number === b[i]);
 }
