@@ -18,7 +18,7 @@ function tested(view: Partial<RendererModule>): { told: string[]; tester: Occlus
     isClosed: false,
     occlusionQuery: () => ({ ids: new Uint32Array([7]), minPixels: 0, view: 1, picture: 1 }),
     answerOcclusion: () => told.push("answered"),
-    occlusionFailed: () => told.push("failed"),
+    fetchOccluded: () => told.push("failed"),
   };
   const tester = new OcclusionTester({
     guard: (action) => {

@@ -69,9 +69,11 @@ export class SelectionLoop {
     return this.#selection;
   }
 
-  /** From now on, occluded chunks are fetched like all others. */
-  disableOcclusion(): void {
+  /** From now on, occluded chunks are fetched like all others. Returns whether they were not before. */
+  disableOcclusion(): boolean {
+    const wasUsed = this.#usesOcclusion;
     this.#usesOcclusion = false;
+    return wasUsed;
   }
 
   /** Throws what the core throws. */

@@ -218,10 +218,12 @@ export class StreamSession {
     this.#selecting.request();
   }
 
-  /** Occlusion queries do not work. From now on, occluded chunks are fetched as well. */
-  occlusionFailed(): void {
-    this.#parts.selectionLoop.disableOcclusion();
-    this.#select();
+  /**
+   * From now on, occluded chunks are fetched as well: occlusion queries do not work, or take longer than
+   * what they save.
+   */
+  fetchOccluded(): void {
+    if (this.#parts.selectionLoop.disableOcclusion()) this.#select();
   }
 
   /**

@@ -3,6 +3,12 @@ import type { LayerList } from "./layer_list.ts";
 import type { OpenVolume } from "./open_volume.ts";
 
 /**
+ * Layers are tested for occlusion one after the other, and again when another one has changed the picture. Of
+ * more layers than these, all chunks are fetched.
+ */
+const maxTested = 16;
+
+/**
  * Tells the layers what others have changed. Of a scene with many layers, many change together, so each is
  * told once for all of them.
  */
@@ -17,7 +23,9 @@ export class LayerChanges {
   constructor(list: LayerList, opened: () => void) {
     this.#list = list;
     this.#opened = new CoalescedTask(() => {
-      for (const session of list.sessions) session.sceneChanged();
+      const { sessions } = list;
+      for (const session of sessions) session.sceneChanged();
+      if (sessions.length > maxTested) for (const session of sessions) session.fetchOccluded();
       opened();
     });
   }

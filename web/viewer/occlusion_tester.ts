@@ -96,7 +96,7 @@ export class OcclusionTester {
   /** Reports a failed test: the session continues without answers. A lost context resets it anyway. */
   #failed(session: StreamSession): void {
     if (this.#viewer.isContextLost()) return;
-    session.occlusionFailed();
+    session.fetchOccluded();
     this.#viewer.ended();
   }
 
