@@ -52,11 +52,13 @@ struct Built {
 };
 
 /// Builds with `encoders` encoders. As messages, blocks are added in another order than they began.
-Built build_store(bool as_messages, size_t encoders) {
+Built build_store(bool as_messages, size_t encoders,
+                  std::optional<double> only_isovalue = std::nullopt) {
   Ball source(kVoxels);
   MemorySink sink;
   SerialExecutor executor;
-  const StoreOptions options;
+  StoreOptions options;
+  options.only_isovalue = only_isovalue;
   StoreBuild build(source, sink, options, executor, static_cast<unsigned>(encoders), nullptr);
   std::vector<BlockEncoder> all(encoders);
   EXPECT_TRUE(build.begin());
@@ -95,6 +97,17 @@ TEST(StoreBuild, BlocksAsMessagesGiveTheSameStore) {
   const Built in_place = build_store(false, 1);
   EXPECT_GT(in_place.report.info.chunk_count, 30u);
   EXPECT_EQ(build_store(true, 3).store, in_place.store);
+}
+
+TEST(StoreBuild, MessagesSayThatAStoreIsForOneIsovalue) {
+  const Built all = build_store(false, 1);
+  const double isovalue = all.report.info.mapping.value(
+      (all.report.info.range.min + all.report.info.range.max) / 2 + 0.5);
+  const Built one = build_store(false, 1, isovalue);
+  EXPECT_LT(one.store.size(), all.store.size() / 2);
+  EXPECT_EQ(build_store(true, 3, isovalue).store, one.store);
+  EXPECT_EQ(one.report.info.metadata.find("histogram"), std::string::npos);
+  EXPECT_NE(one.report.info.metadata.find("\"active_cells\":{\"low\":"), std::string::npos);
 }
 
 TEST(StoreBuild, MessagesOfAnyOtherSizeAreRefused) {

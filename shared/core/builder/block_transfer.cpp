@@ -13,7 +13,12 @@ struct TaskHeader {
   uint32_t level, bits, has_missing, has_coarser;
   int32_t volume[3];  ///< voxels of level 0
   int32_t index[3];
+  uint32_t only_isovalue;  ///< kAnyIsovalue: none
+  uint32_t reserved;
 };
+
+/// TaskHeader::only_isovalue of stores for all isovalues.
+constexpr uint32_t kAnyIsovalue = 65536;
 
 struct EncodedHeader {
   double storage_weight;
@@ -140,6 +145,7 @@ bool is_valid(const TaskHeader& task) {
   for (const int32_t voxels : task.volume) {
     if (voxels < 2 || voxels > kMaxVoxelsPerAxis) return false;
   }
+  if (task.only_isovalue > kAnyIsovalue) return false;
   const Index3 volume{task.volume[0], task.volume[1], task.volume[2]};
   const uint32_t levels = level_count(volume);
   if (task.level >= levels || (task.bits != 8 && task.bits != 16)) return false;
@@ -165,7 +171,9 @@ void write_task(const Layer& layer, const CoarserLayer& coarser, const BlockTask
                           layer.has_missing,
                           coarser.voxels != nullptr,
                           {volume.x, volume.y, volume.z},
-                          {task.index.x, task.index.y, task.index.z}};
+                          {task.index.x, task.index.y, task.index.z},
+                          layer.only_isovalue ? *layer.only_isovalue : kAnyIsovalue,
+                          0};
   append(message, &header, 1);
   const size_t value_bytes = layer.bits / 8;
   append_box(message, layer.voxels, value_bytes, layer.voxel_box,
@@ -186,6 +194,9 @@ Result<void> encode_task(std::span<const std::byte> task,
   const Index3 index{header.index[0], header.index[1], header.index[2]};
   Layer layer{level_grid(volume, header.level), static_cast<uint8_t>(header.bits),
               header.has_missing != 0};
+  if (header.only_isovalue != kAnyIsovalue) {
+    layer.only_isovalue = static_cast<QuantizedValue>(header.only_isovalue);
+  }
   const size_t value_bytes = header.bits / 8;
   layer.voxel_box = voxels_of(layer.grid, index);
   layer.voxels = reader.take(layer.voxel_box.count() * value_bytes);

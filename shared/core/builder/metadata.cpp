@@ -18,6 +18,8 @@ constexpr uint32_t kBins = 256;
 constexpr size_t kMaxSuggestions = 5;
 constexpr size_t kMaxText = 512;
 constexpr size_t kMaxNotes = 3072;  // bytes of all notes
+constexpr size_t kKeys = 640;       // bytes of all keys, and of numbers except counts
+constexpr size_t kKeysOfOneIsovalue = 320;
 
 /// Text of a file name or header as valid UTF-8 of limited length: JSON must be UTF-8, and a
 /// store's header is small.
@@ -94,8 +96,8 @@ Json to_json(const ValueHistogram& histogram) {
 /// Size of the metadata that names the volume's file.
 size_t source_text_bytes(const StoreOptions& options) {
   if (options.source_file.empty()) return 0;
-  constexpr size_t kKeys = sizeof R"(,"file":,"path_hash":)";
-  return kKeys + text_bytes(options.source_file) + text_bytes(options.source_path_hash);
+  constexpr size_t kSourceKeys = sizeof R"(,"file":,"path_hash":)";
+  return kSourceKeys + text_bytes(options.source_file) + text_bytes(options.source_path_hash);
 }
 
 }  // namespace
@@ -124,12 +126,13 @@ size_t metadata_limit(const VolumeHeader& header, const StoreOptions& options) {
                       text_bytes(options.value_units) +
                       kept_notes(options.notes).dump(-1, ' ', true).size() +
                       source_text_bytes(options);
-  return std::min(kMaxMetadataBytes, 640 + text + 2 * kBins * (digits + 1));
+  if (options.only_isovalue) return std::min(kMaxMetadataBytes, kKeysOfOneIsovalue + text);
+  return std::min(kMaxMetadataBytes, kKeys + text + 2 * kBins * (digits + 1));
 }
 
 std::string metadata_json(const VolumeHeader& header, const StoreOptions& options,
                           const StoreInfo& info, const VolumeStatistics& statistics) {
-  const QuantizedBins bins = QuantizedBins::over(info.range, kBins);
+  QuantizedBins bins = QuantizedBins::over(info.range, kBins);
   Json json;
   json["name"] = clean(header.name);
   json["title"] = clean(options.title.empty() ? header.name : options.title);
@@ -140,8 +143,14 @@ std::string metadata_json(const VolumeHeader& header, const StoreOptions& option
   }
   if (!options.value_units.empty()) json["units"] = clean(options.value_units);
   if (!options.notes.empty()) json["notes"] = kept_notes(options.notes);
-  json["suggested_isovalues"] = suggested_isovalues(info.mapping, statistics);
-  json["histogram"] = to_json(value_histogram(info.mapping, statistics));
+  if (options.only_isovalue) {
+    json["suggested_isovalues"] = {*options.only_isovalue};
+    const double quantized = info.mapping.quantized_isovalue(*options.only_isovalue);
+    bins = {static_cast<uint32_t>(std::clamp(quantized, 0.0, 65535.0)), 1, 1};
+  } else {
+    json["suggested_isovalues"] = suggested_isovalues(info.mapping, statistics);
+    json["histogram"] = to_json(value_histogram(info.mapping, statistics));
+  }
   json["active_cells"] = to_json(histogram_of(info.mapping, bins, statistics.active_cells(bins)));
   std::string text = json.dump(-1, ' ', true);
   const size_t limit = metadata_limit(header, options);

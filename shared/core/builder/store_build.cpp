@@ -171,8 +171,8 @@ Result<bool> StoreBuild::next_layer() {
     }
   } else {
     layer_ = {level_grid(header_.grid.voxels, 0), mapping_.bits, mapping_.has_missing};
-    layer_.only_isovalue = only_isovalue_;
   }
+  layer_.only_isovalue = only_isovalue_;
   if (z_ == 0) {
     if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());
   }

@@ -38,7 +38,8 @@ struct StoreOptions {
   double max_error = 0;
   /// If set, the store is for this isovalue alone, such as the border of a label: cells of level 0
   /// that are not active at it are left out, as if a voxel were missing there. The store is
-  /// smaller, and has no isosurfaces elsewhere that are whole. Native builds only.
+  /// smaller, and has no isosurfaces elsewhere that are whole. Its metadata has
+  /// no histogram, and one bin of active cells.
   std::optional<double> only_isovalue;
   /// The values of all volumes that get the same quantized values, such as the steps of a series:
   /// of this volume too, whose type it has. Null: this volume alone decides.

@@ -70,15 +70,16 @@ void find_intervals(bool has_missing, GatheredBlock& block) {
   }
 }
 
-/// Flattens the intervals of cells that are not active at an isovalue: all those above it to one
-/// quantized value, and all those below to another, so that their unions at coarser levels are flat
-/// too.
-void keep_active(QuantizedValue isovalue, QuantizedValue greatest, GatheredBlock& block) {
+/// Flattens the intervals of cells that are not active at an isovalue: those above it to their
+/// greatest value, and those below to their least, so that the unions of intervals at the next
+/// level are those of all cells.
+void keep_active(QuantizedValue isovalue, GatheredBlock& block) {
   for (CellInterval& cell : block.intervals) {
+    if (cell.min >= cell.max) continue;
     if (cell.min > isovalue) {
-      cell = {greatest, greatest};
+      cell.min = cell.max;
     } else if (cell.max <= isovalue) {
-      cell = {0, 0};
+      cell.max = cell.min;
     }
   }
 }
@@ -96,12 +97,11 @@ void gather_block(const Layer& layer, Index3 index, GatheredBlock& block) {
   layer.bits == 8 ? gather_voxels<uint8_t>(layer, block) : gather_voxels<uint16_t>(layer, block);
   if (!layer.intervals) {
     find_intervals(layer.has_missing, block);
-    if (layer.only_isovalue)
-      keep_active(*layer.only_isovalue, layer.bits == 8 ? 255 : kMissingVoxel - 1, block);
   } else {
     layer.bits == 8 ? gather_intervals<uint8_t>(layer, block)
                     : gather_intervals<uint16_t>(layer, block);
   }
+  if (layer.only_isovalue) keep_active(*layer.only_isovalue, block);
 }
 
 void find_row_intervals(GatheredBlock& block) {

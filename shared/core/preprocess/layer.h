@@ -45,8 +45,7 @@ struct Layer {
   LevelBox voxel_box = {};
   const std::byte* intervals = nullptr;  ///< null at level 0
   LevelBox cell_box = {};
-  /// If set, cells of level 0 that are not active at this quantized isovalue count as flat.
-  /// Messages to other encoders (block_transfer.h) do not contain it.
+  /// If set, cells that are not active at this quantized isovalue count as flat.
   std::optional<QuantizedValue> only_isovalue = {};
 };
 

@@ -145,7 +145,7 @@ std::vector<uint64_t> VolumeStatistics::histogram(const QuantizedBins& bins) con
 std::vector<uint64_t> VolumeStatistics::active_cells(const QuantizedBins& bins) const {
   std::vector<uint64_t> active(bins.count);
   uint64_t running = 0;
-  size_t quantized = bins.first;
+  size_t quantized = 0;
   for (uint32_t bin = 0; bin < bins.count; ++bin) {
     // The middle of the bin. The bin begins half a step below its first quantized value.
     const double quantized_isovalue = bins.first - 0.5 + (bin + 0.5) * bins.width;
