@@ -78,9 +78,8 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
     }
     return result;
   }
-  const uint64_t of_each = std::min<uint64_t>(
-      kBootstrapBytes,
-      kFirstPictureBytes / std::max<size_t>(1, first_stores(scene.scene()).size()));
+  const uint64_t of_each =
+      kFirstPictureBytes / std::max<size_t>(1, first_stores(scene.scene()).size());
   std::vector<BundleStore> stores;
   for (const std::string& path : store_paths(scene.scene())) {
     if (!is_path_below(path) || path == kSceneName) {
@@ -105,7 +104,8 @@ Result<BundleBytes> BundleBytes::plan(const SceneFile& scene,
     entry.path = path;
     entry.file_bytes = store.info().file_bytes;
     entry.header_bytes = store.info().header_bytes;
-    const CoarseRange coarse = store.bootstrap_within(of_each);
+    const uint64_t levels = of_each - std::min<uint64_t>(of_each, entry.header_bytes);
+    const CoarseRange coarse = store.bootstrap_within(std::min(kBootstrapBytes, levels));
     entry.bootstrap_offset = coarse.offset;
     entry.bootstrap_bytes = coarse.bytes;
     entry.content_id = store.info().content_id;

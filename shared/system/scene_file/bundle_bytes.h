@@ -37,8 +37,9 @@ class BundleBytes {
   /// kMaxFirstCoarseBytes of coarse parts.
   uint64_t first_bytes() const { return first_bytes_; }
   static constexpr uint64_t kMaxFirstCoarseBytes = uint64_t{32} << 20;
-  /// The levels of all stores of the first picture, unless their coarsest ones alone are larger.
-  static constexpr uint64_t kFirstPictureBytes = uint64_t{512} << 10;
+  /// The headers and levels of all stores of the first picture, unless their coarsest levels alone
+  /// are larger.
+  static constexpr uint64_t kFirstPictureBytes = uint64_t{448} << 10;
 
   /// Whether the stores are separate files, which may change independently of the scene.
   bool has_separate_stores() const { return !bundle_; }
