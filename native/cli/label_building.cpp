@@ -115,7 +115,8 @@ Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup&
   }
   group.header = opened->source->header();
   group.table = input.table;
-  group.key = options_.scene.key + (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth");
+  group.key =
+      options_.scene.key + (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances");
   group.key += input_versions(opened->source->files());
   return opened;
 }
@@ -147,7 +148,7 @@ unsigned LabelBuild::parallel_builds(const LabelGroup& group, uint64_t memory_by
   one.threads = 1;
   uint64_t most = 1;
   for (const FoundLabel& label : group.labels) {
-    const LabelSource source({}, group.header.grid, label, LabelSurface::raw, "");
+    const LabelSource source({}, group.header.grid, label, options_.surface, "");
     most = std::max(most, min_memory(source, one));
   }
   return static_cast<unsigned>(std::clamp<uint64_t>(memory_bytes / most, 1, threads));

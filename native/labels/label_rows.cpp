@@ -15,7 +15,7 @@ Result<LabelRows> LabelRows::create(Index3 size, uint64_t memory_bytes,
                                     const std::filesystem::path& folder) {
   LabelRows rows;
   rows.size_ = size;
-  rows.bytes_ = LabelVolume::row_size(size.x) * sizeof(uint16_t) * static_cast<uint64_t>(size.y) *
+  rows.bytes_ = sizeof(uint16_t) * static_cast<uint64_t>(size.x) * static_cast<uint64_t>(size.y) *
                 static_cast<uint64_t>(size.z);
   rows.is_file_ = rows.bytes_ > memory_bytes;
   PosixFile file;  // the mapping keeps its content
@@ -59,7 +59,7 @@ LabelRows::~LabelRows() {
 uint16_t* LabelRows::row(int32_t y, int32_t z) {
   const size_t number =
       static_cast<size_t>(z) * static_cast<size_t>(size_.y) + static_cast<size_t>(y);
-  return labels_ + number * LabelVolume::row_size(size_.x) + LabelVolume::kBefore;
+  return labels_ + number * static_cast<size_t>(size_.x);
 }
 
 LabelVolume LabelRows::volume() const {

@@ -5,11 +5,11 @@
 #include <span>
 
 #include "shared/core/base/status.h"
-#include "shared/core/preprocess/label_field.h"
+#include "shared/core/preprocess/label_volume.h"
 
 namespace isosplat {
 
-/// The rows of a LabelVolume, all 0 at first: in memory, or in a temporary file that the system
+/// The labels of a LabelVolume, all 0 at first: in memory, or in a temporary file that the system
 /// maps into memory as needed, and removes even if the program crashes.
 class LabelRows {
  public:

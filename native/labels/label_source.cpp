@@ -47,13 +47,19 @@ Result<void> LabelSource::read_slices(int32_t first, int32_t count, std::span<st
   for (int32_t z = box_.first.z + first; z < box_.first.z + first + count; ++z) {
     for (int32_t y = box_.first.y; y < box_.first.y + box_.size.y; ++y, to += box_.size.x) {
       if (y < 0 || z < 0 || y >= n.y || z >= n.z) continue;
-      const size_t row = static_cast<size_t>(z) * static_cast<size_t>(n.y) + static_cast<size_t>(y);
-      const uint16_t* const from = volume_.rows.data() + row * LabelVolume::row_size(n.x) +
-                                   LabelVolume::kBefore + box_.first.x;
-      for (int32_t x = 0; x < box_.size.x; ++x) to[x] = from[x] == label_ ? kLabelFieldInside : 0;
+      const uint16_t* const row = volume_.row(y, z);
+      const int32_t begin = std::max(box_.first.x, 0);
+      const int32_t end = std::min(box_.first.x + box_.size.x, n.x);
+      for (int32_t x = begin; x < end; ++x) {
+        if (row[x] == label_) to[x - box_.first.x] = kLabelFieldInside;
+      }
     }
   }
   return {};
+}
+
+uint64_t LabelSource::resident_bytes() const {
+  return field_ ? field_->memory_bytes() : 0;
 }
 
 std::shared_ptr<const VoxelScan> LabelSource::all_values() {

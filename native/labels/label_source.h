@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "native/labels/label_scan.h"
+#include "shared/core/preprocess/label_field.h"
 #include "shared/core/preprocess/voxel_scan.h"
 
 namespace isosplat {
@@ -27,7 +28,7 @@ class LabelSource : public VolumeSource {
 
   const VolumeHeader& header() const override { return header_; }
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override;
-  uint64_t resident_bytes() const override { return 0; }
+  uint64_t resident_bytes() const override;
   std::vector<std::filesystem::path> files() const override { return {}; }
 
   /// For StoreOptions::scan: the values of any label, so that a build does not read it twice.

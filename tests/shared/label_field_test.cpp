@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
 #include <random>
+#include <string>
+
+#include "shared/core/preprocess/label_distance.h"
 
 namespace isosplat {
 namespace {
@@ -16,13 +19,7 @@ constexpr int kMargin = 2;
 std::vector<std::uint8_t> field_of(const std::vector<std::uint16_t>& labels, Index3 size,
                                    std::uint16_t label, const LabelBox& box,
                                    std::int32_t slab = 5) {
-  const std::size_t row_size = LabelVolume::row_size(size.x);
-  const auto voxels = static_cast<std::size_t>(size.x);
-  std::vector<std::uint16_t> rows(labels.size() / voxels * row_size);
-  for (std::size_t row = 0; row * voxels < labels.size(); ++row)
-    std::copy_n(labels.begin() + static_cast<std::ptrdiff_t>(row * voxels), voxels,
-                rows.begin() + static_cast<std::ptrdiff_t>(row * row_size + LabelVolume::kBefore));
-  LabelField field({rows, size}, label, box);
+  LabelField field({labels, size}, label, box);
   const auto slice = static_cast<std::size_t>(box.size.x) * static_cast<std::size_t>(box.size.y);
   std::vector<std::uint8_t> values(slice * static_cast<std::size_t>(box.size.z));
   for (std::int32_t z = 0; z < box.size.z; z += slab) {
@@ -50,15 +47,22 @@ struct TestLabels {
     return field_of(labels, {edge, edge, edge}, label, {{0, 0, 0}, {edge, edge, edge}});
   }
 
-  void add_ellipsoid(std::uint16_t label, Vec3<double> centre, Vec3<double> radii) {
+  /// Voxels for which is_inside(x, y, z) is true.
+  template <class F>
+  void add(std::uint16_t label, const F& is_inside) {
     for (std::uint32_t z = 0; z < size; ++z)
       for (std::uint32_t y = 0; y < size; ++y)
-        for (std::uint32_t x = 0; x < size; ++x) {
-          const double u = (x - centre.x) / radii.x;
-          const double v = (y - centre.y) / radii.y;
-          const double w = (z - centre.z) / radii.z;
-          if (u * u + v * v + w * w <= 1) labels[at(x, y, z)] = label;
-        }
+        for (std::uint32_t x = 0; x < size; ++x)
+          if (is_inside(double{1} * x, double{1} * y, double{1} * z)) labels[at(x, y, z)] = label;
+  }
+
+  void add_ellipsoid(std::uint16_t label, Vec3<double> centre, Vec3<double> radii) {
+    add(label, [&](double x, double y, double z) {
+      const double u = (x - centre.x) / radii.x;
+      const double v = (y - centre.y) / radii.y;
+      const double w = (z - centre.z) / radii.z;
+      return u * u + v * v + w * w <= 1;
+    });
   }
 
   double count(std::uint16_t label) const {
@@ -74,21 +78,25 @@ double enclosed_volume(const TestLabels& volume, const std::vector<std::uint8_t>
   double inside = 0;
   for (std::uint32_t z = 0; z + 1 < volume.size; ++z)
     for (std::uint32_t y = 0; y + 1 < volume.size; ++y)
-      for (std::uint32_t x = 0; x + 1 < volume.size; ++x)
+      for (std::uint32_t x = 0; x + 1 < volume.size; ++x) {
+        std::array<double, 8> corners{};
+        int above = 0;
+        for (std::uint32_t i = 0; i < 8; ++i) {
+          corners[i] = field[volume.at(x + (i & 1U), y + (i >> 1U & 1U), z + (i >> 2U))];
+          above += corners[i] > kLabelFieldIsovalue ? 1 : 0;
+        }
+        if (above == 0) continue;
         for (int point = 0; point < kPoints * kPoints * kPoints; ++point) {
           const double u = (point % kPoints + 0.5) / kPoints;
           const double v = (point / kPoints % kPoints + 0.5) / kPoints;
           const double w = (point / kPoints / kPoints + 0.5) / kPoints;
           double value = 0;
-          for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t i = corner & 1U;
-            const std::uint32_t j = corner >> 1U & 1U;
-            const std::uint32_t k = corner >> 2U;
-            value += (i != 0 ? u : 1 - u) * (j != 0 ? v : 1 - v) * (k != 0 ? w : 1 - w) *
-                     field[volume.at(x + i, y + j, z + k)];
-          }
+          for (std::uint32_t i = 0; i < 8; ++i)
+            value += ((i & 1U) != 0 ? u : 1 - u) * ((i >> 1U & 1U) != 0 ? v : 1 - v) *
+                     (i >> 2U != 0 ? w : 1 - w) * corners[i];
           inside += value > kLabelFieldIsovalue ? 1 : 0;
         }
+      }
   return inside / (kPoints * kPoints * kPoints);
 }
 
@@ -101,48 +109,103 @@ void expect_sides(const TestLabels& volume, std::uint16_t label) {
   }
 }
 
-/// The definition in label_field.h, voxel by voxel.
-int defined_value(const TestLabels& volume, std::uint16_t label, Vec3<int> at) {
-  constexpr int kKernel[] = {-1, 2, 6, 2, -1};
-  std::map<std::uint16_t, int> weights;
-  std::uint16_t centre = 0;
-  for (int i = 0; i < 125; ++i) {
-    const int x = at.x + i % 5 - 2, y = at.y + i / 5 % 5 - 2, z = at.z + i / 25 - 2;
-    const auto edge = static_cast<int>(volume.size);
-    const bool is_inside = std::min({x, y, z}) >= 0 && std::max({x, y, z}) < edge;
-    const std::uint16_t here =
-        is_inside ? volume.labels[static_cast<std::size_t>((z * edge + y) * edge + x)]
-                  : std::uint16_t{0};
-    weights[here] += kKernel[i % 5] * kKernel[i / 5 % 5] * kKernel[i / 25];
-    if (i == 62) centre = here;
+TEST(LabelField, DistancesAreThoseOfASearch) {
+  std::mt19937 random(11);
+  for (const unsigned one_in : {2U, 30U, 700U}) {
+    const std::int32_t edge = 13;
+    std::vector<std::uint16_t> labels(edge * edge * edge);
+    for (std::uint16_t& label : labels) label = random() % one_in == 0 ? 1 : 0;
+    LabelTile tile;
+    tile.first = {-2, 1, -1};
+    tile.size = {edge + 3, edge, edge + 2};
+    const auto is_label = [&](Vec3<int> p) {
+      const bool is_inside = std::min({p.x, p.y, p.z}) >= 0 && std::max({p.x, p.y, p.z}) < edge;
+      return is_inside && labels[static_cast<std::size_t>((p.z * edge + p.y) * edge + p.x)] == 1;
+    };
+    compute_distances({labels, {edge, edge, edge}}, 1, tile);
+    std::size_t i = 0;
+    for (int z = 0; z < tile.size.z; ++z)
+      for (int y = 0; y < tile.size.y; ++y)
+        for (int x = 0; x < tile.size.x; ++x, ++i) {
+          const Vec3<int> at{x + tile.first.x, y + tile.first.y, z + tile.first.z};
+          double nearest = 100;
+          for (int k = 0; k < tile.size.z; ++k)
+            for (int j = 0; j < tile.size.y; ++j)
+              for (int l = 0; l < tile.size.x; ++l) {
+                const Vec3<int> other{l + tile.first.x, j + tile.first.y, k + tile.first.z};
+                if (is_label(other) != is_label(at))
+                  nearest = std::min(nearest, std::hypot(l - x, j - y, k - z));
+              }
+          const double expected = std::min(nearest - 0.5, 6.0) * (is_label(at) ? 1 : -1);
+          ASSERT_NEAR(tile.values[i] / 256.0, expected, 1 / 256.0) << "voxel " << i;
+          const LabelTile::Range near = tile.near[tile.row_number(y, z)];
+          ASSERT_TRUE(std::abs(expected) == 6 || (x >= near.begin && x < near.end));
+        }
   }
-  if (!weights.contains(label)) return 0;
-  const int own = weights[label];
-  weights.erase(label);
-  if (weights.empty()) return 62;
-  int other = -1000;
-  for (const auto& [ignored, weight] : weights) other = std::max(other, weight);
-  const int distance = 31 * (own - other) / 512;
-  return 31 + (centre == label ? std::clamp(distance, 10, 31) : std::clamp(distance, -31, -10));
 }
 
-TEST(LabelField, IsAsDefinedForAnySlabsAndLabels) {
-  std::mt19937 random(11);
-  for (const unsigned labels : {2U, 3U, 5U, 40U}) {
-    TestLabels volume(9);
-    for (std::uint16_t& label : volume.labels)
-      label = static_cast<std::uint16_t>(random() % labels);
-    // A uniform part, so that some voxels have one or two labels around them.
-    for (std::size_t i = 0; i < volume.labels.size() / 2; ++i) volume.labels[i] = 1;
-    for (const std::int32_t slab : {1, 3, 13}) {
-      const std::vector<std::uint8_t> field =
-          field_of(volume.labels, {9, 9, 9}, 1, {{-2, -2, -2}, {13, 13, 13}}, slab);
-      for (int i = 0; i < 13 * 13 * 13; ++i)
-        ASSERT_EQ(field[static_cast<std::size_t>(i)],
-                  defined_value(volume, 1, {i % 13 - 2, i / 13 % 13 - 2, i / 169 - 2}))
-            << labels << " labels, slabs of " << slab << ", voxel " << i;
-    }
+TEST(LabelField, DoesNotDependOnTheSlabs) {
+  TestLabels volume(30);
+  volume.add_ellipsoid(1, {14, 15, 13}, {9, 7, 10});
+  const LabelBox box{{-2, 0, 1}, {30, 28, 29}};
+  const auto whole = field_of(volume.labels, {30, 30, 30}, 1, box, 29);
+  for (const std::int32_t slab : {1, 3, 13}) {
+    EXPECT_EQ(field_of(volume.labels, {30, 30, 30}, 1, box, slab), whole);
   }
+}
+
+/// Boxes of more than 218 voxels along an axis have several tiles.
+TEST(LabelField, TilesAgreeWithTheWhole) {
+  const Index3 size{330, 20, 24};
+  std::vector<std::uint16_t> labels(330 * 20 * 24);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const double x = static_cast<double>(i % 330);
+    const double y = static_cast<double>(i / 330 % 20) - 10 + std::sin(x / 13);
+    const double z = static_cast<double>(i / (330UL * 20)) - 12 - std::cos(x / 17);
+    labels[i] = std::hypot(y, z) < 6 + std::sin(x / 40) ? 1 : 0;
+  }
+  const auto along_x = field_of(labels, size, 1, {{-2, -2, -2}, {334, 24, 28}}, 28);
+  std::vector<std::uint16_t> turned(labels.size());
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    turned[(i % 330 * 24 + i / (330UL * 20)) * 20 + i / 330 % 20] = labels[i];
+  }
+  // Along z there are other bands, which are read in slabs.
+  const auto along_z = field_of(turned, {20, 24, 330}, 1, {{-2, -2, -2}, {24, 28, 334}}, 65);
+  const auto middle = field_of(labels, size, 1, {{60, -2, -2}, {210, 24, 28}}, 28);
+  int different = 0;
+  for (std::size_t i = 0; i < along_x.size(); ++i) {
+    const std::size_t x = i % 334;
+    const std::size_t y = i / 334 % 24;
+    const std::size_t z = i / (334UL * 24);
+    // The order of the axes matters a little, and so do the ends of the middle part.
+    ASSERT_NEAR(along_x[i], along_z[(x * 28 + z) * 24 + y], 5);
+    if (x < 62 + 40 || x >= 62 + 210 - 40) continue;
+    const int difference = along_x[i] - middle[(z * 24 + y) * 210 + x - 62];
+    different += difference == 0 ? 0 : 1;
+    ASSERT_LE(std::abs(difference), 1) << x;
+  }
+  EXPECT_LT(different, 200);
+}
+
+TEST(LabelField, MemoryIsBounded) {
+  const auto bytes = [](Index3 size) {
+    return LabelField({}, 1, {{0, 0, 0}, size}).memory_bytes();
+  };
+  EXPECT_LT(bytes({20, 20, 20}), 120'000);
+  EXPECT_LT(bytes({500, 500, 4000}), 120'000'000);
+  EXPECT_LT(bytes({2000, 2000, 4000}), 200'000'000);
+}
+
+/// The field of the rest is the negative one, also for voxels without any order.
+TEST(LabelField, IsOdd) {
+  std::mt19937 random(12);
+  TestLabels volume(20);
+  volume.add_ellipsoid(1, {8, 9, 11}, {6, 7, 5});
+  for (int i = 0; i < 1000; ++i) volume.labels[random() % volume.labels.size()] ^= 1U;
+  const std::vector<std::uint8_t> label = volume.field(1);
+  const std::vector<std::uint8_t> rest = volume.field(0);
+  for (std::size_t i = 0; i < label.size(); ++i)
+    ASSERT_EQ(label[i] + rest[i], 2 * kLabelFieldIsovalue) << i;
 }
 
 TEST(LabelField, SeparatesTheVoxelsOfALabelInRandomVolumes) {
@@ -181,17 +244,73 @@ TEST(LabelField, ClosesALabelAtTheBorderOfTheVolume) {
   }
 }
 
-TEST(LabelField, TwoNeighboursShareTheirBorder) {
-  TestLabels volume(24);
-  volume.add_ellipsoid(1, {12, 11, 12.5}, {8, 6, 7});
-  const std::vector<std::uint8_t> label = volume.field(1);
-  const std::vector<std::uint8_t> background = volume.field(0);
-  for (std::uint32_t z = kMargin; z < 24U - kMargin; ++z)
-    for (std::uint32_t y = kMargin; y < 24U - kMargin; ++y)
-      for (std::uint32_t x = kMargin; x < 24U - kMargin; ++x) {
-        const std::size_t i = volume.at(x, y, z);
-        ASSERT_EQ(label[i] + background[i], 2 * kLabelFieldIsovalue);
-      }
+/// The crossing of the surface on a lattice edge, in voxels from its first end.
+double crossing(int first, int second) {
+  return static_cast<double>(first - kLabelFieldIsovalue) / (first - second);
+}
+
+/// Three labels meet along curves: a ball that is divided by a plane, in a background. Their
+/// surfaces cross the same lattice edges, but not at the same place.
+TEST(LabelField, MismatchAtTripleLines) {
+  TestLabels volume(64);
+  volume.add(1, [](double x, double y, double z) {
+    return std::hypot(x - 31.3, y - 32.2, z - 31.8) <= 24 && x + 0.3 * y + 0.1 * z < 44;
+  });
+  volume.add(2, [](double x, double y, double z) {
+    return std::hypot(x - 31.3, y - 32.2, z - 31.8) <= 24 && x + 0.3 * y + 0.1 * z >= 44;
+  });
+  std::array<std::vector<std::uint8_t>, 3> fields;
+  for (std::uint16_t label = 0; label < 3; ++label) fields.at(label) = volume.field(label);
+  double sum = 0;
+  double largest = 0;
+  double largest_far = 0;
+  double near_sum = 0;
+  int near_edges = 0;
+  int edges = 0;
+  for (std::uint32_t z = 1; z + 1 < volume.size; ++z)
+    for (std::uint32_t y = 1; y + 1 < volume.size; ++y)
+      for (std::uint32_t x = 1; x + 1 < volume.size; ++x)
+        for (const std::size_t step :
+             {volume.at(1, 0, 0), volume.at(0, 1, 0), volume.at(0, 0, 1)}) {
+          const std::size_t i = volume.at(x, y, z);
+          const std::size_t j = i + step;
+          const std::uint16_t a = volume.labels[i];
+          const std::uint16_t b = volume.labels[j];
+          if (a == b) continue;
+          // The two fields are distances in steps with opposite signs.
+          const auto gap = [&](std::size_t voxel) {
+            return std::abs(fields.at(a)[voxel] + fields.at(b)[voxel] - 2 * kLabelFieldIsovalue) /
+                   double{kLabelFieldSteps};
+          };
+          const double mismatch = (gap(i) + gap(j)) / 2;
+          sum += mismatch;
+          largest = std::max(largest, mismatch);
+          ++edges;
+          const double from_middle = std::hypot(x - 31.3, y - 32.2, z - 31.8);
+          if (a == 0 || b == 0) continue;
+          if (from_middle > 21) {
+            near_sum += mismatch;
+            ++near_edges;
+          } else if (from_middle < 12) {
+            largest_far = std::max(largest_far, mismatch);
+          }
+        }
+  RecordProperty("mean", std::to_string(sum / edges));
+  RecordProperty("largest", std::to_string(largest));
+  RecordProperty("near", std::to_string(near_sum / near_edges));
+  RecordProperty("far", std::to_string(largest_far));
+  EXPECT_LT(sum / edges, 0.05);
+  EXPECT_LT(largest, 1);
+  EXPECT_LT(near_sum / near_edges, 0.3);  // at most three voxels from the third label
+  EXPECT_LT(largest_far, 0.16);           // at least twelve voxels from it
+}
+
+/// Checks the volume within the surface of label 1.
+void expect_volume(const TestLabels& volume, double tolerance, const std::string& what) {
+  const double voxels = volume.count(1);
+  ASSERT_GE(voxels, 1000) << what;
+  EXPECT_NEAR(enclosed_volume(volume, volume.field(1)) / voxels, 1, tolerance)
+      << what << ", " << voxels << " voxels";
 }
 
 TEST(LabelField, VolumesOfSurfacesAgreeWithVoxelCounts) {
@@ -202,12 +321,79 @@ TEST(LabelField, VolumesOfSurfacesAgreeWithVoxelCounts) {
     TestLabels volume(32);
     const Vec3<double> centre{16 + shift(random), 16 + shift(random), 16 + shift(random)};
     volume.add_ellipsoid(1, centre, {radius(random), radius(random), radius(random)});
-    const double voxels = volume.count(1);
-    ASSERT_GE(voxels, 1000);
-    const double ratio = enclosed_volume(volume, volume.field(1)) / voxels;
-    RecordProperty("ratio" + std::to_string(number), std::to_string(ratio));
-    EXPECT_NEAR(ratio, 1, 0.01) << voxels << " voxels";
+    expect_volume(volume, 0.01, "ellipsoid");
   }
+  for (const double thickness : {1.2, 2.0, 3.0}) {
+    TestLabels volume(56);
+    volume.add(1, [&](double x, double y, double z) {
+      return std::hypot(x - 28, y - 27) < 23 &&
+             std::abs(z - 28 - 0.23 * (x - 28) - 0.11 * (y - 27)) <= thickness / 2;
+    });
+    // Sheets of one or two voxels lose some of their rims.
+    expect_volume(volume, thickness < 2.5 ? 0.05 : 0.015, "sheet");
+  }
+  for (const double across : {2.6, 3.5}) {
+    TestLabels volume(64);
+    volume.add(1, [&](double x, double y, double z) {
+      return std::abs(z - 32) < 28 && x > 4 && y > 4 && x < 60 &&
+             std::hypot(x - 32 - 15 * std::sin(z / 15), y - 30 - 0.2 * (z - 32)) <= across;
+    });
+    expect_volume(volume, 0.015, "vessel");
+  }
+}
+
+/// The root mean square of the angles between a sloped plane and the gradients of its field, in
+/// degrees: at each crossing of an edge, that of the trilinear field of the cells around its ends.
+double roughness(double slope) {
+  TestLabels volume(72);
+  const Vec3<double> normal{-slope, -0.37 * slope, 1};
+  volume.add(1, [&](double x, double y, double z) {
+    return dot(normal, {x - 36, y - 36, z - 36.3}) < 0;
+  });
+  const std::vector<std::uint8_t> field = volume.field(1);
+  const auto gradient = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    Vec3<double> sum{};
+    for (int i = 0; i < 8; ++i) {
+      // A cell around the voxel. Those that the surface does not cross do not count.
+      const std::uint32_t cx = x - (i & 1), cy = y - (i >> 1 & 1), cz = z - (i >> 2);
+      int inside = 0;
+      for (std::uint32_t k = 0; k < 8; ++k)
+        inside += field[volume.at(cx + (k & 1U), cy + (k >> 1U & 1U), cz + (k >> 2U))] >
+                          kLabelFieldIsovalue
+                      ? 1
+                      : 0;
+      if (inside == 0 || inside == 8) continue;
+      sum.x += field[volume.at(cx + 1, y, z)] - field[volume.at(cx, y, z)];
+      sum.y += field[volume.at(x, cy + 1, z)] - field[volume.at(x, cy, z)];
+      sum.z += field[volume.at(x, y, cz + 1)] - field[volume.at(x, y, cz)];
+    }
+    return sum;
+  };
+  double squares = 0;
+  int crossings = 0;
+  for (std::uint32_t y = 20; y < 52; ++y)
+    for (std::uint32_t x = 20; x < 52; ++x)
+      for (std::uint32_t z = 8; z < 64; ++z) {
+        const int low = field[volume.at(x, y, z)];
+        const int high = field[volume.at(x, y, z + 1)];
+        if ((low > kLabelFieldIsovalue) == (high > kLabelFieldIsovalue)) continue;
+        const double part = crossing(low, high);
+        const Vec3<double> a = gradient(x, y, z);
+        const Vec3<double> b = gradient(x, y, z + 1);
+        const Vec3<double> g{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y),
+                             a.z + part * (b.z - a.z)};
+        const double cosine = -dot(g, normal) / std::sqrt(dot(g, g) * dot(normal, normal));
+        const double degrees = std::acos(std::min(cosine, 1.0)) * 180 / std::acos(-1.0);
+        squares += degrees * degrees;
+        ++crossings;
+      }
+  return std::sqrt(squares / crossings);
+}
+
+/// Without smoothing along the border, stairs give 10 to 16 degrees.
+TEST(LabelField, SlopedPlanesAreFlat) {
+  for (const double voxels : {4.3, 7.7, 12.0}) EXPECT_LT(roughness(1 / voxels), 2) << voxels;
+  for (const double voxels : {20.0, 30.0}) EXPECT_LT(roughness(1 / voxels), 4.5) << voxels;
 }
 
 }  // namespace

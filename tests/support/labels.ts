@@ -117,6 +117,73 @@ export function organs(): LabelVolume {
   return volume;
 }
 
+/**
+ * 105 labels in 29 % of 317 × 317 × 835 voxels, like a segmentation of a whole body: 52 parts of a
+ * torso that touch each other, with 12 gaps between them; vertebrae, ribs, vessels and sheets lie
+ * in them.
+ */
+export function body(): LabelVolume {
+  const volume = new LabelVolume([317, 317, 835]);
+  const chance = new Chance(11);
+  const between = (low: number, high: number) => low + (high - low) * chance.next();
+  const centre: Triple = [158, 155, 417];
+  const torso: Triple = [138, 112, 390];
+  const parts = Array.from({ length: 64 }, (_, i) => ({
+    label: i < 52 ? i + 1 : 0,
+    at: [between(40, 276), between(70, 240), between(40, 795)] as Triple,
+    flatness: between(0.6, 1.6),
+  }));
+  const partsX = Float64Array.from(parts, ({ at }) => at[0]);
+  const across = new Float64Array(parts.length);
+  const waves = (count: number, height: number, length: number) =>
+    Float64Array.from({ length: count }, (_, i) => height * Math.sin(i / length));
+  const [waveX, waveY, waveZ] = [waves(317, 7, 21), waves(317, 6, 17), waves(835, 8, 29)];
+  for (let z = 0; z < 835; ++z) {
+    for (let y = 0; y < 317; ++y) {
+      const rest = 1 - ((z - centre[2]) / torso[2]) ** 4 - ((y - centre[1]) / torso[1]) ** 2;
+      if (rest <= 0) continue;
+      const reach = Math.floor(torso[0] * Math.sqrt(rest));
+      const shifted = (waveY[y] ?? 0) + (waveZ[z] ?? 0);
+      for (const [i, { at, flatness }] of parts.entries()) {
+        const dy = y - at[1] + (waveZ[z] ?? 0);
+        const dz = (z - at[2] + (waveY[y] ?? 0)) * flatness;
+        across[i] = dy * dy + dz * dz;
+      }
+      const row = (z * 317 + y) * 317;
+      for (let x = centre[0] - reach; x <= centre[0] + reach; ++x) {
+        const shiftedX = x + shifted + (waveX[x] ?? 0);
+        let nearest = 0;
+        let least = Number.POSITIVE_INFINITY;
+        for (let i = 0; i < across.length; ++i) {
+          const dx = shiftedX - (partsX[i] ?? 0);
+          const distance = dx * dx + (across[i] ?? 0);
+          if (distance < least) {
+            least = distance;
+            nearest = i;
+          }
+        }
+        volume.labels[row + x] = parts[nearest]?.label ?? 0;
+      }
+    }
+  }
+  let label = 52;
+  for (let i = 0; i < 22; ++i) volume.addEllipsoid(++label, [158, 215, 90 + 28 * i], [20, 16, 14]);
+  for (let i = 0; i < 22; ++i) {
+    const side = i % 2 === 0 ? [0.4 * Math.PI, -0.4 * Math.PI] : [0.6 * Math.PI, 1.4 * Math.PI];
+    const at: Triple = [158, 150, 400 + 28 * Math.floor(i / 2)];
+    volume.addTube(++label, at, [118, 84, between(3, 5)], side as [number, number]);
+  }
+  for (let i = 0; i < 6; ++i) {
+    const at: Triple = [between(120, 200), between(120, 190), between(150, 700)];
+    volume.addTube(++label, at, [between(30, 70), between(20, 60), 1.5 + i / 2], [0, 4]);
+  }
+  while (label < 105) {
+    const at: Triple = [between(100, 200), between(110, 200), between(150, 700)];
+    volume.addSheet(++label, at, [between(30, 70), between(30, 60), 50], 1 + (label % 3) / 2);
+  }
+  return volume;
+}
+
 /** Many small labels in a lattice, some of which touch. */
 export function manyLabels(count: number): LabelVolume {
   const edge = Math.ceil(Math.cbrt(count));

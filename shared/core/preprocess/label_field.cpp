@@ -1,242 +1,124 @@
 #include "shared/core/preprocess/label_field.h"
 
 #include <algorithm>
-#include <climits>
-#include <cstring>
+
+#include "shared/core/preprocess/label_balance.h"
+#include "shared/core/preprocess/label_distance.h"
+#include "shared/core/preprocess/label_smoothing.h"
 
 namespace isosplat {
 namespace {
 
-constexpr int kReach = kLabelFieldReach;
-constexpr int kWidth = 2 * kReach + 1;
-constexpr int kRows = kWidth * kWidth;
-constexpr int kVoxels = kWidth * kRows;
-constexpr std::array<int, kWidth> kKernel = {-1, 2, 6, 2, -1};
-constexpr int kKernelSum = 8 * 8 * 8;
+/// Voxels around the box that are computed too. At those beyond, the distances are extrapolated.
+constexpr int32_t kAround = 3;
 
-/// The distance from the isovalue that a voxel keeps at least, of kLabelFieldIsovalue.
-constexpr int kLeastDistance = 10;
+/// The largest tile along an axis, the voxels around a tile that influence it, and the largest part
+/// of a box that becomes a tile.
+constexpr int32_t kMaxTile = 224, kInfluence = 32, kMaxPart = kMaxTile - 2 * kInfluence;
 
-/// Vectors of labels and weights. A row of kWidth voxels is the first lanes; the others are
-/// ignored.
-using Lanes = int16_t __attribute__((vector_size(16)));
-constexpr int kLanes = 8;
+/// Upper limit of the voxels of a band, if it has more than kMinBandSlices slices.
+constexpr int64_t kMaxBandVoxels = int64_t{1} << 26;
+constexpr int32_t kMinBandSlices = 32;
 
-/// The kernel's weight of each voxel around the centre, and 0 in the other lanes.
-constexpr auto kWeights = [] {
-  std::array<std::array<int16_t, kLanes>, kRows> weights{};
-  for (int row = 0; row < kRows; ++row) {
-    for (int x = 0; x < kWidth; ++x) {
-      weights[static_cast<size_t>(row)][static_cast<size_t>(x)] = static_cast<int16_t>(
-          kKernel[static_cast<size_t>(row / kWidth)] * kKernel[static_cast<size_t>(row % kWidth)] *
-          kKernel[static_cast<size_t>(x)]);
-    }
-  }
-  return weights;
-}();
-
-/// The labels around a voxel: its rows, by y and then z.
-using Around = std::array<Lanes, kRows>;
-
-/// The rows around a row of voxels, from kReach voxels before it on.
-using Rows = std::array<const uint16_t*, kRows>;
-
-Lanes load(const void* from) {
-  Lanes lanes;
-  std::memcpy(&lanes, from, sizeof lanes);
-  return lanes;
+int32_t parts_of(int32_t voxels) {
+  return voxels + 2 * kAround <= kMaxTile ? 1 : (voxels + kMaxPart - 1) / kMaxPart;
 }
 
-Lanes splat(int value) {
-  const auto lane = static_cast<int16_t>(value);
-  return Lanes{lane, lane, lane, lane, lane, lane, lane, lane};
+int32_t part_begin(int32_t part, int32_t parts, int32_t voxels) {
+  return static_cast<int32_t>(int64_t{part} * voxels / parts);
 }
 
-int sum(Lanes lanes) {
-  return lanes[0] + lanes[1] + lanes[2] + lanes[3] + lanes[4];
+/// The first voxel of a tile and its end, along one axis of a box.
+int32_t tile_begin(int32_t first) {
+  return std::max(first - kInfluence, -kAround);
+}
+int32_t tile_end(int32_t end, int32_t voxels) {
+  return std::min(end + kInfluence, voxels + kAround);
 }
 
-struct Count {
-  int weight = 0;  ///< of kKernelSum
-  int voxels = 0;
-};
-
-Count count(const Around& around, int label) {
-  const Lanes wanted = splat(label);
-  Lanes weights = splat(0), voxels = weights;
-  for (size_t row = 0; row < kRows; ++row) {
-    const Lanes found = around[row] == wanted;
-    weights += found & load(kWeights[row].data());
-    voxels -= found;
-  }
-  return {sum(weights), sum(voxels)};
+/// A distance in steps of the field. Division rounds towards 0, so that the negative field gives
+/// the negative result; kLabelLeast gives 1.
+constexpr int field_steps(int16_t distance) {
+  constexpr int kStep = kLabelVoxel / kLabelFieldSteps;
+  return std::clamp<int>(distance / kStep, -kLabelFieldIsovalue, kLabelFieldIsovalue);
 }
-
-/// The voxels around one: those with its label, and the range of the others.
-struct Others {
-  Count own;
-  int least = 0, most = 0;
-};
-
-/// Labels are at most kMaxLabel, so comparing them as signed numbers is right.
-Others others_of(const Around& around, int label) {
-  const Lanes own = splat(label), above = splat(INT16_MAX);
-  Lanes weights = splat(0), voxels = weights, least = above, most = splat(-1);
-  for (size_t row = 0; row < kRows; ++row) {
-    const Lanes here = around[row];
-    const Lanes is_own = here == own;
-    weights += is_own & load(kWeights[row].data());
-    voxels -= is_own;
-    const Lanes low = here | (is_own & above), high = here | is_own;
-    least = low < least ? low : least;
-    most = high > most ? high : most;
-  }
-  Others found{{sum(weights), sum(voxels)}, least[0], most[0]};
-  for (int i = 1; i < kWidth; ++i) {
-    found.least = std::min<int>(found.least, least[i]);
-    found.most = std::max<int>(found.most, most[i]);
-  }
-  return found;
-}
-
-/// The largest weight of another label, where there are several.
-int largest_other(const Around& around, int label, const Others& others) {
-  std::array<int, kVoxels> known{label};
-  size_t labels = 1;
-  int voxels = others.own.voxels, largest = INT_MIN;
-  const auto add = [&](int other) {
-    const Count found = count(around, other);
-    known[labels++] = other;
-    voxels += found.voxels;
-    largest = std::max(largest, found.weight);
-  };
-  add(others.least);
-  add(others.most);
-  for (size_t row = 0; row < kRows && voxels < kVoxels; ++row) {
-    for (int i = 0; i < kWidth && voxels < kVoxels; ++i) {
-      const int here = around[row][i];
-      const auto end = known.begin() + static_cast<ptrdiff_t>(labels);
-      if (std::find(known.begin(), end, here) == end) add(here);
-    }
-  }
-  return largest;
-}
-
-uint8_t field_value(const Rows& rows, int x, int label) {
-  Around around;
-  for (size_t row = 0; row < kRows; ++row) around[row] = load(rows[row] + x);
-  const Others others = others_of(around, label);
-  const int other = others.least == others.most ? kKernelSum - others.own.weight
-                                                : largest_other(around, label, others);
-  // Division rounds towards 0, so that two labels' values have the same distance from the isovalue.
-  const int distance = kLabelFieldIsovalue * (others.own.weight - other) / kKernelSum;
-  const bool inside = around[kRows / 2][kReach] == label;
-  const int limited = inside ? std::clamp(distance, kLeastDistance, int{kLabelFieldIsovalue})
-                             : std::clamp(distance, -int{kLabelFieldIsovalue}, -kLeastDistance);
-  return static_cast<uint8_t>(kLabelFieldIsovalue + limited);
-}
-
-/// For each voxel, how many of the kWidth voxels around it have the label. Returns whether any has.
-/// `row`: from kReach voxels before the first on.
-bool count_in_row(const uint16_t* row, uint16_t label, uint8_t* counts, int32_t voxels) {
-  uint8_t any = 0;
-  for (int32_t x = 0; x < voxels; ++x) {
-    int found = 0;
-    for (int i = 0; i < kWidth; ++i) found += row[x + i] == label ? 1 : 0;
-    counts[x] = static_cast<uint8_t>(found);
-    any = static_cast<uint8_t>(any | counts[x]);
-  }
-  return any != 0;
-}
-
-void add_row(const uint8_t* from, uint8_t* to, int32_t voxels) {
-  for (int32_t x = 0; x < voxels; ++x) to[x] = static_cast<uint8_t>(to[x] + from[x]);
-}
+static_assert(field_steps(kLabelLeast) == 1 && field_steps(-kLabelLeast) == -1);
 
 }  // namespace
 
 LabelField::LabelField(const LabelVolume& volume, uint16_t label, const LabelBox& box)
-    : volume_(volume), label_(label), box_(box), empty_row_(volume.row_size(volume.size.x)) {
-  const auto rows = static_cast<size_t>(box.size.y), voxels = static_cast<size_t>(box.size.x);
-  rows_with_label_.resize(rows + 2 * kReach);
-  row_counts_.resize(rows_with_label_.size() * voxels);
-  for (SliceCounts& slice : slices_) {
-    slice.counts.resize(rows * voxels);
-    slice.has_label.resize(rows);
-  }
+    : volume_(volume), label_(label), box_(box) {
+  const auto most =
+      std::max<int64_t>(kMaxBandVoxels / static_cast<int64_t>(slice_voxels()), kMinBandSlices);
+  const int32_t parts = parts_of(box.size.z);
+  band_slices_ = static_cast<int32_t>(std::min<int64_t>((box.size.z + parts - 1) / parts, most));
+  bands_ = (box.size.z + band_slices_ - 1) / band_slices_;
 }
 
-/// The first voxel of the row that may be read for the box: kReach before the box.
-const uint16_t* LabelField::row(int32_t y, int32_t z) const {
-  const int32_t first = box_.first.x - kReach + LabelVolume::kBefore;
-  y += box_.first.y;
-  z += box_.first.z;
-  if (y < 0 || z < 0 || y >= volume_.size.y || z >= volume_.size.z) return &empty_row_[0] + first;
-  const size_t number =
-      static_cast<size_t>(z) * static_cast<size_t>(volume_.size.y) + static_cast<size_t>(y);
-  return volume_.rows.data() + number * volume_.row_size(volume_.size.x) + first;
+size_t LabelField::slice_voxels() const {
+  return static_cast<size_t>(box_.size.x) * static_cast<size_t>(box_.size.y);
 }
 
-void LabelField::count_slice(int32_t z, SliceCounts& slice) {
-  const int32_t voxels = box_.size.x;
-  const auto counts_of = [&](int32_t y) {
-    return row_counts_.data() + static_cast<ptrdiff_t>(y + kReach) * voxels;
+uint64_t LabelField::memory_bytes() const {
+  const auto along = [](int32_t voxels, int32_t parts) {
+    const int32_t part = (voxels + parts - 1) / parts;
+    return static_cast<uint64_t>(std::min(part + 2 * kInfluence, voxels + 2 * kAround));
   };
-  for (int32_t y = -kReach; y < box_.size.y + kReach; ++y) {
-    rows_with_label_[static_cast<size_t>(y + kReach)] =
-        count_in_row(row(y, z), label_, counts_of(y), voxels) ? 1 : 0;
-  }
-  for (int32_t y = 0; y < box_.size.y; ++y) {
-    const uint8_t* const has_label = rows_with_label_.data() + y;
-    const bool any = std::any_of(has_label, has_label + kWidth, [](uint8_t has) { return has; });
-    slice.has_label[static_cast<size_t>(y)] = any ? 1 : 0;
-    if (!any) continue;
-    uint8_t* const sums = slice.counts.data() + static_cast<ptrdiff_t>(y) * voxels;
-    std::memset(sums, 0, static_cast<size_t>(voxels));
-    for (int32_t dy = -kReach; dy <= kReach; ++dy) {
-      if (has_label[dy + kReach]) add_row(counts_of(y + dy), sums, voxels);
+  const uint64_t tile = along(box_.size.x, parts_of(box_.size.x)) *
+                        along(box_.size.y, parts_of(box_.size.y)) * along(box_.size.z, bands_);
+  // A tile has two numbers of 16 bits a voxel. Rows and bricks take less than another byte.
+  return 5 * tile + slice_voxels() * static_cast<uint64_t>(band_slices_);
+}
+
+void LabelField::compute_tile(Index3 first, Index3 end) {
+  LabelTile tile;
+  const Index3 begin{tile_begin(first.x), tile_begin(first.y), tile_begin(first.z)};
+  tile.first = {box_.first.x + begin.x, box_.first.y + begin.y, box_.first.z + begin.z};
+  tile.size = {tile_end(end.x, box_.size.x) - begin.x, tile_end(end.y, box_.size.y) - begin.y,
+               tile_end(end.z, box_.size.z) - begin.z};
+  compute_distances(volume_, label_, tile);
+  smooth_distances(tile);
+  balance_volume(tile);
+  for (int32_t z = first.z; z < end.z; ++z) {
+    for (int32_t y = first.y; y < end.y; ++y) {
+      const int16_t* const from =
+          tile.values.data() + tile.row_begin(y - begin.y, z - begin.z) + (first.x - begin.x);
+      uint8_t* const to = band_.data() + slice_voxels() * static_cast<size_t>(z - first_) +
+                          static_cast<size_t>(y) * static_cast<size_t>(box_.size.x) + first.x;
+      for (int32_t x = 0; x < end.x - first.x; ++x) {
+        to[x] = static_cast<uint8_t>(kLabelFieldIsovalue + field_steps(from[x]));
+      }
     }
   }
 }
 
-void LabelField::compute_row(int32_t y, int32_t z, const uint8_t* counts, uint8_t* out) const {
-  Rows rows;
-  for (int i = 0; i < kRows; ++i) {
-    rows[static_cast<size_t>(i)] = row(y + i % kWidth - kReach, z + i / kWidth - kReach);
-  }
-  for (int32_t x = 0; x < box_.size.x; ++x) {
-    if (counts[x] == 0 || counts[x] == kVoxels) {
-      out[x] = counts[x] == 0 ? 0 : kLabelFieldInside;
-    } else {
-      out[x] = field_value(rows, x, label_);
+void LabelField::compute_band(int32_t number) {
+  first_ = part_begin(number, bands_, box_.size.z);
+  end_ = part_begin(number + 1, bands_, box_.size.z);
+  band_.resize(slice_voxels() * static_cast<size_t>(end_ - first_));
+  const int32_t across = parts_of(box_.size.x), down = parts_of(box_.size.y);
+  for (int32_t j = 0; j < down; ++j) {
+    for (int32_t i = 0; i < across; ++i) {
+      compute_tile(
+          {part_begin(i, across, box_.size.x), part_begin(j, down, box_.size.y), first_},
+          {part_begin(i + 1, across, box_.size.x), part_begin(j + 1, down, box_.size.y), end_});
     }
   }
 }
 
 void LabelField::compute(int32_t first, int32_t count, std::span<uint8_t> out) {
-  const int32_t voxels = box_.size.x;
-  const auto slice_of = [&](int32_t z) -> SliceCounts& {
-    return slices_[static_cast<size_t>((z + kWidth) % kWidth)];
-  };
-  for (int32_t z = first - kReach; z < first + kReach; ++z) count_slice(z, slice_of(z));
-  std::vector<uint8_t> counts(static_cast<size_t>(voxels));
   uint8_t* to = out.data();
-  for (int32_t z = first; z < first + count; ++z) {
-    count_slice(z + kReach, slice_of(z + kReach));
-    for (int32_t y = 0; y < box_.size.y; ++y, to += voxels) {
-      std::memset(counts.data(), 0, counts.size());
-      bool any = false;
-      for (const SliceCounts& slice : slices_) {
-        if (!slice.has_label[static_cast<size_t>(y)]) continue;
-        any = true;
-        add_row(slice.counts.data() + static_cast<ptrdiff_t>(y) * voxels, counts.data(), voxels);
-      }
-      if (any) {
-        compute_row(y, z, counts.data(), to);
-      } else {
-        std::memset(to, 0, static_cast<size_t>(voxels));
-      }
+  const int32_t end = first + count;
+  while (first < end) {
+    if (first < first_ || first >= end_) {
+      int32_t number = 0;
+      while (part_begin(number + 1, bands_, box_.size.z) <= first) ++number;
+      compute_band(number);
     }
+    const auto slices = static_cast<size_t>(std::min(end, end_) - first);
+    const uint8_t* const from = band_.data() + slice_voxels() * static_cast<size_t>(first - first_);
+    to = std::copy_n(from, slice_voxels() * slices, to);
+    first += static_cast<int32_t>(slices);
   }
 }
 
