@@ -10,7 +10,7 @@ import type { ChunkPlaceInFile, Source } from "../../web/stream/source.ts";
 import { Traffic, transfer } from "../../web/stream/transfer.ts";
 import { core as load, openWhole, storeBytes } from "./fixture.ts";
 
-/** A host whose answers begin and never end. */
+/** A host whose responses begin and never end. */
 let host: Server;
 let url: string;
 let answering: Promise<{ response: ServerResponse; closed: Promise<void> }>;
@@ -63,7 +63,7 @@ it("a transfer that is ended before it begins asks for nothing", async () => {
   expect(traffic.requests).toBe(0);
 });
 
-/** A source whose requests the test answers or lets wait. */
+/** A source with requests that the test answers or leaves pending. */
 class HeldSource implements Source {
   readonly name = "held";
   readonly concurrency = 2;

@@ -201,7 +201,7 @@ describe("a store is that of the program, byte by byte", () => {
     for (const name of ["cut.mrc", "axes.mrc", "complex.mrc"]) await compare(inside, name);
   });
 
-  /** A file of NumPy, in C's order: its axes are z, y, x. */
+  /** A NumPy file in C order: its axes are z, y, x. */
   const npy = (type: string, voxels: Uint8Array, order = "False"): Buffer => {
     const shape = `(${[...sizes].reverse().join(", ")})`;
     const text = `{'descr': '${type}', 'fortran_order': ${order}, 'shape': ${shape}, }`;

@@ -1,4 +1,4 @@
-// The metadata of stores that somebody else has written.
+// Reads the metadata of stores that were written by other programs.
 import { expect, it } from "vitest";
 import { parseMetadata } from "../../web/core/records.ts";
 

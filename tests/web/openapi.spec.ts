@@ -92,7 +92,7 @@ async function getRaw(port: number, head: string): Promise<Answer> {
 const ajv = new Ajv2020({ strict: false });
 ajv.addFormat("binary", true);
 
-/** A schema of the document, by its place. */
+/** A schema of the document, by its JSON pointer. */
 function valid(pointer: string, value: unknown): string {
   const check = ajv.getSchema(`api#${pointer}`);
   if (!check) throw new Error(`no schema at ${pointer}`);
@@ -103,7 +103,7 @@ const escaped = (part: string) => part.replaceAll("~", "~0").replaceAll("/", "~1
 
 const checked = new Set<string>();
 
-/** Compares an answer with what the document says of this route and status. */
+/** Compares a response with its description in the document, by route and status. */
 function check(path: string, answer: Answer) {
   const place = `${path} ${answer.status}`;
   const response = document.paths[path]?.get.responses[answer.status];
@@ -237,7 +237,7 @@ describe("openapi.json", () => {
     const described = paths.flatMap(({ get }) =>
       Object.keys(get.responses).filter((code) => code >= "400"),
     );
-    // 405 is of other methods than GET; the description of the whole has it.
+    // 405 answers methods other than GET. The description of the API states it.
     expect([...new Set(described)].sort()).toEqual(
       [...new Set(codes.filter((code) => code !== "405"))].sort(),
     );

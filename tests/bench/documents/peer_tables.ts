@@ -21,7 +21,7 @@ type Programs = Map<string, Values>;
 /** "engine 60.5", "20 Mbit/s, 40 ms", "vtk.js 37.4.3" */
 const parts = /^(\S+ [\d.]+), (\d+ Mbit\/s, \d+ ms), (.+)$/;
 
-/** The tables' headings with their programs. Of a program, only the version that was measured last. */
+/** The headings of the tables, with their programs. A program has only the version that was measured last. */
 function measured(rows: readonly Row[]): Map<string, Programs> {
   const tables = new Map<string, Programs>();
   for (const row of rows) {
@@ -52,7 +52,7 @@ function valueIn(values: Values, measure: string, program: string): number {
 
 const text = (value: number): string => (value === 0 ? "0" : short(value));
 
-/** In which columns Isosplat is not the best, in words. */
+/** Lists the columns in which Isosplat is not the best, or states that there are none. */
 function shortcomings(ours: string, programs: Programs): string {
   const own = programs.get(ours) ?? new Map();
   const found = columns.flatMap(([measure, unit]) => {
@@ -83,7 +83,7 @@ function table(heading: string, programs: Programs): string {
   return `${markdown(rows)}\n\n${shortcomings(ours, programs)}`;
 }
 
-/** A table for each volume and link, and what Isosplat falls short in. */
+/** A table for each volume and link, and the columns in which Isosplat is not the best. */
 export function peerTables(rows: readonly Row[] = readResults("peers")): string {
   const tables = [...measured(rows)].map(([heading, programs]) => table(heading, programs));
   const machines = [...new Set(rows.map(({ machine }) => machine))].join("; ");

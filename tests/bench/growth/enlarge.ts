@@ -1,7 +1,7 @@
-/** A real volume with more voxels: what a scanner of a finer grid would have measured, smoothly. */
+/** Enlarges a real volume: interpolates the values that a scanner with a finer grid would have measured. */
 import type { RawVolume } from "../harness/flying_edges.ts";
 
-/** Position on an axis of the old grid: its voxel and the way to the next one. */
+/** A position on an axis of the old grid: the voxel, and the fraction of the distance to the next one. */
 function place(index: number, count: number, newCount: number): [number, number] {
   const at = (index * (count - 1)) / (newCount - 1);
   const voxel = Math.min(Math.floor(at), count - 2);

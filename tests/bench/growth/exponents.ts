@@ -1,6 +1,6 @@
 /** How figures grow with the number of voxels: exponents of power laws, and their names. */
 
-/** One size of a volume: its voxels, and a figure of it. */
+/** One size of a volume: its number of voxels, and a figure measured for it. */
 export interface Point {
   voxels: number;
   figure: number;
@@ -20,12 +20,12 @@ export function exponentOf(points: readonly Point[]): number {
   return logs.reduce((sum, log) => sum + (log[0] - x) * (log[1] - y), 0) / across;
 }
 
-/** Exponents that differ by less than this are taken for the same: times vary, and sizes are few. */
+/** Exponents that differ by less than this count as equal, because times vary and there are few sizes. */
 const tolerance = 0.15;
 
 /**
- * The order of an exponent: 1 is that of voxels, 0 of the screen, and that of the surface is measured
- * by active cells: 2/3 for a smooth surface, more for a fractal.
+ * The order of growth. A figure that grows with the voxels has exponent 1; one that depends on the screen
+ * has 0. The exponent of the surface is that of the active cells: 2/3 if it is smooth, more for a fractal.
  */
 export function orderOf(exponent: number, surface: number): string {
   const orders: [string, number][] = [

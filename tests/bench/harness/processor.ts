@@ -1,8 +1,8 @@
-/** What a command uses of the machine, whatever else runs on it. */
+/** Measures the processor time and memory of a command, independently of other programs on the machine. */
 import type { Bench } from "./benchmark.ts";
 
 export interface Used {
-  /** Of all processors, in user and system mode. */
+  /** The time on all processors, in user and system mode. */
   processorSeconds: number;
   /** The largest resident memory. */
   peakBytes: number;
@@ -19,7 +19,7 @@ print(json.dumps({"processorSeconds": used.ru_utime + used.ru_stime,
 sys.exit(done.returncode)
 `;
 
-/** Runs a command to its end with text on its standard input. Throws where it fails. */
+/** Runs a command to its end with text on its standard input. Throws if it fails. */
 export async function measureUse(
   bench: Bench,
   program: string,

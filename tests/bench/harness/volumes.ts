@@ -17,7 +17,7 @@ function readChecksums(): Map<string, string> {
   );
 }
 
-/** SHA-256 of a file; of a folder, that of the lines `<hash>  <name>` of its files by name. */
+/** SHA-256 of a file. For a folder: of the lines `<hash>  <name>` of its files, sorted by name. */
 function digest(path: string): string {
   if (!statSync(path).isDirectory())
     return createHash("sha256").update(readFileSync(path)).digest("hex");
@@ -36,9 +36,9 @@ function filesOf(name: string): string[] {
 }
 
 /**
- * The path of a volume of volumesFolder by its file or folder name, e.g. "engine.nhdr". Throws where
- * it differs from the recorded checksum: figures are only comparable for the same input.
- * Returns undefined where it is absent.
+ * The path of a volume of volumesFolder by its file or folder name, e.g. "engine.nhdr". Throws if
+ * it differs from the recorded checksum, because figures are only comparable for the same input.
+ * Returns undefined if it is absent.
  */
 export function findVolume(name: string): string | undefined {
   for (const file of filesOf(name)) {

@@ -17,7 +17,7 @@ const stores: [name: string, file: string][] = [
 
 interface State {
   name: string;
-  /** The query of the address. Empty: the start page. */
+  /** The query of the URL. If it is empty, the page is the start page. */
   view: string;
   act?(page: Page): Promise<void>;
 }

@@ -19,7 +19,7 @@ export const links: Link[] = [
   { name: "5 Mbit/s, 150 ms", megabitsPerSecond: 5, latencyMs: 150 },
 ];
 
-/** Traffic of a period. Bytes as the network sends them, with headers. */
+/** The traffic during a period. Bytes are counted on the network, including headers. */
 export interface Wire {
   bytes: number;
   requests: number;
@@ -68,7 +68,7 @@ export class Visitor {
   readonly #cdp: CDPSession;
   /** The requests for the volume's data. */
   readonly data: Wire = { bytes: 0, requests: 0 };
-  /** Their URLs, in the order of the requests. */
+  /** The URLs of these requests, in order. */
   readonly urls: string[] = [];
   #pageUrl = "";
   #ofProcessor: CDPSession | undefined;
@@ -120,7 +120,7 @@ export class Visitor {
         program: WebAssembly.Module | BufferSource,
         imports: WebAssembly.Imports,
       ) => {
-        // Of bytes, not of a module, the answer has the instance beside the module.
+        // Given bytes instead of a module, the result holds the instance and the module.
         const answer = (await instantiate(program as BufferSource, imports)) as
           | WebAssembly.Instance
           | WebAssembly.WebAssemblyInstantiatedSource;
@@ -161,7 +161,7 @@ export class Visitor {
       if (response.fromDiskCache) cached.add(requestId);
       if (isCounted(requestId)) ++this.data.requests;
     });
-    // encodedDataLength of dataReceived is 0 for some responses; loadingFinished has the total.
+    // encodedDataLength of dataReceived is 0 for some responses; loadingFinished reports the total.
     const partial = new Map<string, number>();
     this.#cdp.on("Network.dataReceived", ({ requestId, encodedDataLength }) => {
       if (!isCounted(requestId)) return;
