@@ -1,8 +1,8 @@
-// How true and how smooth normals are. Angles, where a cell covers 8 px: to the gradient by central
-// differences at the voxels, interpolated trilinearly. Jumps, where a cell covers 32 px, so that a
-// pixel is a small step: across faces between cells, between blocks, and between levels (95th
-// percentile). isosplat_normals says how. And the normals of extracted points, by the same
-// reference, with the time that they take.
+// Measures the accuracy and smoothness of normals. The accuracy is the angle to a reference, for cells of
+// 8 px: the gradient by central differences at the voxels, interpolated trilinearly. The smoothness is the
+// jump (95th percentile) across faces between cells, between blocks, and between levels. It is measured for
+// cells of 32 px, so that a pixel is a small step. isosplat_normals describes the method. The normals of
+// extracted points are compared with the same reference, and their time is measured.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { renderProgram } from "./harness/render.ts";
 import { buildStore } from "./stream/serving.ts";

@@ -17,10 +17,10 @@ interface Notebook {
   /** As the kernel sets traits: all of them, then the events. */
   receive(values: Partial<Record<keyof Traits, unknown>>): void;
   traits: Traits;
-  /** What each save_changes() sent to the kernel. */
+  /** The traits that each save_changes() sent to the kernel. */
   sent: Partial<Traits>[];
   listeners(): number;
-  /** Shows the model once more; returns what removes that view. */
+  /** Shows the model in another view. Returns a function that removes this view. */
   show(): Promise<() => void>;
   contexts: WebGL2RenderingContext[];
 }
@@ -58,7 +58,7 @@ async function open(page: Page, traits: Partial<Traits>): Promise<void> {
       const model: NotebookModel = {
         get: (name) => values[name],
         set(name, value) {
-          // What crosses to the kernel is JSON; what does not survive it must not be set.
+          // Traits reach the kernel as JSON, so only values that JSON can represent may be set.
           if (JSON.stringify(value) === JSON.stringify(values[name])) return;
           values[name] = JSON.parse(JSON.stringify(value));
           unsaved.add(name);
@@ -120,12 +120,12 @@ test("a program's changes reach the picture, and a visitor's the program", async
   expect((await trait(page, "volume")) as Traits["volume"]).toMatchObject({
     voxels: [expect.any(Number), expect.any(Number), expect.any(Number)],
   });
-  // What the picture knew of itself is sent.
+  // The values that the picture has determined are sent.
   await expect
     .poll(() => page.evaluate(() => Object.assign({}, ...globalThis.notebook.sent).camera?.azimuth))
     .toBe(30);
 
-  // From the program: nothing of it is sent back.
+  // Changes that the kernel made are not sent back to it.
   await page.evaluate(() => {
     globalThis.notebook.sent.length = 0;
     globalThis.notebook.receive({
@@ -146,7 +146,7 @@ test("a program's changes reach the picture, and a visitor's the program", async
     along: e.slices.along,
   }));
   expect(set).toEqual({ azimuth: 75, high: [1, 1, 0.75], along: [0.5, null, null] });
-  // A partial camera is completed, and the isovalue follows the surfaces: that alone is sent.
+  // A partial camera is completed, and the isovalue follows the surfaces. No other traits are sent.
   await expect
     .poll(() => page.evaluate(() => Object.keys(Object.assign({}, ...globalThis.notebook.sent))))
     .toEqual(expect.arrayContaining(["isovalue", "camera"]));
@@ -238,7 +238,7 @@ test("two views of a model move together, and leave nothing behind", async ({ pa
   await page.keyboard.press("Enter");
   await expect.poll(() => isovalues(page)).toEqual([[120], [120]]);
 
-  // Many changes make few messages, and a view that goes sends what is left.
+  // Many changes are sent in few messages, and a view that is removed sends its pending changes.
   const counts = await handles.evaluate(([first]) => {
     const { sent, receive } = globalThis.notebook;
     receive({});

@@ -1,4 +1,5 @@
-// Without a network: the page, what is on this device, and what was seen. Versions of the page.
+// The page without a network: it opens, and shows volumes on this device and volumes that were viewed before.
+// Also updates from one version of the page to the next.
 import { execFileSync } from "node:child_process";
 import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -23,7 +24,7 @@ test.afterEach(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** The service worker is active, and has kept what the first visit fetched. */
+/** Waits until the service worker is active and has kept the files of the first visit. */
 async function kept(page: Page, cache: RegExp): Promise<void> {
   await expect
     .poll(
@@ -52,7 +53,7 @@ test("a volume that was seen is shown again, and the list", async ({ page }) => 
   await complete(page);
   await settled(page);
   await kept(page, /isosplat-page-.*isosplat-seen-|isosplat-seen-.*isosplat-page-/);
-  // The second visit asks for the list, and passes the service worker from the beginning.
+  // The second visit requests the list, and all of its requests pass through the service worker.
   await page.goto(server.url);
   await expect(page.locator("a.card")).toHaveCount(3);
   await kept(page, /isosplat-lists/);

@@ -1,4 +1,4 @@
-/** Volumes' files at addresses of other hosts: fetched, built, kept, and opened again. */
+/** Opens volume files by URLs of other hosts: fetches them, builds and keeps their stores, and reopens them. */
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -62,7 +62,7 @@ test("an address in the start page's field opens, is kept, and is not fetched ag
   await page.reload();
   await complete(page);
   expect(workers.filter((worker) => worker.includes("import_worker"))).toEqual([]);
-  // The host is away: what was kept is shown.
+  // The host does not respond, so the page shows the store that it has kept.
   await proxy.stop();
   await page.reload();
   await complete(page);
@@ -87,7 +87,7 @@ test("a connection that breaks is continued", async ({ page }) => {
   proxy.fault = (_, number) => (number === 1 ? { kind: "truncate", bytes: 700_000 } : undefined);
   await open(page, `${proxy.url}/bucky.nrrd`);
   await complete(page);
-  // The browser's cache may ask for a part as well.
+  // The browser's cache may also request a byte range.
   expect(proxy.requests.length).toBeGreaterThan(1);
 });
 

@@ -37,7 +37,7 @@ class Figures {
   }
 }
 
-/** What a visitor waits for and downloads. */
+/** The waiting times and downloads of a visitor. */
 function networkFigures(figures: Figures): string {
   const link = "20 Mbit/s, 40 ms";
   const value = (what: string, measure: string, unit: string) =>
@@ -143,7 +143,7 @@ const floods = [
   "4 × 360 pipelined /healthz per second, 20,000 stores",
 ];
 
-/** Rates of the server beside nginx's, and how it bears many clients. */
+/** Rates of the server compared with nginx, and its behaviour with many clients. */
 function serverFigures(figures: Figures): string {
   const ratio = (what: string) => figures.of("server", [what], "rate, ratio to nginx", "×");
   const chunk = (bytes: number) => {
@@ -311,7 +311,7 @@ function samplings(volume: string): string {
   return markdown(table);
 }
 
-/** The steps of a way from a file to a link, in the order in which they are taken. */
+/** The steps from a file to a link, in their order. */
 function steps(figures: Figures, way: string): string {
   const rows = readResults("first_use").filter((row) => row.case === way);
   const names = [...new Set(rows.map(({ measure, unit }) => `${measure}\n${unit}`))];

@@ -21,12 +21,12 @@ function fieldsOf(line: string): string[] {
   );
 }
 
-/** The newest row of each figure of a benchmark, whatever machine and version it is of. */
+/** The newest row of each figure of a benchmark, for any machine and version. */
 export function readResults(name: string): Row[] {
   return newestRows(readFileSync(join(root, "tests/bench/results", `${name}.csv`), "utf8"));
 }
 
-/** The rows of a table of results, whose newest rows are last, without those that a later run repeated. */
+/** The rows of a table of results, without rows that a later run repeated. The newest rows are last. */
 export function newestRows(text: string): Row[] {
   const rows = new Map<string, Row>();
   for (const row of allRows(text)) rows.set(`${row.case}\n${row.measure}\n${row.unit}`, row);

@@ -12,7 +12,7 @@ const emptyPages: Plugin = {
   },
 };
 
-/** The address without a "/" at its end. Close it when all tests have ended. */
+/** The URL of the page's server, without a final "/". Close the server after all tests. */
 export interface ServedModules {
   origin: string;
   close(): Promise<void>;

@@ -1,7 +1,7 @@
 import { createServer } from "node:http";
 
 export interface HtmlHost {
-  /** Of another port than the server's, so that script, worker and store are foreign to its page. */
+  /** Has another port than the server, so that script, worker and store are cross-origin for its page. */
   readonly origin: string;
   stop(): void;
 }

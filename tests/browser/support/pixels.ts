@@ -28,7 +28,7 @@ export async function decodePng(page: EvaluatingPage, png: Buffer): Promise<Pixe
     if (!context) throw new Error("no 2D context");
     context.drawImage(bitmap, 0, 0);
     const { data } = context.getImageData(0, 0, width, height);
-    // In pieces, since the number of arguments of a call is limited by the stack.
+    // The string is built in pieces, because the stack limits the number of arguments of a call.
     let binary = "";
     for (let at = 0; at < data.length; at += 8192) {
       binary += String.fromCharCode(...data.subarray(at, at + 8192));
