@@ -1,4 +1,4 @@
-/** Opens volume files by URLs of other hosts: fetches them, builds and keeps their stores, and reopens them. */
+/** Opens volume files by URLs of other hosts: fetches them, builds and keeps stores, and reopens them. */
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
