@@ -46,7 +46,7 @@ async function build(bench: Bench, name: string, volume: LabelVolume, runs: numb
   return bundle;
 }
 
-/** Compares the volumes within the surfaces of labels (1,000 to 200,000 voxels) with those of their voxels. */
+/** Compares the volumes within the surfaces of labels (1,000 to 200,000 voxels) with their voxels. */
 async function compareVolumes(bench: Bench, name: string, bundle: string): Promise<void> {
   const folder = join(bench.folder, "unpacked");
   await bench.command(bench.isosplat, ["unbundle", bundle, "-o", folder, "--force"]);
