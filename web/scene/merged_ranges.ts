@@ -1,8 +1,8 @@
 import type { Source } from "../stream/source.ts";
 
-/** Ranges that lie this close to each other are fetched together, with what lies between them. */
+/** Two ranges with at most this many bytes between them are fetched together, with these bytes. */
 const maxGap = 16 * 1024;
-/** The size of the ranges that are fetched together. */
+/** Ranges are merged into one request of at most this size. A single range may be larger. */
 const maxBytes = 1024 * 1024;
 
 type Arrived = (part: Uint8Array, offset: number) => void;
@@ -18,12 +18,12 @@ interface Wanted {
 
 /**
  * Fetches ranges of a file for many readers, such as the small stores of a bundle. At most
- * `concurrency` requests run at a time. Ranges that wait meanwhile, and lie close to each other, are
- * fetched with one request.
+ * `concurrency` requests run at a time. The other ranges wait; those that lie close to each other are
+ * then fetched by one request.
  */
 export class MergedRanges {
   readonly #file: Pick<Source, "range" | "concurrency">;
-  /** In the order of their offsets. */
+  /** In the order of their calls, the oldest first. */
   #waiting: Wanted[] = [];
   #running = 0;
   #begins = false;
@@ -32,7 +32,7 @@ export class MergedRanges {
     this.#file = file;
   }
 
-  /** As Source.range. Rejects with the reason of the request, or of the signal. */
+  /** As Source.range. Rejects with the error of the request, or with the signal's reason. */
   range(offset: number, bytes: number, signal: AbortSignal, arrived: Arrived): Promise<void> {
     return new Promise((resolve, reject) => {
       if (signal.aborted) {
@@ -53,7 +53,7 @@ export class MergedRanges {
     });
   }
 
-  /** In a microtask, so that all ranges that are wanted at once are known. */
+  /** Starts requests in a microtask, so that ranges requested in the same task can be merged. */
   #begin(): void {
     if (this.#begins) return;
     this.#begins = true;
@@ -65,7 +65,7 @@ export class MergedRanges {
     });
   }
 
-  /** The range that waits longest, and those next to it. */
+  /** Removes the range that has waited longest, and those close to it. Returns them by offset. */
   #next(): Wanted[] {
     const [oldest] = this.#waiting;
     if (!oldest) return [];
@@ -113,7 +113,7 @@ export class MergedRanges {
   }
 }
 
-/** Gives each reader its own bytes of a part. */
+/** Passes to each reader the bytes of a part that lie in its range. */
 function handOut(group: readonly Wanted[], part: Uint8Array, offset: number): void {
   for (const { offset: begin, end, signal, arrived } of group) {
     const from = Math.max(begin, offset);

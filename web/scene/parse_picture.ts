@@ -32,7 +32,7 @@ type PictureDocument = Pick<
   "camera" | "clip" | "slices" | "look" | "background" | "measurements"
 >;
 
-/** Reads the members of a scene that concern its picture. Throws as parseScene. */
+/** Reads camera, clipping, slices, look, background and measurements. Throws the errors of parseScene. */
 export function readPicture(root: Member): PictureDocument {
   return {
     camera: optional(root.at("camera"), readCamera, null),

@@ -17,25 +17,26 @@ import { type JsonObject, lightMembers, maxTextBytes } from "./scene_document.ts
 
 export interface WriteSceneOptions {
   name: string;
-  /** The scene that was opened: members that are unknown here, and its missing layers, are kept. */
+  /** The scene that was opened. Its unknown members and its missing layers are kept. */
   scene: ShownScene | null;
-  /** The names of layers without one of their own, such as their volumes' titles. */
+  /** The name to write for a layer whose `name` is empty, such as the title of its volume. */
   nameOf: (layer: Layer) => string;
   measurements: readonly Measurement[];
-  /** Whether the background is that of the viewer, not of its page. */
+  /** Whether to write the background. False if the page chooses it, as by its theme. */
   hasBackground: boolean;
 }
 
 export interface WrittenScene {
-  /** JSON; null: no layer has an address. */
+  /** JSON. Null if no layer has an address. */
   text: string | null;
-  /** The layers whose stores have no address: files of this device. They are not in the scene. */
+  /** The layers that are not in the scene, because their stores are files of this device, without an address. */
   left: readonly Layer[];
 }
 
 /**
- * The document (shared/core/scene/SCENE.md) of what a viewer shows: its layers, by the absolute addresses of
- * their stores, time, camera, clipping, slices, look and measurements. Opened, it gives the same picture.
+ * Writes the present picture of a viewer as a scene document (shared/core/scene/SCENE.md): its layers with the
+ * absolute addresses of their stores, time, camera, clipping, slices, look and measurements. Opening the document
+ * shows the same picture.
  */
 export function writeScene(viewer: Viewer, options: WriteSceneOptions): WrittenScene {
   const { name, scene, measurements, hasBackground } = options;
@@ -78,8 +79,8 @@ export function writeScene(viewer: Viewer, options: WriteSceneOptions): WrittenS
 }
 
 /**
- * Clip box, slices and colours that show values are those of the viewer's first layer, which is then the first of
- * the document.
+ * The layers in the order of the document. The clip box, slices and colours by value refer to the first layer of
+ * the document. If any of them is set, the viewer's first layer comes first, wherever the list shows it.
  */
 function inOrder({ layers, clip, slices, look }: Viewer): readonly Layer[] {
   const isWhole = clip.low.every((low) => low === 0) && clip.high.every((high) => high === 1);
@@ -89,7 +90,7 @@ function inOrder({ layers, clip, slices, look }: Viewer): readonly Layer[] {
   return first ? [first, ...layers.filter((layer) => layer !== first)] : layers;
 }
 
-/** Undefined if a store has no address. */
+/** The member of `layers` for a layer. Undefined if one of its stores has no address, or one that is too long. */
 function writeLayer(layer: Layer, { scene, nameOf }: WriteSceneOptions): JsonObject | undefined {
   const index = scene?.layers.findIndex((each) => each?.sources === layer.sources) ?? -1;
   const addresses = scene && index >= 0 ? addressesOf(scene, index) : [layer.source.address];
@@ -111,7 +112,7 @@ function writeLayer(layer: Layer, { scene, nameOf }: WriteSceneOptions): JsonObj
   };
 }
 
-/** A layer that could not be opened, with absolute addresses. */
+/** The member of `layers` for a layer that could not be opened, with absolute addresses. */
 function lostLayer(scene: ShownScene, index: number): JsonObject | undefined {
   const { store: _, stores: __, ...others } = layerOf(scene, index);
   const addresses = addressesOf(scene, index);
@@ -124,14 +125,14 @@ function layerOf({ document }: ShownScene, index: number): JsonObject {
   return Array.isArray(layers) ? objectOf(layers[index]) : {};
 }
 
-/** Those of the stores of a layer of the scene. */
+/** The absolute addresses of the stores of a layer of the scene. */
 function addressesOf({ document, source }: ShownScene, index: number): (string | undefined)[] {
   const { stores = [] } = document.layers[index] ?? {};
   return stores.map((path) => {
     try {
       return source(path).address;
     } catch {
-      return undefined; // the layer is missing, for this reason
+      return undefined; // the layer is missing because this address is wrong
     }
   });
 }
@@ -160,7 +161,7 @@ function slicesDocument({ along, plane, range }: Slices): JsonObject {
   return { along, plane, range };
 }
 
-/** Undefined for the default look, unless the scene had one. */
+/** The member `look`. Undefined if the look is the default and the scene had none. */
 function lookDocument(look: Look, before: unknown): JsonObject | undefined {
   const { background: _, light, colourBy, colourMap, eyeDome, ...splats } = look;
   const { background: __, ...defaults } = defaultLook;
@@ -180,7 +181,7 @@ function lookDocument(look: Look, before: unknown): JsonObject | undefined {
   };
 }
 
-/** A measurement with the same points as one of the scene keeps its unknown members. */
+/** Keeps the unknown members of a measurement of the scene if its points have not changed. */
 function measurementsDocument(
   measurements: readonly Measurement[],
   before: unknown,
@@ -213,9 +214,9 @@ function isShort(text: string): boolean {
   return utf8.encode(text).length <= maxTextBytes;
 }
 
-/** A name that is too long for a scene, without its end. */
+/** The text, cut at the maximum length of texts in scenes. */
 function shortened(text: string): string {
   if (isShort(text)) return text;
-  // As a stream, which leaves out a character that is not complete.
+  // With `stream`, the decoder leaves out a character that was cut in two.
   return new TextDecoder().decode(utf8.encode(text).subarray(0, maxTextBytes), { stream: true });
 }

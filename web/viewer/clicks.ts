@@ -1,9 +1,9 @@
-/** A pointer that moves farther than this between down and up (CSS pixels) rotates the view. */
+/** If the pointer moves farther than this while it is pressed (CSS pixels), the press is a drag. */
 const mostDrift = 5;
 
 /**
- * Calls `clicked` for each click and tap on an element: a press of the main button without a drag. A drag that
- * returns to its start has still rotated the view.
+ * Calls `clicked` for each click and tap on an element, which is a press of the main button without a drag. A
+ * drag that returns to its start is not a click, because it has rotated the view meanwhile.
  */
 export function listenToClicks(
   element: HTMLElement,

@@ -3,23 +3,24 @@ import type { LayerList } from "./layer_list.ts";
 import type { OpenVolume } from "./open_volume.ts";
 
 /**
- * Layers are tested for occlusion one after the other, and again when another one has changed the picture. Of
- * more layers than these, all chunks are fetched.
+ * Maximum number of layers that are tested for occlusion. They are tested one after the other, and again when
+ * another layer has changed the picture, which takes long for many layers. If there are more layers, occluded
+ * chunks are fetched as well.
  */
 const maxTested = 16;
 
 /**
- * Tells the layers what others have changed. Of a scene with many layers, many change together, so each is
- * told once for all of them.
+ * Notifies the layers of changes of other layers. Many layers of a scene may change at the same time, so their
+ * changes are combined into one notification.
  */
 export class LayerChanges {
   readonly #list: LayerList;
   readonly #opened: CoalescedTask;
-  /** The volumes that show other chunks, until the others are told. */
+  /** The volumes whose visible chunks have changed since the last notification. */
   readonly #changed = new Set<OpenVolume>();
   readonly #telling = new CoalescedTask(() => this.#tell());
 
-  /** `opened`: layers were opened, and share with the others. */
+  /** `opened` is called once after one or more layers were opened, to divide the sample budget anew. */
   constructor(list: LayerList, opened: () => void) {
     this.#list = list;
     this.#opened = new CoalescedTask(() => {
@@ -35,7 +36,7 @@ export class LayerChanges {
     this.#opened.request();
   }
 
-  /** A volume shows other chunks: regions of others may be visible now, or no longer. */
+  /** The visible chunks of a volume have changed, so they may occlude other regions of the other volumes. */
   visible(volume: OpenVolume): void {
     if (this.#list.entries.length <= 1) return;
     this.#changed.add(volume);

@@ -5,8 +5,8 @@ import { progressOfShown } from "./layers_progress.ts";
 import type { SampleBudget } from "./sample_budget.ts";
 
 /**
- * The streaming progress of the picture. That of many layers is the sum of theirs, so it is found once for
- * all layers that change together.
+ * The streaming progress of the picture: the sum over all its layers. It is computed once for all layers
+ * whose progress changes at the same time.
  */
 export class PictureProgress {
   readonly #list: LayerList;
@@ -40,12 +40,12 @@ export class PictureProgress {
     this.#report(progress);
   }
 
-  /** No report follows from changes until now. */
+  /** Cancels the pending report. */
   cancel(): void {
     this.#summing.cancel();
   }
 
-  /** Null while nothing is known of any layer: the progress stays what it was. */
+  /** Null while no layer has reported progress. The last progress is then kept. */
   #sum(): Progress | null {
     return progressOfShown(this.#list.entries, this.#samples.samples);
   }

@@ -3,18 +3,18 @@ import type { LayerEntry, LayerList } from "./layer_list.ts";
 import { type SampleNeed, shareSamples } from "./sample_shares.ts";
 import { coverage, type Transform, viewProjectionOf } from "./transform.ts";
 
-/** Shares of the sample budget that differ less from the present ones are not worth a change. */
+/** The budget is divided anew only if a share changes by more than this fraction of its present size. */
 const smallestChange = 0.1;
 
-/** Of the share of a layer with steps, this part is for the steps that are not shown. */
+/** The fraction of the share of a layer with steps that is for the steps that are not shown. */
 const shareOfOthers = 0.5;
 
-/** The samples of a layer's share for its steps that are not shown. */
+/** The number of samples in a layer's share that is for the steps that are not shown. */
 export function samplesOfOthers({ samples, steps }: Pick<LayerEntry, "samples" | "steps">): number {
   return steps ? Math.floor(shareOfOthers * samples) : 0;
 }
 
-/** The share of a view that the volume of a layer covers. */
+/** The share of the view that a layer's volume covers, with the arguments from which it was computed. */
 interface Covered {
   info: StoreInfo;
   transform: Transform;
@@ -26,7 +26,7 @@ export class SampleBudget {
   readonly #list: LayerList;
   #samples: number;
   #viewProjection: Float64Array | null = null;
-  /** Of the layers that have been placed in this view. */
+  /** Computed for the present view. */
   #coverages = new WeakMap<LayerEntry, Covered>();
 
   constructor(samples: number, list: LayerList) {
@@ -45,7 +45,7 @@ export class SampleBudget {
     this.share(true);
   }
 
-  /** The view that is drawn at rest: layers that cover more of it get more of the sample budget. */
+  /** Sets the view that is drawn at rest. Layers that cover more of it get more of the sample budget. */
   viewed(viewProjection: Float64Array): void {
     if (!isSame(viewProjection, this.#viewProjection)) this.#coverages = new WeakMap();
     this.#viewProjection = viewProjection;
@@ -85,7 +85,10 @@ export class SampleBudget {
     };
   }
 
-  /** Divides the budget anew. All shares change, or none, so that their sum stays within the budget. */
+  /**
+   * Divides the budget anew. Either all shares change or none, so that their sum stays within the budget.
+   * `isOtherBudget`: changes them even if the differences are small.
+   */
   share(isOtherBudget = false): void {
     const sharing = this.#list.entries.filter(({ volume }) => volume.session);
     const shares = shareSamples(

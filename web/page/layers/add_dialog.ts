@@ -19,7 +19,7 @@ export interface AddDialogActions {
   takeFiles: ((files: readonly File[]) => void) | null;
 }
 
-/** Volumes that are listed at a time. */
+/** Maximum number of volumes listed at a time. */
 const mostListed = 50;
 /** A search begins when its text has not changed for this time (ms). */
 const typingPause = 200;

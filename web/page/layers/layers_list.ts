@@ -20,7 +20,7 @@ export class LayersList {
   readonly layers: PageLayers;
   readonly section: LayersSection;
   readonly #host: PageLayersHost;
-  /** The stores in bundles: layers of scenes that were added. */
+  /** The stores in bundles, for layers of scenes that were added. */
   #stores: AddressedStores | null = null;
 
   constructor(host: PageLayersHost) {
@@ -46,7 +46,7 @@ export class LayersList {
     );
   }
 
-  /** What the visitor should know of the places of the layers. */
+  /** Notes on the positions of the layers in the world. */
   #notes(): string[] {
     const { first } = this.layers;
     const others = this.#host.viewer.layers.filter((layer) => layer !== first);
@@ -103,7 +103,7 @@ export class LayersList {
     return false;
   }
 
-  /** The source of a place, or why it cannot be opened. */
+  /** The source of a place, or a message that states why it cannot be opened. */
   async #sourceOf(place: LayerPlace): Promise<Source | string> {
     const { src } = place;
     if (src?.startsWith(deviceAddress)) {

@@ -20,7 +20,7 @@ export interface LayersSectionState {
   entries: readonly LayerEntry[];
   /** Whether the chosen layer is shown alone. */
   isSolo: boolean;
-  /** What the visitor should know of the places of the layers; empty: nothing. */
+  /** Notes on the positions of the layers in the world. */
   notes: readonly string[];
 }
 
@@ -38,19 +38,19 @@ export interface LayersActions {
   save(): void;
 }
 
-/** With fewer layers there is no search. */
+/** Search is offered if there are more layers than this. */
 const mostWithoutSearch = 11;
-/** The height of the rest of the panel, as far as the isovalue, in CSS pixels. */
+/** The height of the other parts of the panel down to the isovalue, in CSS pixels. */
 const restHeight = 560;
 
-/** The height of the list, in rows; more are scrolled. */
+/** The number of rows that are visible at a time. Longer lists scroll. */
 function mostRows(): number {
   return Math.max(6, Math.min(14, Math.floor((innerHeight - restHeight) / rowHeight)));
 }
 
 /**
- * The list of layers in the panel. Draws only the rows in view. Has the state that only the list has:
- * search, collapsed groups, the row that has the focus, and what is dragged or renamed.
+ * The list of layers in the panel. Draws only the rows in view. Holds the state of the list: search,
+ * collapsed groups, the focused row, and the row that is being dragged or renamed.
  */
 export class LayersSection {
   readonly element = document.createElement("div");
@@ -167,7 +167,7 @@ export class LayersSection {
     </div>`;
   }
 
-  /** The row whose controls are in the order of the Tab key. */
+  /** The index of the row that the Tab key reaches. */
   #currentRow(rows: readonly ListRow[]): number {
     const focused = rows.findIndex((row) => idOf(row) === this.#focused);
     if (focused >= 0) return focused;
@@ -241,7 +241,7 @@ export class LayersSection {
     event.preventDefault();
   }
 
-  /** Focuses the row of a layer or a group, which is drawn for this, and scrolls to it. */
+  /** Draws the row of a layer or a group, scrolls to it and focuses it. */
   #focusRow(id: number | string | undefined): void {
     if (id === undefined) return;
     this.#focused = id;

@@ -1,10 +1,10 @@
 import type { Layer } from "../../viewer/layer.ts";
 
-/** Shows one layer alone, and then what was visible before. */
+/** Shows one layer alone, and later the layers that were visible before. */
 export class Solo {
   #before: ReadonlyMap<Layer, boolean> | null = null;
 
-  /** What is visible was chosen otherwise. */
+  /** Call it when the visitor has shown or hidden layers in another way. */
   forget(): void {
     this.#before = null;
   }
@@ -14,7 +14,7 @@ export class Solo {
     return this.#before !== null && layers.every((each) => each.visible === (each === layer));
   }
 
-  /** Hides all others; if they are hidden by this, shows what was visible before. */
+  /** Hides all other layers. If `isAlone`, shows the layers that were visible before. */
   toggle(layer: Layer, layers: readonly Layer[]): void {
     const before = this.isAlone(layer, layers) ? this.#before : null;
     this.#before = before

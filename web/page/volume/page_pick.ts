@@ -6,7 +6,7 @@ import type { Viewer } from "../../viewer/viewer.ts";
 
 /** The functions that a pick needs from its page. */
 export interface PagePickHost {
-  /** Whether clicks are points of measurements. */
+  /** Whether clicks add points to measurements. */
   isMeasuring(): boolean;
   /** The title of a layer by its id; undefined if there is only one. */
   titleOfHit(layer: number): string | undefined;
@@ -17,8 +17,8 @@ export interface PagePickHost {
 }
 
 /**
- * Names the layer whose surface was clicked, with the volume of its label. In a picture of one volume without
- * a label, nothing is said.
+ * Shows the name of the layer whose surface was clicked and, if the layer shows a label of a segmentation, the
+ * volume and the number of voxels of the label. Does nothing if the picture has only one layer, without a label.
  */
 export class PagePick {
   readonly #viewer: Viewer;
@@ -34,13 +34,13 @@ export class PagePick {
     });
   }
 
-  /** Names what is in the middle of the picture. */
+  /** Names the layer in the middle of the picture, or states that there is no surface. */
   nameMiddle(): void {
     const { clientWidth, clientHeight } = this.#viewer.canvas;
     if (!this.#name(clientWidth / 2, clientHeight / 2)) this.#host.says(pageTexts.nothingThere);
   }
 
-  /** Returns whether there is a surface at this position on the canvas, in CSS pixels. */
+  /** Names the layer at a position on the canvas (CSS pixels). Returns false if there is nothing to name. */
   #name(x: number, y: number): boolean {
     const { layers } = this.#viewer;
     const isNamed = layers.length > 1 || layers[0]?.label;
