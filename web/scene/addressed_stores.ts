@@ -7,14 +7,15 @@ import { Bundle } from "./bundle.ts";
 import { bundleAt } from "./bundle_at.ts";
 import { BundledSource } from "./bundled_source.ts";
 
-/** Whether the path of a store is an address, whatever the address of the scene is. */
+/** Whether the path of a store is an absolute address. */
 export function isAddress(path: string): boolean {
   return /^https?:\/\//i.test(path) && URL.canParse(path);
 }
 
 /**
- * The stores of a scene's document at addresses: files, volumes of servers, and stores in bundles, whose paths
- * are the fragments of the addresses. Credentials of `options` are for the scene's own host.
+ * The stores at the addresses in a scene's document: files, volumes of servers, and stores in bundles. The
+ * fragment of an address is the path of the store in the bundle. The credentials in `options` are sent only to the
+ * scene's own host.
  */
 export class AddressedStores {
   readonly #core: Core;

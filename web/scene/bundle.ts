@@ -10,7 +10,7 @@ import {
 } from "./bundle_header.ts";
 import { MergedRanges } from "./merged_ranges.ts";
 
-/** The file of a bundle: what a source of a store has for its bytes. */
+/** The file of a bundle: the members of a store's source that concern bytes. */
 export interface BundleFile
   extends Pick<
     Source,
@@ -18,7 +18,7 @@ export interface BundleFile
   > {
   /** The first bytes: at least `count`, unless the file is shorter. */
   firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array>;
-  /** The file that was read again is the same one. */
+  /** Called when the file was read again and has not changed. */
   isSame?(): void;
 }
 
@@ -29,7 +29,7 @@ const maxTogether = 32 * 1024 * 1024;
 /** Parts are kept up to this size in all. */
 const maxKept = 64 * 1024 * 1024;
 
-/** Bytes of the bundle that are kept, since several stores lie in them. */
+/** A byte range of the bundle that is kept, because it contains parts of several stores. */
 interface Part {
   offset: number;
   bytes: Promise<Uint8Array>;
@@ -47,7 +47,7 @@ export class Bundle {
   readonly #maxKept: number;
   readonly #merged: MergedRanges;
   #header: Promise<BundleHeader> | null = null;
-  /** Those that were used last come last. */
+  /** In the order of their last use, the most recently used one last. */
   #parts: Part[] = [];
   #rereading: Promise<BundleHeader> | null = null;
 
@@ -62,7 +62,7 @@ export class Bundle {
   /** Reads the header, once. Rejects with a StreamError or the signal's reason. */
   async header(signal: AbortSignal): Promise<BundleHeader> {
     if (!this.#header) {
-      // Several stores wait for it, so that it does not end with the first of them.
+      // Several stores wait for the header, so the signal of one of them must not abort the request.
       const header = this.#readHeader(new AbortController().signal);
       this.#header = header;
       header.catch(() => {
@@ -94,7 +94,7 @@ export class Bundle {
     return joined(parts);
   }
 
-  /** The store at a path. Rejects with a StreamError: the bundle may be another one now. */
+  /** The store at a path. Rejects with a StreamError if the bundle, which may have been replaced, has none there. */
   async store(path: string, signal: AbortSignal): Promise<BundledFile> {
     const { stores } = await this.header(signal);
     const store = stores.get(path);
@@ -102,7 +102,7 @@ export class Bundle {
     throw new StreamError("not-found", `${this.file.name}: expected the store ${path}, found none`);
   }
 
-  /** Fetches the coarse parts of these stores with one request, for whoever reads them next. */
+  /** Fetches the coarse parts of these stores with one request, and keeps them for the sources that read them next. */
   async fetchCoarse(paths: readonly string[], signal: AbortSignal): Promise<void> {
     const { stores } = await this.header(signal);
     const missing = paths
@@ -121,13 +121,13 @@ export class Bundle {
     for (let kept = this.keptBytes; kept > this.#maxKept && this.#parts.length > 1; ) {
       kept -= this.#parts.shift()?.length ?? 0;
     }
-    // Who needs them fetches them by itself, with its own retries.
+    // A source that needs these bytes then fetches them itself, and retries on faults.
     bytes.catch(() => {
       this.#parts = this.#parts.filter((each) => each !== part);
     });
   }
 
-  /** The size of the parts that are kept, or are being fetched to be kept. */
+  /** The size of the kept parts, including those that are still being fetched. */
   get keptBytes(): number {
     return this.#parts.reduce((sum, { length }) => sum + length, 0);
   }

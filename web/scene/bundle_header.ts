@@ -9,7 +9,7 @@ export interface BundledFile {
   path: string;
   fileBytes: number;
   headerBytes: number;
-  /** In the store. */
+  /** Relative to the beginning of the store. */
   bootstrapOffset: number;
   bootstrapBytes: number;
   contentId: string;
@@ -29,9 +29,9 @@ export interface BundleHeader {
   scene: Uint8Array;
   stores: ReadonlyMap<string, BundledFile>;
   headerBytes: number;
-  /** Of all stores; they follow the header. */
+  /** The size of all coarse parts, which follow the header. */
   coarseBytes: number;
-  /** Of the header: two bundles with the same one have the same stores. 16 hex digits. */
+  /** The checksum of the header, 16 hex digits. Two bundles with the same checksum have the same stores. */
   checksum: string;
 }
 
@@ -40,8 +40,8 @@ const recordBytes = 56;
 const checksumBytes = 8;
 
 /**
- * Reads a bundle's header, which is untrusted: the core checks it. Returns the number of bytes of the header
- * if these are only its first bytes. Throws a StreamError.
+ * Reads a bundle's header. The header is untrusted, so the core checks it. If `bytes` does not contain the whole
+ * header, returns the size of the header. Throws a StreamError.
  */
 export function parseBundleHeader(
   core: Core,
@@ -109,7 +109,7 @@ export function coarseBytesOf({ headerBytes, bootstrapBytes }: BundledFile): num
   return headerBytes + bootstrapBytes;
 }
 
-/** The parts of a range of a store, in ascending order. The range lies within the store. */
+/** Maps a range of a store to ranges of the bundle, in ascending order. The range must lie within the store. */
 export function piecesOf(store: BundledFile, offset: number, bytes: number): Piece[] {
   const { headerBytes, bootstrapOffset, bootstrapBytes, coarseOffset, fineOffset } = store;
   const bootstrapEnd = bootstrapOffset + bootstrapBytes;

@@ -4,7 +4,7 @@ import { StreamError } from "../stream/types.ts";
 import type { Bundle } from "./bundle.ts";
 import { type BundledFile, piecesOf } from "./bundle_header.ts";
 
-/** Ranges of all stores of a bundle that may wait: those next to each other are fetched together. */
+/** The number of ranges that may be requested at a time, so that MergedRanges can merge those close to each other. */
 const rangesWaiting = 32;
 
 /** A store in a bundle. */
@@ -12,7 +12,7 @@ export class BundledSource extends RangeSource {
   readonly name: string;
   readonly #bundle: Bundle;
   readonly #path: string;
-  /** As in the header that was read last for this store. */
+  /** The store according to the header that was read last. */
   #store: BundledFile | null = null;
   #requests = 0;
   #bytesReceived = 0;
@@ -24,7 +24,7 @@ export class BundledSource extends RangeSource {
     this.name = `${bundle.file.name}: ${path}`;
   }
 
-  /** That of the bundle, with the store's path as its fragment. */
+  /** The address of the bundle, with the store's path as its fragment. */
   get address(): string | undefined {
     const { address } = this.#bundle.file;
     return address && `${address}#${encodeURI(this.#path)}`;
@@ -43,7 +43,7 @@ export class BundledSource extends RangeSource {
     return this.#bundle.file.fresh;
   }
 
-  /** Those of the store alone: requests for several stores are not counted. */
+  /** The requests for this store alone. Requests that fetch parts of several stores are not counted. */
   get requests(): number {
     return this.#requests;
   }
@@ -56,7 +56,7 @@ export class BundledSource extends RangeSource {
     return this.#store?.fileBytes;
   }
 
-  /** The bundle's header has been read already. */
+  /** Does nothing, because the bundle's header has already been read. */
   warm(): void {}
 
   async header(signal: AbortSignal): Promise<Uint8Array> {
@@ -105,7 +105,7 @@ export class BundledSource extends RangeSource {
     throw new StreamError("not-found", `${this.name}: the bundle has no such store any more`);
   }
 
-  /** The bundle has been read again by `contentId`, or is read again by the next request. */
+  /** Forgets the store's ranges. `contentId` has read the bundle's header again, or the next request does. */
   forget(): void {
     this.#store = null;
   }

@@ -3,7 +3,7 @@ import { StreamError } from "../stream/types.ts";
 import { maxTextBytes } from "./scene_document.ts";
 
 const maxNumber = 1e300;
-/** Beyond it, numbers of JSON are rounded. */
+/** Larger integers in JSON are rounded when they are parsed. */
 export const maxInteger = 2 ** 53;
 const utf8 = new TextEncoder();
 
@@ -29,7 +29,7 @@ export function sceneError(message: string): StreamError {
   return new StreamError("not-a-store", `scene: ${message}`);
 }
 
-/** What a member states; `otherwise` if it is absent. */
+/** The value of a member; `otherwise` if the member is absent. */
 export function optional<T, None>(
   member: Member,
   read: (member: Member) => T,
@@ -51,7 +51,7 @@ export class Member {
     this.#path = path;
   }
 
-  /** null is the same as an absent member. */
+  /** Whether the member is present. A member that is null counts as absent. */
   get exists(): boolean {
     return this.#value !== undefined && this.#value !== null;
   }

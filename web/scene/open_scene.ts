@@ -13,8 +13,8 @@ import type { OpenedScene, SceneSource } from "./scene_source.ts";
 
 export interface OpenSceneOptions {
   /**
-   * The step of a scene with time that is shown first, or a function of its values. Default, also if the
-   * function returns undefined: that of the scene.
+   * The index of the step that is shown first, or a function that chooses it from the values of the steps. If it
+   * is undefined, or the function returns undefined, the step of the scene is used.
    */
   step?: number | ((values: readonly number[]) => number | undefined);
   signal?: AbortSignal;
@@ -31,7 +31,7 @@ export interface MissingLayer {
 /** The scene that a viewer shows. */
 export interface ShownScene {
   readonly document: SceneDocument;
-  /** The layer of each of the document's layers; null: it is missing. */
+  /** The viewer's layer for each layer of the document; null if it is missing. */
   readonly layers: readonly (Layer | null)[];
   readonly missing: readonly MissingLayer[];
   /** A store of the document, by its path or address there. Throws a StreamError for wrong addresses. */
@@ -39,11 +39,10 @@ export interface ShownScene {
 }
 
 /**
- * Shows a scene instead of all present layers, with its camera, clipping, slices, and what it states of the
- * look. Resolves when the
- * headers of all visible layers have been read; the surfaces follow. A store that cannot be read does not
- * affect the other layers. Rejects with a StreamError if the scene cannot be read, or none of its layers;
- * with a RendererError, or the signal's reason.
+ * Shows a scene instead of all present layers, with its camera, clipping and slices, and those settings of the
+ * look that it states. Resolves when the headers of all visible layers have been read; the surfaces follow. A
+ * store that cannot be read does not affect the other layers. Rejects with a StreamError if the scene or all of
+ * its layers cannot be read, with a RendererError, or with the signal's reason.
  */
 export async function openScene(
   viewer: Viewer,
@@ -121,7 +120,7 @@ async function addLayer(
 type DocumentLayerOptions = Required<Pick<LayerOptions, "name" | "group" | "visible">> &
   Pick<LayerOptions, "surfaces" | "transform"> & { label: Label | null };
 
-/** The options for Viewer.addLayer of a layer of the document. */
+/** The options with which Viewer.addLayer adds a layer of the document. */
 export function layerOptionsOf(document: SceneDocument, index: number): DocumentLayerOptions {
   const layer = document.layers[index] as LayerDocument;
   const { name, group, visible, label, transform } = layer;
@@ -134,10 +133,10 @@ export function layerOptionsOf(document: SceneDocument, index: number): Document
   };
 }
 
-/** The first parts of so many steps are fetched together, since each is small. */
+/** The number of steps whose first parts are fetched together, because each part is small. */
 const stepsTogether = 8;
 
-/** The number of visible layers before: each layer without a colour gets another one. */
+/** The number of visible layers before this one, so that layers without a colour get different colours. */
 function colourNumber({ layers }: SceneDocument, index: number): number {
   return layers.slice(0, index).filter((layer) => layer.visible).length;
 }

@@ -15,9 +15,9 @@ import {
 } from "./scene_document.ts";
 
 /**
- * Reads a scene's document (shared/core/scene/SCENE.md), which is untrusted: UTF-8. Throws a StreamError, of
- * the kind `not-a-store` or `newer-version`, that names the member, what was expected and what was
- * found. It does not check addresses.
+ * Reads a scene's document (shared/core/scene/SCENE.md) in UTF-8, which is untrusted. Throws a StreamError of the
+ * kind `not-a-store` or `newer-version`, whose message names the member, what was expected and what was found.
+ * Does not check addresses.
  */
 export function parseScene(bytes: Uint8Array): SceneDocument {
   if (bytes.length > maxSceneBytes) {

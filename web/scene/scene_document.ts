@@ -27,7 +27,7 @@ export type JsonObject = { readonly [member: string]: unknown };
 export interface LayerDocument {
   name: string;
   group: string;
-  /** One, or one for each step: paths or addresses relative to the scene. */
+  /** The path or address of the store, relative to the scene; with steps, that of each step's store. */
   stores: readonly string[];
   /** Empty: viewers choose one. */
   surfaces: readonly SurfaceDocument[];
@@ -48,10 +48,10 @@ export interface CameraDocument extends Omit<Camera, "projection"> {
   isOrthographic: boolean;
 }
 
-/** What a scene states of the look; the background is a member of its own. */
+/** The settings of the look that a scene states. The background is a separate member. */
 export type LookDocument = Partial<Omit<Look, "background">>;
 
-/** The numbers of a light with their members of the document. */
+/** The numbers of a light with the names of their members in the document. */
 export const lightMembers: readonly (readonly [keyof Light, string])[] = [
   ["azimuth", "azimuth"],
   ["elevation", "elevation"],

@@ -17,13 +17,13 @@ import { ServedBundle, type ServedSceneOptions } from "./served_bundle.ts";
 /** A scene that has been read: its document, and the bytes of its stores. */
 export interface OpenedScene {
   readonly document: SceneDocument;
-  /** A store of the document, by its path or address there. Throws a StreamError for wrong addresses. */
+  /** The store with this path or address in the document. Throws a StreamError if the address is invalid. */
   source(path: string): Source;
-  /** Fetches the first parts of several stores with few requests, where the scene permits it. */
+  /** Fetches the first parts of several stores with few requests, if the stores are in bundles. */
   fetchFirst(paths: readonly string[]): Promise<void>;
 }
 
-/** Where a scene comes from. */
+/** The origin of a scene. */
 export interface SceneSource {
   /** For messages. */
   readonly name: string;
@@ -32,8 +32,9 @@ export interface SceneSource {
 }
 
 /**
- * A scene at an address: a scene of an Isosplat server (`…/v1/scenes/NAME`), a document if the address's path
- * ends with `.json`, otherwise a bundle, which the host serves by HTTP Range requests. Stores of other origins get no headers and no query of `options`.
+ * A scene at an address. `…/v1/scenes/NAME` is a scene of an Isosplat server. A path that ends with `.json` is a
+ * document. Any other address is a bundle on a host that answers HTTP Range requests. The headers and the query of
+ * `options` are not sent to other origins.
  */
 export function sceneAt(address: string, options: SourceOptions = {}): SceneSource {
   const page = typeof location === "undefined" ? undefined : location.href;
@@ -78,7 +79,7 @@ function fileOf(catalog: string, scene: string): string | undefined {
   try {
     const { scenes: found } = JSON.parse(catalog) as { scenes?: unknown };
     if (Array.isArray(found)) scenes = found;
-  } catch {} // as if it had none
+  } catch {} // an invalid catalog counts as one without scenes
   const found = scenes.find((each) => (each as { name?: unknown } | null)?.name === scene) as
     | { file?: unknown }
     | undefined;
@@ -87,12 +88,12 @@ function fileOf(catalog: string, scene: string): string | undefined {
 
 /** A file of this device. */
 export interface SceneFile {
-  /** Relative, with "/" between its parts: "head/scene.json". */
+  /** A relative path with "/" as separator, such as "head/scene.json". */
   path: string;
   file: Blob;
 }
 
-/** Files of this device: a bundle, or a document with its stores. Null: there is no scene among them. */
+/** A scene in files of this device: a bundle, or a document with its stores. Null if the files contain no scene. */
 export function sceneOfFiles(files: readonly SceneFile[]): SceneSource | null {
   const bundle = files.find(({ path }) => isBundleName(path));
   if (bundle) return bundleScene(new BlobSource(bundle.file, nameOf(bundle.path)));
@@ -166,7 +167,7 @@ async function openFiles(
       if (isAddress(path)) return stores.source(path);
       const hasName = (each: string) => nameOf(each) === nameOf(path);
       const named = files.filter((each) => hasName(each.path));
-      // Files that were chosen one by one have no folders, so that only their names tell them apart.
+      // Files that were chosen one by one have no folders, so only their names distinguish them.
       const isOnly = named.length === 1 && paths.filter(hasName).length <= 1;
       const found =
         files.find((each) => each.path === folder + path) ?? (isOnly ? named[0] : undefined);

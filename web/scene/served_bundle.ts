@@ -10,8 +10,8 @@ export interface ServedSceneOptions extends SourceOptions {
 }
 
 /**
- * A scene of an Isosplat server (server/HTTP.md), which serves every scene as a bundle. The address of its
- * bytes has the checksum of its header, so its content never changes.
+ * A scene of an Isosplat server (server/HTTP.md), which serves every scene as a bundle. The address of the bundle
+ * contains the checksum of its header, so the content at this address never changes.
  */
 export class ServedBundle extends FileSource {
   readonly #sceneUrl: string;
@@ -54,7 +54,7 @@ export class ServedBundle extends FileSource {
   }
 }
 
-/** The size of a bundle's header, which the bytes state after the magic number and the version. */
+/** Reads the size of a bundle's header, which follows the magic number and the version. */
 function headerBytesOf(bytes: Uint8Array): number {
   if (bytes.length < 16) return 0;
   return new DataView(bytes.buffer, bytes.byteOffset).getUint32(12, true);

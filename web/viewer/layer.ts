@@ -7,7 +7,7 @@ import type { StepSources } from "./layer_steps.ts";
 import { checkedTransform, identity, type Transform, volumeScaleOf } from "./transform.ts";
 import type { Label, Surface } from "./types.ts";
 
-/** The properties of a layer that can change. info: the source had another store, which is open now. */
+/** The properties of a layer that can change. `info` changes if the source's store was replaced. */
 export type LayerProperty = "name" | "group" | "surfaces" | "visible" | "transform" | "info";
 
 export interface LayerOptions {
@@ -15,7 +15,7 @@ export interface LayerOptions {
   name?: string;
   /** The name of its group, for users: layers of a group are listed together. Default: empty, in none. */
   group?: string;
-  /** Default: one, at the volume's first suggestion. */
+  /** Default: one surface at the volume's first suggested isovalue. */
   surfaces?: readonly Surface[];
   /** Default: true. The store of a hidden layer is not opened. */
   visible?: boolean;
@@ -39,8 +39,8 @@ export interface LayerOwner {
 }
 
 /**
- * One volume of a viewer: a store with its surfaces, its visibility and its place. Made by Viewer.open and
- * Viewer.addLayer. After `remove`, changes have no effect.
+ * One volume of a viewer: a store with its surfaces, its visibility and its transform. Viewer.open and
+ * Viewer.addLayer create layers. After `remove`, changes have no effect.
  */
 export class Layer {
   /** Identifies the layer within its viewer. Later layers have larger numbers. */
@@ -66,7 +66,7 @@ export class Layer {
     this.#transform = checkedTransform(options.transform ?? identity);
   }
 
-  /** Where its store is: that of the step that is shown, if the layer has a store for each step. */
+  /** The source of its store. If the layer has a store for each step, the source of the step that is shown. */
   get source(): Source {
     return this.#owner.source();
   }
@@ -81,7 +81,7 @@ export class Layer {
     return this.#owner.hasSteps();
   }
 
-  /** The header of the store, whose grid is that without `transform`. Null until it has been read. */
+  /** The description of the store, with its grid before `transform`. Null until it has been read. */
   get info(): StoreInfo | null {
     return this.#owner.info();
   }

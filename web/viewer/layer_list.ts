@@ -8,7 +8,7 @@ import { placed } from "./transform.ts";
 import type { Camera } from "./types.ts";
 import type { OpenOptions } from "./viewer_events.ts";
 
-/** A layer with its volume, and what the viewer knows of it. */
+/** A layer with its volume, and the viewer's state for it. */
 export interface LayerEntry {
   readonly layer: Layer;
   /** The volume that is shown: that of the present step, if the layer has steps. */
@@ -27,7 +27,7 @@ export interface LayerEntry {
   samples: number;
 }
 
-/** The store of a layer, where the layer's transform puts it. Null until it is open. */
+/** The store of a layer, with its grid after the layer's transform. Null until it is open. */
 export function placedOf(
   { layer, volume }: Pick<LayerEntry, "layer" | "volume">,
   { info } = volume,
@@ -41,8 +41,8 @@ export function volumesOf({ volume, steps }: LayerEntry): OpenVolume[] {
 }
 
 /**
- * The layers of a viewer, in the order in which they were added or to which they were moved, also those
- * that are being opened.
+ * The layers of a viewer, including those that are being opened. They are in the order in which they were added,
+ * unless they were moved.
  */
 export class LayerList {
   #entries: readonly LayerEntry[] = [];
@@ -97,7 +97,7 @@ export class LayerList {
     return this.#entries.filter(({ isListed }) => isListed).map(({ layer }) => layer);
   }
 
-  /** The one that was added first, wherever it was moved: the renderer's first volume, too. */
+  /** The layer that was added first, even if it was moved. It is also the renderer's first volume. */
   get first(): LayerEntry | undefined {
     return this.#first;
   }
@@ -107,7 +107,7 @@ export class LayerList {
     return this.first?.volume.number ?? 0;
   }
 
-  /** `Layer.id` of the layer that a volume of the renderer is of. Those of its steps have the next numbers. */
+  /** The `Layer.id` of the layer to which a volume of the renderer belongs. Its steps have consecutive numbers. */
   idOf(volume: number): number {
     const ids = this.#entries.map(({ layer }) => layer.id).filter((id) => id <= volume);
     return Math.max(...ids);
@@ -118,7 +118,7 @@ export class LayerList {
     return this.first?.volume.info ?? null;
   }
 
-  /** The same, where the layer's transform puts it. */
+  /** The same, with its grid after the layer's transform. */
   get firstPlaced(): StoreInfo | null {
     const { first } = this;
     return (first && placedOf(first)) ?? null;

@@ -11,7 +11,7 @@ import type { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import type { Series } from "./series.ts";
 
-/** What layers and their volumes report to the list of layers. */
+/** The events that layers and their volumes report to the list of layers. */
 export interface LayerMakerHost {
   readonly life: RendererLife;
   scheduler(): FrameScheduler | null;

@@ -14,7 +14,7 @@ export interface LayerReopeningHost {
   failed(entry: LayerEntry, error: StreamError | RendererError, isFirst: boolean): void;
 }
 
-/** Opens layers again: after a lost context, or since another store is at the source's address. */
+/** Opens layers again, after a lost context or because another store is at the source's address. */
 export class LayerReopening {
   readonly #list: LayerList;
   readonly #life: RendererLife;
@@ -52,7 +52,7 @@ export class LayerReopening {
     }
   }
 
-  /** Opens all volumes again with the present view: their samples are lost. */
+  /** Opens all volumes again with the present view, because their samples are lost. */
   async all(): Promise<void> {
     const open = this.#list.entries.filter(({ volume }) => volume.session);
     await Promise.all(open.map((entry) => this.#reopen(entry)));
@@ -96,7 +96,7 @@ export class LayerReopening {
   }
 }
 
-/** Whether the viewer tells of an error by an event. */
+/** Whether the viewer reports an error by an event. */
 function isReported(error: unknown): error is StreamError | RendererError {
   return error instanceof StreamError || error instanceof RendererError;
 }

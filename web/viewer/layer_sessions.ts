@@ -9,7 +9,7 @@ import type { ViewerOptions } from "./viewer_events.ts";
 /** In scenes with more layers, no layer loads its coarse levels for other isovalues in advance. */
 const maxLayersInAdvance = 16;
 
-/** What the sessions of all layers share: workers and requests. */
+/** The workers and the limit of requests that the sessions of all layers share. */
 export class LayerSessions {
   readonly #options: ViewerOptions;
   /** The viewer's own workers, if it has no `decoder` of others. */
@@ -20,7 +20,7 @@ export class LayerSessions {
     this.#options = options;
   }
 
-  /** Of the viewer, or those that others share with it. */
+  /** The viewer's own decoder, or the one that it shares with others. */
   get decoder(): Decoder {
     if (this.#options.decoder) return this.#options.decoder;
     this.#workers ??= new WorkerPool({ renderer: compiledRenderer() });

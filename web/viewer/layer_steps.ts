@@ -7,8 +7,8 @@ import type { OpenVolume } from "./open_volume.ts";
 export type StepSources = (step: number) => Source;
 
 /**
- * The volumes of a layer that has a store for each step. Volumes are made when they are needed; a step that
- * was closed keeps its source, so that it is opened again from bytes that are kept.
+ * The volumes of a layer that has a store for each step. A volume is made when it is needed. A step that was
+ * closed keeps its source, which may still have the bytes, so that opening it again needs no request.
  */
 export class LayerSteps {
   readonly #sourceOf: StepSources;
@@ -77,7 +77,7 @@ export class LayerSteps {
     return volume;
   }
 
-  /** Closes all volumes but this one. Returns them. */
+  /** Closes all volumes except this one, and returns the closed ones. */
   closeOthers(shown: OpenVolume): OpenVolume[] {
     const others = this.present.filter((step) => this.#volumes.get(step) !== shown);
     return others.flatMap((step) => this.close(step) ?? []);

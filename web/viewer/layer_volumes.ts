@@ -15,8 +15,8 @@ export class LayerVolumes {
   }
 
   /**
-   * A volume of a layer was opened. Gives the renderer, which may be another one, the volumes of all layers, and
-   * takes all others away.
+   * A volume of a layer was opened. Passes the volumes of all layers to the renderer, which may be another one than
+   * before, and removes all others from it.
    */
   opened(entry: LayerEntry, volume: OpenVolume, renderer: RendererModule): void {
     const present = this.#numbers.get(renderer) ?? new Set<number>();
@@ -40,7 +40,7 @@ export class LayerVolumes {
     if (entry.volume === volume) this.applySurfaces(entry, renderer);
   }
 
-  /** Of the volume that is shown. The others of the layer have none. */
+  /** Sets the surfaces of the volume that is shown. The other volumes of the layer have none. */
   applySurfaces({ layer, volume }: LayerEntry, renderer: RendererModule): void {
     renderer.volume(volume.number).setSurfaces(layer.visible ? layer.surfaces : []);
   }
@@ -54,14 +54,14 @@ export class LayerVolumes {
     }
   }
 
-  /** Takes volumes away from the renderer. */
+  /** Removes volumes from the renderer. */
   remove(volumes: readonly OpenVolume[], renderer: RendererModule): void {
     for (const { number } of volumes) {
       if (this.#numbers.get(renderer)?.delete(number)) renderer.volume(number).remove();
     }
   }
 
-  /** Checks that these uploads, and all before, have succeeded. Tells volumes of those that have not. */
+  /** Checks that these uploads, and all before, have succeeded. Notifies the volumes of those that have failed. */
   checkGpu(renderer: RendererModule, uploads: readonly Upload[]): void {
     try {
       renderer.checkGpu();

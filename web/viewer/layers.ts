@@ -175,7 +175,7 @@ export class Layers {
     this.#host.emit("layeradd", entry.layer);
   }
 
-  /** Opens a layer's store. After a failure the layer is gone. */
+  /** Opens a layer's store. If this fails, removes the layer. */
   async #openEntry(entry: LayerEntry, signal?: AbortSignal): Promise<StoreInfo> {
     const { volume } = entry;
     entry.cameraBefore = this.#camera.camera;
@@ -183,7 +183,7 @@ export class Layers {
       return await volume.open(signal);
     } catch (error) {
       const abort = abortOf(error);
-      // The instance has aborted. The others are opened with another one, or the next open() creates it.
+      // The instance has aborted. A new instance opens the other layers; without any, the next open() creates it.
       if (abort && this.list.sessions.length > 0) this.#life.replace(abort);
       else if (abort) this.#life.forget();
       if (this.list.has(entry) && !volume.session) this.#remove(entry);
@@ -297,7 +297,7 @@ export class Layers {
     if (entry.isListed) this.#host.emit("layerremove", entry.layer);
   }
 
-  /** Viewer.close. The renderer keeps the last grids, in which the camera moves until the next are known. */
+  /** Viewer.close. The renderer keeps the last grids, so that the camera can move until the next grids are known. */
   close(): void {
     this.#host.pictureEnds();
     this.#changes.cancel();
@@ -388,7 +388,7 @@ export class Layers {
     this.#life.guard((renderer) => this.#volumes.checkGpu(renderer, uploads));
   }
 
-  /** Opens all volumes again with the present view: their samples are lost. */
+  /** Opens all volumes again with the present view, because their samples are lost. */
   async reopen(): Promise<void> {
     for (const entry of this.list.entries) this.#series?.closeOthers(entry);
     await this.#reopening.all();

@@ -4,7 +4,7 @@ import type { LayerEntry } from "./layer_list.ts";
 
 type State = Progress["state"];
 
-/** In the order in which one of them decides about the whole. */
+/** The states by precedence: the first one that a layer has is the state of the picture. */
 const states: readonly State[] = [
   "waiting",
   "refining",
@@ -15,10 +15,10 @@ const states: readonly State[] = [
   "complete",
 ];
 
-/** Of a layer whose store is being opened. */
+/** The progress of a layer whose store is being opened. */
 export const openingProgress: Progress = nothing("opening", 0);
 
-/** The progress of all layers that are shown. Null while nothing is known of any of them. */
+/** The progress of all visible layers. Null while none of them has reported progress. */
 export function progressOfShown(
   entries: readonly Pick<LayerEntry, "layer" | "volume">[],
   sampleBudget: number,
@@ -30,7 +30,7 @@ export function progressOfShown(
   return progressOfLayers(parts, sampleBudget);
 }
 
-/** Of a layer without a session: its store is being opened, or cannot be opened. */
+/** The progress of a layer without a session, because its store is being opened or cannot be opened. */
 function progressWithout(error: unknown): Progress {
   if (!(error instanceof StreamError)) return openingProgress;
   const { kind, message } = error;
@@ -58,7 +58,7 @@ function nothing(state: State, sampleBudget: number): Progress {
   };
 }
 
-/** The streaming progress of a picture: that of all layers that are shown. Of one layer: its own. */
+/** Combines the progress of all visible layers into that of the picture. That of a single layer is unchanged. */
 export function progressOfLayers(layers: readonly Progress[], sampleBudget: number): Progress {
   const [first, ...others] = layers;
   if (!first) return nothing("complete", sampleBudget);
