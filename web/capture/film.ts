@@ -38,7 +38,7 @@ export async function captureFilm(
       if (!pixels || !isSameView(frame, frames[i - 1])) {
         pixels = await capturePixels(viewer, { ...size, camera: frame.camera }, signal);
       }
-      // The file may take the pixels over.
+      // The file may take ownership of the pixels.
       await file.add(isSameView(frame, frames[i + 1]) ? pixels.slice() : pixels);
     }
     return await file.finish();

@@ -5,7 +5,7 @@ import type { Camera, Surface } from "../viewer/types.ts";
 export interface FrameView {
   camera: Camera;
   surfaces: readonly Surface[];
-  /** Of `Viewer.time`. Default: the one that is shown. */
+  /** The step of `Viewer.time`. Default: the one that is shown. */
   step?: number;
 }
 
@@ -31,7 +31,7 @@ export function sweep(
   });
 }
 
-/** Through all steps of a scene that changes with time, each for the same time. */
+/** Shows all steps of a scene that changes with time, each for the same duration. */
 export function throughTime(view: FrameView, steps: number, frames: number): FrameView[] {
   return Array.from({ length: frames }, (_, frame) => ({
     ...view,
@@ -39,7 +39,7 @@ export function throughTime(view: FrameView, steps: number, frames: number): Fra
   }));
 }
 
-/** From camera to camera. Each section takes the same time, and is slow at its ends. */
+/** Moves from camera to camera. Each section takes the same time, and is slow at its ends. */
 export function cameraPath(
   cameras: readonly Camera[],
   view: FrameView,

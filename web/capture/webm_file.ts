@@ -5,7 +5,7 @@ import type { FilmFile } from "./film.ts";
 
 /** Seconds between key frames. */
 const keyFrameSeconds = 2;
-/** Maximum number of frames that wait for the encoder. */
+/** The maximum number of frames that wait for the encoder. */
 const mostWaiting = 4;
 const bitsPerPixel = 0.12;
 

@@ -7,7 +7,7 @@ import { localized } from "../texts/numbers.ts";
 
 /** A larger file is not fetched: no volume that the browser can build needs it (bytes). */
 export const maxFetchedBytes = 2 ** 32;
-/** A connection that breaks more often is given up. */
+/** The download fails if its connection breaks more often than this. */
 const maxBreaks = 5;
 /** The wait before a broken connection is continued (ms); doubled each time. */
 const firstWait = 500;
@@ -25,11 +25,11 @@ export interface FetchOptions {
 export interface FetchedFile {
   /** Undefined if the version is known. */
   file: File | undefined;
-  /** What tells versions of the file apart; undefined if the host does not state it. */
+  /** Identifies the version of the file. Undefined if the host does not state it. */
   version: string | undefined;
 }
 
-/** What an answer's headers say of the file. Hosts of other origins may hide fields (CORS). */
+/** The description of the file in the header fields of a response. Hosts of other origins may hide fields (CORS). */
 interface Identity {
   version: string | undefined;
   modified: number;
@@ -38,10 +38,10 @@ interface Identity {
   isCoded: boolean;
 }
 
-/** Faults of the file, not of the way to it. */
+/** Faults of the file itself, not of the connection. */
 const final = new Set<FaultKind>(["replaced", "bad-address", "out-of-memory"]);
 
-/** The names of the texts that say what to do. */
+/** The names of the texts that state the remedy. */
 const remedies = {
   "cors-refused": "corsRemedy",
   "not-found": "notFoundRemedy",
@@ -68,14 +68,14 @@ export async function fetchFile(address: URL, options: FetchOptions): Promise<Fe
       const isBroken = error.kind === "unreachable" && fetching.hasAnswered;
       const isRefused = error.kind !== "unreachable" && fetching.isPart;
       if (!(isBroken || isRefused) || ++breaks > maxBreaks) throw explained(error);
-      // A host that does not send the rest is asked for the whole file.
+      // If the host does not send the rest, the whole file is requested.
       if (isRefused || !fetching.canContinue) fetching.restart();
       await pause(firstWait * 2 ** (breaks - 1), signal);
     }
   }
 }
 
-/** The error with what to do about it. */
+/** The error with its remedy. */
 export function explained(error: StreamError): StreamError {
   const { kind, message } = error;
   if (!(kind in remedies)) return error;
@@ -112,7 +112,7 @@ class Fetching {
     this.#options = options;
   }
 
-  /** Whether the request that ran last asked for the rest of the file. */
+  /** Whether the last request was for the rest of the file. */
   isPart = false;
 
   /** Whether the rest of the file can be requested, without the part that has arrived. */

@@ -1,6 +1,6 @@
 import type { VoxelType } from "../builder/types.ts";
 
-/** How the voxels of a file without a header lie in it. */
+/** The layout of the voxels in a file without a header. */
 export interface RawLayout {
   dims: [number, number, number];
   type: VoxelType;
@@ -32,7 +32,7 @@ const typeWords: readonly [RegExp, VoxelType][] = [
   [/float32|f32|float/, "f32"],
 ];
 
-/** The bytes of a volume; a file has them after `skipBytes`. */
+/** The size of a volume in bytes. In its file, the volume begins after `skipBytes`. */
 export function bytesOf({ dims: [x, y, z], type }: Pick<RawLayout, "dims" | "type">): number {
   return x * y * z * voxelBytes[type];
 }
@@ -50,7 +50,7 @@ export function guessRaw(name: string, bytes: number): RawLayout {
   if (named) {
     const dims = named.slice(1, 4).map(Number) as [number, number, number];
     const fits = types.find((each) => bytesOf({ dims, type: each }) === bytes);
-    // With a header in front, the largest type that the file can hold.
+    // If the file is larger than the volume, it begins with a header: take the largest type for which it suffices.
     const held = [...types].reverse().find((each) => bytesOf({ dims, type: each }) <= bytes);
     const best = fits ?? held ?? type ?? "u8";
     const skipBytes = Math.max(0, bytes - bytesOf({ dims, type: best }));

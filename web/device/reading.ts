@@ -43,10 +43,10 @@ export interface ReadableVolume {
 /** Shows the store of a reduced copy. `voxels`: the number of its voxels along each axis. */
 export type PreviewShown = (store: BuiltStore, voxels: readonly [number, number, number]) => void;
 
-/** The store of a volume of fewer voxels is built in a moment. */
+/** The number of voxels from which a preview is shown. The store of a smaller volume is built quickly. */
 const leastPreviewed = 4_000_000;
 
-/** Begins to load what reading a volume and building its store takes. What fails is loaded again. */
+/** Begins to load the modules that read a volume and build its store. A failed one is loaded again when it is needed. */
 export function warmUp(): void {
   const imports = Promise.all([import("../import/index.ts"), import("../builder/index.ts")]);
   imports
@@ -122,7 +122,7 @@ export async function openVolume(
     if (!cancel.aborted) preview(built, description.voxels);
   };
   const build = async (options: BuildStoreOptions, cancel: AbortSignal, preview: PreviewShown) => {
-    // What is wrong with a volume is reported by its build.
+    // The build of the volume reports its errors.
     const show = (reduced: ReducedVolume) =>
       void buildReduced(reduced, cancel, preview).catch(() => {});
     try {

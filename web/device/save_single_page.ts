@@ -1,10 +1,10 @@
 import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { fetchPageFile, pageFiles } from "./page_files.ts";
 
-/** Larger stores make a page that browsers are slow to read, or refuse. */
+/** Maximum size of a store in a single page. Browsers read larger pages slowly, or refuse them. */
 export const maxSinglePageStore = 300_000_000;
 
-/** Where the store goes in single.html, which the build makes. */
+/** The text in single.html, which the build makes, that the store replaces. */
 const mark = "<!-- store -->";
 /** Bytes of the store in one element: a multiple of 3, so that base64 has no padding between. */
 const partBytes = 3 << 20;
@@ -17,8 +17,8 @@ export async function singlePageBytes(storeBytes: number): Promise<number> {
 }
 
 /**
- * A page with the viewer and the store, or the bundle of a scene, in one HTML file, which opens from file:// without a server.
- * Rejects with an Error for a store that is too large, or if the page's part cannot be read.
+ * Makes one HTML file with the viewer and the store, or the bundle of a scene. It opens from file://, without a
+ * server. Rejects with an Error if the store is too large, or if the template of the page cannot be read.
  */
 export async function singlePage(store: Blob, name: string): Promise<Blob> {
   if (store.size > maxSinglePageStore) {
@@ -42,7 +42,7 @@ export async function singlePage(store: Blob, name: string): Promise<Blob> {
 
 function base64(bytes: Uint8Array): string {
   let text = "";
-  // As many arguments as a call may have.
+  // The number of arguments of a call is limited.
   for (let at = 0; at < bytes.length; at += 0x6000) {
     text += btoa(String.fromCharCode(...bytes.subarray(at, at + 0x6000)));
   }

@@ -18,7 +18,7 @@ import { type InputFile, isZip, maxFiles } from "./files.ts";
 
 /** No directory of `maxFiles` files is longer (bytes). It is in memory as a whole. */
 const maxDirectoryBytes = 64 << 20;
-/** What archives have beside the files of the user. */
+/** Files that programs add to archives, besides those of the user. */
 const ignored = /(^|\/)(__MACOSX\/|\.[^/]*$)/;
 
 export interface UnzipOptions {
@@ -125,7 +125,7 @@ async function contentOf(
   return parts.blob();
 }
 
-/** What is said of the errors of the library. */
+/** The messages for errors of the library. */
 function textOf(message: string): string | undefined {
   switch (message) {
     case ERR_BAD_FORMAT:
@@ -147,7 +147,7 @@ function textOf(message: string): string | undefined {
   }
 }
 
-/** Runs `work`. Its error says which ZIP it is, and what to do. */
+/** Runs `work`. Adds the name of the ZIP and the remedy to the message of an error. */
 async function explained<T>(
   { path }: InputFile,
   signal: AbortSignal,

@@ -24,11 +24,11 @@ export interface Session {
 
 export const sessionFormat = "isosplat-session";
 const version = 1;
-/** Of the title of a layer. */
+/** The maximum length of the title of a layer. */
 const longestLayer = 1024;
 /** A larger file is refused before it is read. */
 export const largestSession = 5_000_000;
-/** A thousand layers take about 100 letters each. */
+/** The maximum length of the view. A thousand layers take about 100 letters each. */
 const longestView = 1_000_000;
 
 /** The file is not a session: expected, found, remedy. */

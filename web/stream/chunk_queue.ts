@@ -30,7 +30,7 @@ interface Entry {
   refused: number;
   /** Requests for it that failed. */
   tries: number;
-  /** Whether it is requested alone, since a response of many chunks would end at it. */
+  /** Whether it is requested alone, because a response with many chunks would end at this one. */
   alone: boolean;
   /** It has failed before. If it succeeds, the other failed chunks are retried. */
   hasFailed: boolean;
@@ -76,7 +76,7 @@ export class ChunkQueue {
     },
   );
 
-  /** `limit`: of the requests of several queues. */
+  /** `limit`: limits the requests of several queues together. */
   constructor(
     source: Source,
     decoder: Decoder,

@@ -2,8 +2,8 @@ import { slowWait } from "./faults.ts";
 import type { StreamError } from "./types.ts";
 
 /**
- * Damaged parts, which fail although the source works. After 12, 14, then every 16 s (`slowWait`) one
- * of them is retried: the one with the oldest last attempt. When one succeeds, call `retryAll`: the
+ * Damaged parts, which fail although the source works. One of them is retried after 12 s, then after 14 s, then
+ * every 16 s (`slowWait`): the one whose last attempt is oldest. Call `retryAll` when a part succeeds, because the
  * file may have been repaired.
  */
 export class FailedParts<T> {

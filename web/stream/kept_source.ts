@@ -2,7 +2,7 @@ import type { KeptBytes } from "./kept_bytes.ts";
 import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
 import { joined } from "./transfer.ts";
 
-/** A source whose bytes are kept after their arrival. Bytes that are kept make no request. */
+/** A source that keeps its bytes after their arrival. Reading kept bytes makes no request. */
 export class KeptSource implements Source {
   readonly #source: Source;
   readonly #kept: KeptBytes;
@@ -46,7 +46,7 @@ export class KeptSource implements Source {
   }
 
   async header(signal: AbortSignal, whole?: boolean): Promise<Uint8Array> {
-    // Headers are small, and needed in any case: they stay.
+    // Headers are always kept, because they are small and always needed.
     if (this.#header && !whole) return this.#header.slice();
     const header = await this.#source.header(signal, whole);
     this.#header = header.slice();
@@ -99,7 +99,7 @@ export class KeptSource implements Source {
     });
   }
 
-  /** Passes on what is kept, and returns the rest. */
+  /** Passes on the kept parts, and returns the others. */
   #missing<P extends { offset: number; bytes: number }>(
     places: readonly P[],
     arrived: (place: P, bytes: Uint8Array) => void,

@@ -23,7 +23,7 @@ export interface ProgressInputs {
   isSelectionPending: boolean;
   isLoadingCoarse: boolean;
   preparation: Preparation | null;
-  /** Why the source is not answering now. */
+  /** The reason why the source does not respond at present. */
   sourceFault: StreamError | undefined;
 }
 
@@ -59,7 +59,7 @@ export function progressOf(inputs: ProgressInputs): Progress {
 interface RemainingWork {
   /** Whether all missing chunks have failed, and no request is in progress. */
   isSettled: boolean;
-  /** Nothing is missing. */
+  /** Whether nothing is missing. */
   isDone: boolean;
   /** Whether missing chunks do not fit into memory, and no pending change will free memory. */
   isFull: boolean;

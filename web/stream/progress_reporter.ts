@@ -2,12 +2,12 @@ import type { Residency } from "./residency.ts";
 import type { Source } from "./source.ts";
 import type { Progress } from "./types.ts";
 
-/** Between two reports of the same state there is at least this time (ms). */
+/** The shortest time between two reports of the same state (ms). */
 const minInterval = 60;
 
 /**
- * Reports progress: a new state, and whether chunks are missing, at once; other numbers at most every
- * `minInterval`.
+ * Reports progress. A change of the state, or of whether chunks are missing, is reported at once. Changes of other
+ * numbers are reported at most once in `minInterval`.
  */
 export class ProgressReporter {
   readonly #current: () => Progress;

@@ -1,12 +1,12 @@
-/** One user of a RequestLimit. */
+/** The share of one session in a RequestLimit. */
 export interface RequestShare {
   /** The number of further requests that may begin now. */
   readonly free: number;
-  /** The user has further requests: `freed` is called once when others leave room. */
+  /** Call it if the session has further requests. `freed` is called once when other requests have ended. */
   wait(): void;
   begin(): void;
   ended(): void;
-  /** The user ends, and with it its requests. */
+  /** Call it when the session ends. Its requests no longer count. */
   leave(): void;
 }
 
@@ -17,15 +17,15 @@ interface Member {
 }
 
 /**
- * Limits the requests that several sessions make at a time to those that the most capable of their sources
- * makes alone. A request that ends makes room for another session first, so that all get their turn.
+ * Limits the simultaneous requests of several sessions to the largest `concurrency` of their sources. When a
+ * request ends, another session has the next turn.
  */
 export class RequestLimit {
   readonly #members = new Set<Member>();
-  /** In the order in which they began to wait. */
+  /** The waiting sessions, in the order in which they began to wait. */
   readonly #waiting = new Set<Member>();
   #running = 0;
-  /** The largest concurrency of the members. Undefined: to be found. */
+  /** The largest concurrency of the members. Undefined until it is computed again. */
   #largest: number | undefined;
 
   /** `concurrency`: of the source; it may change when a request ends. `freed`: see RequestShare.wait. */

@@ -64,7 +64,7 @@ export class ServerSource extends FileSource {
     try {
       const { contentId } = JSON.parse(new TextDecoder().decode(answer)) as { contentId?: unknown };
       if (typeof contentId === "string") return contentId;
-    } catch {} // said below
+    } catch {} // reported below
     throw new StreamError(
       "server-fault",
       `${this.#volumeUrl}: expected what the server says of the volume, found something else`,

@@ -32,7 +32,7 @@ export class StreamSession {
   readonly #progress: ProgressReporter;
   readonly #closing = new AbortController();
   #isClosed = false;
-  /** For changes of the resident chunks. A change of the camera view selects at once. */
+  /** Selects after changes of the resident chunks. A change of the camera view selects at once. */
   readonly #selecting = new CoalescedTask(() => this.#select());
 
   private constructor(source: Source, store: Store, backoff: Backoff, options: SessionOptions) {
@@ -100,8 +100,8 @@ export class StreamSession {
   }
 
   /**
-   * Projects samples, as `StreamEvents.samples` hands them over, onto an isosurface: for renderers
-   * that draw points. `regions`: their chunk's 16 words of `StreamEvents.visible`; default: all.
+   * Projects the samples of `StreamEvents.samples` onto an isosurface, for renderers that draw points.
+   * `regions`: the chunk's 16 words of `StreamEvents.visible`. Default: all regions.
    */
   project(
     place: ChunkPlace,
@@ -121,7 +121,7 @@ export class StreamSession {
     return this.#store.chunksFor(0, isovalue).reduce((sum, { bytes }) => sum + bytes, 0);
   }
 
-  /** Whether the first surface, or that there is none, is resident. */
+  /** Whether the first surface is resident, or it is known that there is none. */
   get hasFirstSurface(): boolean {
     return this.#parts.coarse.hasFirstSurface;
   }
@@ -136,7 +136,7 @@ export class StreamSession {
     return this.isClosed ? 0 : this.#store.bootstrapRange().bytes;
   }
 
-  /** What these isovalues cost at each level whose directory has been fetched: see LevelCost. */
+  /** The cost of these isovalues at each level whose directory has been fetched. */
   levelCosts(isovalues: readonly number[]): LevelCost[] {
     if (this.isClosed) return [];
     return Array.from({ length: this.info.levels }, (_, level) => level).flatMap((level) => {
@@ -147,7 +147,7 @@ export class StreamSession {
     });
   }
 
-  /** The finest level that a view shows, of those whose directory has been fetched. */
+  /** The finest level that a view shows, among the levels whose directory has been fetched. */
   finestLevelOf(view: CameraView): number {
     return this.isClosed ? 0 : this.#parts.selectionLoop.finestLevelOf(view);
   }
@@ -157,7 +157,7 @@ export class StreamSession {
     return [...new Map(chunks.map((chunk) => [chunk.handle, chunk])).values()];
   }
 
-  /** For other readers of the store than the view: web/mesh. */
+  /** Access to the store for readers other than the view, such as web/mesh. */
   get access(): StoreAccess {
     const closed = this.#closing.signal;
     return { source: this.source, store: this.#store, backoff: this.#backoff, closed };
@@ -168,15 +168,15 @@ export class StreamSession {
     return this.#store.quantizedIsovalue(isovalue);
   }
 
-  /** Opacity or clipping has changed, and with it the occlusion. */
+  /** Call it when opacity or clipping has changed, because this changes the occlusion. */
   sceneChanged(): void {
     this.#parts.occlusion.viewChanged();
     this.#updateProgress();
   }
 
   /**
-   * What other volumes show in the same picture has changed: regions of this one may be visible now. The
-   * same view needs another query.
+   * Call it when the picture of other volumes has changed. Regions of this volume may then be visible that were
+   * occluded before, so the same view needs another query.
    */
   otherPictureChanged(): void {
     if (this.isClosed) return;
@@ -219,8 +219,8 @@ export class StreamSession {
   }
 
   /**
-   * From now on, occluded chunks are fetched as well: occlusion queries do not work, or take longer than
-   * what they save.
+   * From now on, occluded chunks are fetched as well, because occlusion queries do not work, or take more time than
+   * they save.
    */
   fetchOccluded(): void {
     if (this.#parts.selectionLoop.disableOcclusion()) this.#select();
@@ -370,7 +370,7 @@ export class StreamSession {
   }
 }
 
-/** What surfaces cost at one level: all chunks that they need, from any view. */
+/** The cost of surfaces at one level: all chunks that they need, from any view. */
 export interface LevelCost {
   level: number;
   bytes: number;

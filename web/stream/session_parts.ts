@@ -18,8 +18,8 @@ import { SourceCheck } from "./source_check.ts";
 import type { StreamError, StreamOptions } from "./types.ts";
 
 /**
- * `decoder`: is not closed with the session. Default: workers of the session alone. `requests`: limits the
- * requests of several sessions.
+ * `decoder` is not closed with the session. By default, the session has its own workers. `requests` limits the
+ * requests of several sessions together.
  */
 export type SessionOptions = StreamOptions & { decoder?: Decoder; requests?: RequestLimit };
 
@@ -31,16 +31,16 @@ export interface StoreAccess {
   closed: AbortSignal;
 }
 
-/** What the parts report to their session. */
+/** The events that the parts report to their session. */
 export interface SessionPartsHost {
-  /** Other chunks are resident, or can be fetched. */
+  /** The resident chunks, or the chunks that can be fetched, have changed. */
   changed(): void;
   /** Chunks that no view needed when they were fetched are resident. */
   advanced(): void;
   /** A movement has ended. */
   rested(): void;
   progressChanged(): void;
-  /** A chunk or a page cannot be had. `isFirst`: the first one with this fault. */
+  /** A chunk or a page cannot be fetched or decoded. `isFirst`: whether it is the first one with this fault. */
   partFailed(error: StreamError, isFirst: boolean): void;
   failed(error: StreamError): void;
   /** Sets a mark on the browser's timeline. */

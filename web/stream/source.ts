@@ -45,13 +45,13 @@ export interface Source {
   /** For messages: the URL or the volume's name. */
   readonly name: string;
   /**
-   * The absolute address by which a scene can name the store (shared/core/scene/SCENE.md); undefined if it has
-   * none, as files of this device.
+   * The absolute address by which a scene can name the store (shared/core/scene/SCENE.md). Undefined if it has
+   * none, like a file of this device.
    */
   readonly address?: string | undefined;
   /**
-   * The part of the coarse tail that needs no request of its own, once the header is known; undefined: none.
-   * A surface is shown with it before more is fetched.
+   * The part of the coarse tail that needs no separate request once the header is known, or undefined. The first
+   * surface is drawn from it before more is fetched.
    */
   readonly ready?: FileRange | undefined;
   /** The useful number of concurrent calls of `chunks`. */

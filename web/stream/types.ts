@@ -23,8 +23,8 @@ export interface CameraView {
   /** True while the camera moves: coarser data is requested then. Moving isovalues are detected. */
   moving: boolean;
   /**
-   * Of a step of a series that plays, or that is shown later: the size in pixels up to which cells are not
-   * refined, instead of `targetCellPixels`. Infinity: nothing is fetched. There are no occlusion queries, so
+   * For a step that plays, or that is shown later: the size in pixels up to which cells are not refined, instead of
+   * `targetCellPixels`. With Infinity, nothing is fetched. There are no occlusion queries for such a step, so
    * occluded chunks are fetched as well.
    */
   stepCellPixels?: number;
@@ -65,7 +65,7 @@ export interface Progress {
   complete: boolean;
   /**
    * Coarse levels are being fetched for other isovalues (`StreamOptions.backgroundBytes`): bytes
-   * fetched so far, and planned. Null while nothing is: then a complete view makes no requests.
+   * fetched so far, and planned. Null while none are being fetched; a complete view then makes no requests.
    */
   preparation: { bytes: number; bytesPlanned: number } | null;
   /** Damaged chunks and directory pages that this view needs. */
@@ -134,7 +134,7 @@ export interface StreamOptions {
   /** Size in pixels up to which a cell is not refined further. Default 1. */
   targetCellPixels?: number;
   /**
-   * The same while the camera moves. Default 5, because finer levels would be out of date on arrival.
+   * The same limit while the camera moves. Default 5, because finer levels would be out of date on arrival.
    */
   movingCellPixels?: number;
   /**
@@ -144,8 +144,8 @@ export interface StreamOptions {
    */
   backgroundBytes?: number;
   /**
-   * Most bytes of the coarse levels that are fetched for every isovalue when a store is opened. With 0, only
-   * those that its first surface needs are. Default: 160 KB.
+   * Most bytes of the coarse levels that are fetched for every isovalue when a store is opened. With 0, only the
+   * levels that the first surface needs are fetched. Default: 160 KB.
    */
   coarseBytes?: number;
   /** The isovalues of the first view. Their surface is loaded first. Default: the suggested one. */
