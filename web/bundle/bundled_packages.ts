@@ -5,9 +5,9 @@ import type { Plugin } from "vite";
 const names = new Set<string>();
 
 /**
- * Writes to `file` the sorted names of the npm packages with code in the page, as JSON: for the list of
- * components (.ci/sbom.mjs). Pages and workers are built apart, each with this plugin; names are kept
- * from one to the next. `replaced`: packages that are resolved, but whose code is ours.
+ * Writes the sorted names of the npm packages with code in the page to `file`, as JSON, for the list of components
+ * (.ci/sbom.mjs). Pages and workers are built separately, each with this plugin; each build adds its names to
+ * the file. `replaced`: packages that are resolved, but whose code is replaced by the project's.
  */
 export function bundledPackages(file: string, replaced: string[]): Plugin {
   return {

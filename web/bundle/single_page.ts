@@ -3,7 +3,7 @@ import { build, type Rollup } from "vite";
 
 const web = dirname(import.meta.dirname);
 
-/** Nothing may be fetched: all that the page needs is in it. */
+/** The policy of the page. It allows no requests, because the page contains everything that it needs. */
 const policy =
   "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob: data:; " +
   "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:";
@@ -36,7 +36,7 @@ export async function singlePage(): Promise<string> {
   let { code } = chunk;
   let css = "";
   const files = built.output.filter((file) => file !== chunk).map(contentOf);
-  // Workers are given compiled modules, of which the renderer contains the core: they fetch nothing.
+  // Workers fetch nothing: they get compiled modules, and the renderer's module contains the core.
   for (const { name, bytes } of files) {
     if (name.endsWith(".css")) css += bytes.toString();
     const [, module] = name.match(/isosplat-(renderer|mesh).*\.wasm$/) ?? [];
@@ -46,7 +46,7 @@ export async function singlePage(): Promise<string> {
   }
   for (const { name, bytes } of files) {
     if (!name.endsWith(".js")) continue;
-    // A page of a file cannot start module workers. These workers import nothing, so classic ones do.
+    // A page at a file: URL cannot start module workers. These workers import nothing, so they can be classic ones.
     const worker = bytes
       .toString()
       .replace(anyWasm, 'new URL("data:,")')

@@ -77,7 +77,7 @@ function readDrawn(words: Uint32Array): Pick<CoreSelection, "drawn" | "regions">
   return { drawn, regions };
 }
 
-/** The byte range at the end of the file with the chunks and pages of the coarsest levels. */
+/** The byte range of the file that contains the chunks and pages of the coarsest levels. */
 export interface CoarseRange {
   firstLevel: number;
   offset: number;
@@ -109,7 +109,7 @@ export class Core {
 
   /**
    * Checks the header of a bundle (shared/core/scene/BUNDLE.md), which begins with these bytes. Throws a
-   * CoreError: `truncated` if the header has more bytes; not_a_store, malformed_header, ….
+   * CoreError: `truncated` if `bytes` does not contain the whole header; also not_a_store, malformed_header, ….
    */
   checkBundle(bytes: Uint8Array): void {
     this.#decoder ||= this.#module._isosplat_core_create();

@@ -11,7 +11,7 @@ export function startWorkersWithPagePolicy(): void {
   inheritsPolicy = true;
 }
 
-/** The addresses of programs, for messages. */
+/** The addresses of the workers' programs, for messages. */
 const programs = new WeakMap<Worker, string>();
 
 /**

@@ -45,7 +45,7 @@ export interface StoreMetadata {
   units?: string;
   source?: Record<string, unknown>;
   histogram?: Bins;
-  /** The same form: cells of level 0 that are active at the middle of each bin. */
+  /** A table of the same form. The counts are the cells of level 0 that are active at the middle of each bin. */
   active_cells?: Bins;
   suggested_isovalues?: number[];
   /** The assumptions made when the volume was imported, one sentence each. */

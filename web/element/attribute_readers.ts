@@ -10,8 +10,8 @@ import { sourceOf } from "./element_source.ts";
 import { readParts, shownParts } from "./overlay_area.ts";
 
 /**
- * Reads the attributes of an element whose text may be wrong. Each function returns null without the attribute,
- * and undefined, after a fault, if its text is not valid.
+ * Reads attributes of an element whose text may be invalid. Each function returns null if the attribute is absent.
+ * If its text is invalid, the function reports a fault and returns undefined.
  */
 export class AttributeReaders {
   readonly #element: Element;

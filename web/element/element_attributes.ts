@@ -32,32 +32,32 @@ export function projectionOf(element: Element): Projection {
   return readProjection(element.getAttribute("projection")) ?? "perspective";
 }
 
-/** The camera of the attributes; undefined if they have none that is valid. */
+/** The camera of the attributes. Undefined if it is absent or invalid. */
 export function cameraOf(element: Element): Camera | undefined {
   const camera = readCamera(element.getAttribute("camera"));
   return camera && { ...camera, projection: projectionOf(element) };
 }
 
-/** The step of the attribute; undefined if it has none that is valid. */
+/** The step of the attribute. Undefined if it is absent or invalid. */
 export function stepOf(element: Element): number | undefined {
   const text = element.getAttribute("step") ?? "";
   return /^\d{1,9}$/.test(text) ? Number(text) : undefined;
 }
 
-/** The rate of the attribute; undefined if it has none that is valid. */
+/** The rate of the attribute. Undefined if it is absent or invalid. */
 export function rateOf(element: Element): number | undefined {
   const [rate = 0, ...more] = readNumbers(element.getAttribute("rate")) ?? [];
   return more.length === 0 && rate > 0 && rate <= maxRate ? rate : undefined;
 }
 
-/** What follows the last step, of the attribute; undefined if it has none that is valid. */
+/** The play mode of the attribute `loop`. Undefined if it is absent or invalid. */
 export function loopOf(element: Element): PlayMode | undefined {
   return playModes.find((mode) => mode === element.getAttribute("loop"));
 }
 
 /**
- * The transform of the attribute, 16 numbers with commas; undefined if it is not valid. Null: there is no
- * attribute.
+ * The transform of the attribute: 16 numbers, separated by commas. Null if the attribute is absent; undefined if it
+ * is invalid.
  */
 export function transformOf(element: Element): Transform | null | undefined {
   const text = element.getAttribute("transform");

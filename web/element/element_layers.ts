@@ -6,7 +6,7 @@ import type { LayerPart, LayerPartHost } from "./layer_part.ts";
 
 /** The functions that the layers of an element need from it. */
 export interface ElementLayersHost {
-  /** A layer is in the viewer. */
+  /** A layer was added to the viewer. */
   added(viewer: Viewer): void;
   fault(error: StreamError | RendererError): void;
   /** Child elements were added or removed, or have changed: requests a draw. */
@@ -21,7 +21,7 @@ export class ElementLayers {
   #parts: readonly LayerPart[] = [];
   readonly #hosts = new WeakMap<LayerPart, LayerPartHost>();
   #viewer: Viewer | null = null;
-  /** The number of visible layers of the viewer that are no child elements. */
+  /** The number of visible layers in the viewer that do not belong to child elements. */
   #others = 0;
 
   constructor(element: Element, host: ElementLayersHost) {
@@ -35,7 +35,7 @@ export class ElementLayers {
     return this.#parts.some(({ source }) => source !== null);
   }
 
-  /** Why one of them cannot be shown; undefined if all can. */
+  /** The reason why one of the layers cannot be shown. Undefined if all can be shown. */
   get presentFault(): Error | undefined {
     return this.#parts.find(({ presentFault }) => presentFault)?.presentFault ?? undefined;
   }
@@ -68,7 +68,7 @@ export class ElementLayers {
     });
   }
 
-  /** Adds the layers to a viewer, whose other content is open. Resolves when each is open, or cannot be. */
+  /** Adds the layers to a viewer, whose other content is open. Resolves when each layer is open or has failed. */
   async show(viewer: Viewer): Promise<void> {
     this.#viewer = viewer;
     this.#others = viewer.layers.filter(({ visible }) => visible).length;

@@ -6,11 +6,11 @@ import { defaultLook } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type { ElementView } from "./element_view.ts";
 
-/** What an element shows in addition to its child elements; null: only those. */
+/** The content that an element shows in addition to its child elements. Null if it shows only those. */
 export type Content = { source: Source } | { scene: () => Promise<SceneSource> } | null;
 
 export interface OpenedContent {
-  /** Of the first layer that is open; null: all layers are hidden, or there are none yet. */
+  /** The description of the first open layer. Null if all layers are hidden, or there are none yet. */
   info: StoreInfo | null;
   /** The layers of a scene that could not be opened. */
   missing: readonly Error[];
@@ -19,7 +19,7 @@ export interface OpenedContent {
 }
 
 /**
- * Opens the content of an element instead of what its viewer shows. Rejects with a StreamError, a
+ * Opens the content of an element, which replaces the present content of its viewer. Rejects with a StreamError, a
  * RendererError, or the signal's reason.
  */
 export async function openContent(
@@ -38,7 +38,7 @@ export async function openContent(
   return { info, missing: [], hasCamera: false };
 }
 
-/** The settings of the element come before those of the scene. */
+/** The settings of the element take precedence over those of the scene. */
 async function openSceneIn(
   viewer: Viewer,
   load: () => Promise<SceneSource>,
@@ -48,7 +48,7 @@ async function openSceneIn(
   const [scene, { openScene }] = await Promise.all([load(), import("../scene/open_scene.ts")]);
   signal.throwIfAborted();
   const { camera, look, time } = view;
-  // What the scene does not state has its defaults.
+  // Settings that the scene does not state have their defaults.
   viewer.setLook(defaultLook);
   const { document, layers, missing } = await openScene(viewer, scene, {
     step: (values) => time.firstOf(values),

@@ -18,7 +18,7 @@ export interface IsosplatViewerProps {
   step?: number | undefined;
   /** Steps per second while a scene plays. */
   rate?: number | undefined;
-  /** What follows the last step. */
+  /** The behaviour after the last step. */
   loop?: PlayMode | undefined;
   /** The attribute, for the first isovalues; `isovalues` are the present ones. */
   isovalue?: string | number | undefined;
@@ -37,7 +37,7 @@ export interface IsosplatViewerProps {
   link?: string | undefined;
 }
 
-/** The same of `<isosplat-layer>`. */
+/** The properties of `<isosplat-layer>` that frameworks set. */
 export interface IsosplatLayerProps {
   src?: string | undefined;
   source?: Source | null | undefined;

@@ -13,18 +13,18 @@ import { isovaluesOf, surfacesOf, transformOf } from "./element_attributes.ts";
 
 /** The functions that a layer needs from the element that shows it. */
 export interface LayerPartHost {
-  /** Its layer is in the viewer. */
+  /** Called when the layer was added to the viewer. */
   added(): void;
   fault(error: StreamError | RendererError): void;
-  /** The number of the colour of its first surface, unless the element has colours. */
+  /** The number of the colour of the layer's first surface. It is used if the element states no colours. */
   colourNumber(): number;
-  /** Whether there is something to show has changed. */
+  /** Called when the layer has got, or no longer has, something to show. */
   wake(): void;
 }
 
 /**
- * What an `<isosplat-layer>` shows. Keeps it without a viewer. While there is one, adds the layer, tries again
- * after faults, and keeps element and layer equal.
+ * The settings and the layer of an `<isosplat-layer>`. The settings are kept while there is no viewer. While there
+ * is one, the layer is added to it, opened again after faults, and synchronized with the element.
  */
 export class LayerPart {
   readonly #element: HTMLElement;
@@ -37,9 +37,9 @@ export class LayerPart {
   #timer: ReturnType<typeof setTimeout> | undefined;
   #failures = 0;
   #fault: Error | null = null;
-  /** Those of a call or of the layer; null: those of the attributes, or of the store. */
+  /** The surfaces set by a program or taken from the layer. Null: the attributes, or else the store, determine them. */
   #surfaces: readonly Surface[] | null = null;
-  /** That of a call; null: that of the attribute. */
+  /** The transform set by a program. Null: the attribute determines it. */
   #transform: Transform | null = null;
   #colourNumber = 0;
 
@@ -71,7 +71,7 @@ export class LayerPart {
     return this.#info;
   }
 
-  /** Why it cannot be shown at present. */
+  /** The reason why the layer cannot be shown at present. */
   get presentFault(): Error | null {
     return this.#fault;
   }
@@ -82,7 +82,7 @@ export class LayerPart {
     return this.#surfaces ?? this.#defaults();
   }
 
-  /** Null: those of the attributes, or of the store. */
+  /** Null if the attributes, or else the store, determine them. */
   setSurfaces(surfaces: readonly Surface[] | null): void {
     const before = this.surfaces;
     this.#surfaces = surfaces && [...surfaces];
@@ -119,7 +119,7 @@ export class LayerPart {
     return this.#transform ?? transformOf(this.#element) ?? null;
   }
 
-  /** Null: that of the attribute. Throws a RangeError. */
+  /** Null if the attribute determines it. Throws a RangeError. */
   setTransform(transform: Transform | null): void {
     const { layer } = this;
     const asked = transform ?? transformOf(this.#element) ?? identity;
@@ -147,14 +147,14 @@ export class LayerPart {
 
   // ---- Its layer ----
 
-  /** It is in this element now. */
+  /** The child element was added to this `<isosplat-viewer>`. */
   enter(host: LayerPartHost): void {
     this.#close();
     this.#viewer = null;
     this.#host = host;
   }
 
-  /** It is no longer in this element. It may be in another one already. */
+  /** The child element was removed from this `<isosplat-viewer>`. It may already be in another one. */
   leave(host: LayerPartHost): void {
     if (host !== this.#host) return;
     this.#close();
@@ -162,7 +162,7 @@ export class LayerPart {
     this.#host = null;
   }
 
-  /** Adds it to a viewer, whose other content is open. Resolves when its header has been read, or cannot be. */
+  /** Adds the layer to a viewer, whose other content is open. Resolves when its header was read, or after a fault. */
   show(viewer: Viewer): Promise<void> {
     this.#viewer = viewer;
     return this.#add();
@@ -225,14 +225,14 @@ export class LayerPart {
     this.#layer = layer;
     this.#fault = null;
     this.#failures = 0;
-    // What was set meanwhile.
+    // Settings may have changed in the meantime.
     this.readAttributes();
     this.setTransform(this.#transform);
     this.#host?.added();
     this.#opened();
   }
 
-  /** Called when the store may have been read: that of a hidden layer is read when it is shown. */
+  /** Called when the store may have been read. The store of a hidden layer is read when the layer is shown. */
   #opened(): void {
     const info = this.#layer?.info ?? null;
     if (!info || info === this.#info) return;
@@ -253,7 +253,7 @@ export class LayerPart {
     this.#timer = setTimeout(() => void this.#add(), slowWait(this.#failures++));
   }
 
-  /** Reports a fault: also that of the layer later on, of which the viewer tells. */
+  /** Reports a fault, also a later one of the open layer, which the viewer reports. */
   fault(error: StreamError | RendererError): void {
     this.#fault = error;
     this.#report("fault", error);

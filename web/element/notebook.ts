@@ -70,7 +70,7 @@ export class Notebook {
    */
   readonly #refused = new Map<TraitName, string>();
   #elementFault = "";
-  /** The step that the model has had last. */
+  /** The last step that the model had. */
   #receivedStep: number | null = null;
   #isApplying = false;
   #saveTimer = 0;

@@ -3,10 +3,10 @@ import type { IsosplatLayerElement } from "./isosplat_layer.ts";
 import type { IsosplatViewerElement } from "./isosplat_viewer.ts";
 import type { LayerTrait } from "./notebook_traits.ts";
 
-/** The value with which a child element was shown last. */
+/** The last value of the trait that was applied to a child element. */
 const shown = new WeakMap<IsosplatLayerElement, LayerTrait>();
 
-/** Shows the layers of the trait as child elements. Those of the same `src` stay, with what they have loaded. */
+/** Shows the layers of the trait as child elements. Elements with the same `src` are kept, with their loaded data. */
 export function showLayers(element: IsosplatViewerElement, layers: readonly LayerTrait[]): void {
   const present = [...element.querySelectorAll("isosplat-layer")];
   const left = new Set(present);

@@ -1,7 +1,7 @@
-/** A measurement takes at least this time (ms), and this number of bytes: fewer measure the round trip. */
+/** A measurement needs at least this time (ms) and this number of bytes. A smaller one would measure the round trip. */
 const shortest = 200;
 const fewestBytes = 64 * 1024;
-/** The rate is the highest of so many measurements: the others wait for round trips and decoding. */
+/** The rate is the highest of this number of measurements. The others include waits for round trips and decoding. */
 const measurements = 8;
 
 /** Measures the rate at which bytes arrive while something is being fetched. */

@@ -1,11 +1,11 @@
 import type { Light } from "./light.ts";
 
-/** The properties of a number of Light that viewer, address and panel use. */
+/** How viewer, address and panel treat one of the numbers of Light. */
 export interface LightSetting {
   /** The default. */
   first: number;
   range: readonly [number, number];
-  /** Of the panel's sliders and keys. */
+  /** The step of the panel's sliders and keys. */
   step: number;
   /**
    * The parameter of the page's address that contains it, after the numbers of this parameter

@@ -40,7 +40,7 @@ const nothing: VisibleChunks = { ids: new Uint32Array(), regions: new Uint32Arra
  * renderer.
  */
 export class OpenVolume {
-  /** Of the volume in the renderer. */
+  /** The number of the volume in the renderer. */
   readonly number: number;
   readonly source: Source;
   readonly #life: RendererLife;
@@ -68,7 +68,7 @@ export class OpenVolume {
     this.#isShown = isShown;
   }
 
-  /** Whether the volume is in the picture. Otherwise its chunks are resident, and none of them is drawn. */
+  /** Whether the volume is in the picture. If not, its resident chunks are not drawn. */
   get isShown(): boolean {
     return this.#isShown;
   }
@@ -94,7 +94,7 @@ export class OpenVolume {
     return this.#session;
   }
 
-  /** Null until the store is open; after `rest` as it was. */
+  /** Null until the store is open. `rest` does not change it. */
   get info(): StoreInfo | null {
     return this.#info;
   }

@@ -1,7 +1,7 @@
-/** A layer outside of the picture keeps this share of what the one that needs most gets. */
+/** The part of a layer outside of the picture, relative to the part of the layer that needs most. */
 const leastShare = 0.05;
 
-/** What one layer needs of the sample budget. */
+/** The numbers that determine the share of one layer in the sample budget. */
 export interface SampleNeed {
   /** Samples that stay resident in any case: its coarse levels. */
   pinned: number;

@@ -15,15 +15,15 @@ export interface SeriesHost {
   readonly list: LayerList;
   readonly life: RendererLife;
   readonly volumes: LayerVolumes;
-  /** Other volumes are shown. */
+  /** Called when another step, and so other volumes, are shown. */
   stepShown(): void;
   busyChanged(): void;
   failed(entry: LayerEntry, error: StreamError): void;
-  /** Whether nothing of the present picture is missing. */
+  /** Whether the present picture is complete. */
   isComplete(): boolean;
 }
 
-/** The steps of all layers: which of them are open, and which one is shown. */
+/** Opens and closes the steps of all layers, and chooses the one that is shown. */
 export class Series {
   readonly time: Time;
   readonly #host: SeriesHost;
@@ -63,7 +63,7 @@ export class Series {
     return new LayerSteps(sources, this.#kept, make);
   }
 
-  /** Most samples of a volume of a layer that has steps. */
+  /** The maximum number of samples for a volume of a layer with steps. */
   samplesOf(entry: LayerEntry, volume: OpenVolume): number {
     if (volume !== entry.volume) return this.#loader.samplesOf(entry);
     return entry.samples - samplesOfOthers(entry);
@@ -74,7 +74,7 @@ export class Series {
     this.#loader.viewed(viewProjection, viewport);
   }
 
-  /** Surfaces, layers, or what is resident of a step has changed. */
+  /** The surfaces, the layers, or the resident chunks of a step have changed. */
   changed(): void {
     this.#loader.changed();
   }
@@ -105,7 +105,7 @@ export class Series {
     this.#loader.changed();
   }
 
-  /** Closes all steps of a layer but the one that is shown: it is hidden, or the renderer was replaced. */
+  /** Closes all steps of a layer except the shown one, because the layer is hidden or the renderer was replaced. */
   closeOthers(entry: LayerEntry): void {
     if (entry.steps) this.#close(entry.steps.closeOthers(entry.volume));
   }

@@ -79,7 +79,7 @@ export function writeSlices(along: Slices["along"]): string | undefined {
   return along.some((n) => n !== null) ? along.map((n) => n ?? "").join(",") : undefined;
 }
 
-/** azimuth,elevation,distance,x,y,z[,roll[,field of view]]: the text that readCamera reads. */
+/** Writes a camera as `azimuth,elevation,distance,x,y,z[,roll[,field of view]]`, which readCamera reads. */
 export function writeCamera(camera: Camera): string {
   const { azimuth, elevation, distance, target, roll, fieldOfView } = camera;
   const numbers = [azimuth, elevation, distance, ...target];

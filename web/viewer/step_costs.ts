@@ -7,18 +7,18 @@ import { completeCosts } from "./time_plan.ts";
 /** Bytes and samples of one step of a layer. */
 export interface StepNeed {
   bytes: number;
-  /** Those of the coarse levels, with which a store is opened. */
+  /** The bytes of the coarse levels, which are fetched when a store is opened. */
   coarseBytes: number;
   samples: number;
 }
 
 interface LayerCosts {
-  /** The isovalues that the costs are of. */
+  /** The isovalues for which the costs were computed. */
   isovalues: string;
   steps: Map<number, StepCost>;
 }
 
-/** What the steps of layers cost, as far as their stores have been opened. */
+/** The bytes and samples of the steps whose stores have been opened. */
 export class StepCosts {
   readonly #layers = new WeakMap<LayerEntry, LayerCosts>();
 
@@ -69,8 +69,8 @@ function cellsOf(isovalues: readonly number[], info: NonNullable<OpenVolume["inf
 }
 
 /**
- * What a step of a layer needs of a view besides its coarse levels: that of the step that is shown.
- * Undefined if it is not open.
+ * The bytes and samples that a view needs of a step, in addition to the coarse levels. They are those of the step
+ * that is shown. Undefined if that step is not open.
  */
 export function needOf(entry: LayerEntry, view: CameraView): StepNeed | undefined {
   const { session, info } = entry.volume;

@@ -18,11 +18,11 @@ import { viewProjectionOf } from "./transform.ts";
 const aheadBytes = 8 * 1024 * 1024;
 /** The number of stores that are opened at the same time. */
 const openedTogether = 4;
-/** If so many steps in a row are shown before they are as fine as they should be, detail is reduced. */
+/** Detail is reduced after this number of consecutive steps that were coarser than planned when they were shown. */
 const lateInARow = 3;
-/** While the camera moves, steps in advance follow it at this interval (ms). */
+/** While the camera moves, the view of steps that are fetched in advance is updated at this interval (ms). */
 const viewInterval = 100;
-/** Of steps whose finer chunks are not needed now. */
+/** The cell size for steps whose finer chunks are not needed now. */
 const onlyCoarse = Number.POSITIVE_INFINITY;
 
 /** A layer that has a store for each step. */
@@ -30,28 +30,28 @@ export type SteppedEntry = LayerEntry & { readonly steps: LayerSteps };
 
 /** The functions that the loader needs from the layers. */
 export interface StepLoaderHost {
-  /** Those that are visible and have steps. */
+  /** The visible layers that have steps. */
   entries(): readonly SteppedEntry[];
   /** Opens a step that is not shown. Never rejects: see OpenVolume.error. */
   open(entry: SteppedEntry, step: number): Promise<void>;
   /** Closes a step that is not shown. */
   close(entry: SteppedEntry, step: number): void;
-  /** Whether nothing of the shown step is missing. */
+  /** Whether the step that is shown is complete. */
   isShownComplete(): boolean;
 }
 
 /** The view of a picture: world to clip space, and its size. */
 type View = Pick<CameraView, "viewProjection" | "viewport">;
 
-/** What a volume was last asked for. */
+/** The last request to a volume: the view and the cell size in pixels. */
 interface Asked {
   view: string;
   pixels: number;
 }
 
 /**
- * Fetches steps before they are shown: first the coarse levels of the next ones, and then what the view
- * needs of them, within budgets of bytes and samples, in the direction of play.
+ * Fetches steps before they are shown, in the direction of play: first the coarse levels of the next steps, and
+ * then the chunks of these steps that the view needs. Budgets of bytes and samples limit both.
  */
 export class StepLoader {
   readonly #time: () => Time;
@@ -65,11 +65,11 @@ export class StepLoader {
   readonly #failedAt = new WeakMap<OpenVolume, number>();
   #view: View | null = null;
   #viewTimer: ReturnType<typeof setTimeout> | undefined;
-  /** The size of cells of steps that play. While playing, it stays. */
+  /** The cell size of steps while they play. It normally does not change during playing. */
   #pixels = 1;
   #isPixelsChosen = false;
   #most = 0;
-  /** The number of steps in a row that were coarser than they should be when they were shown. */
+  /** The number of consecutive steps that were coarser than planned when they were shown. */
   #late = 0;
 
   constructor(time: () => Time, host: StepLoaderHost) {
@@ -119,7 +119,7 @@ export class StepLoader {
     this.changed();
   }
 
-  /** Whether a step has a surface. Its chunks are those of the present view. */
+  /** Whether a step has a surface. Also requests the chunks that the present view needs of it. */
   isShowable(step: number): boolean {
     const volumes = this.#host
       .entries()
@@ -137,8 +137,8 @@ export class StepLoader {
   }
 
   /**
-   * A step is going to be shown. If several in a row come late, and the bandwidth is the reason, the next
-   * ones are coarser.
+   * Called before a step is shown. If several consecutive steps are late because of the bandwidth, the next ones
+   * are fetched with less detail.
    */
   shown(step: number): void {
     const isLate = this.#time().isPlaying && !this.#isReady(this.#host.entries(), step);
@@ -148,7 +148,7 @@ export class StepLoader {
     this.#pixels = Math.max(this.#pixels, this.#cellPixelsThatPlay(true));
   }
 
-  /** A volume that was shown is not any more. Its session has followed the picture. */
+  /** A volume is no longer shown. Until now, its session has received the views of the picture. */
   hidden(volume: OpenVolume): void {
     this.#asked.delete(volume);
   }
@@ -158,7 +158,7 @@ export class StepLoader {
     clearTimeout(this.#viewTimer);
   }
 
-  /** Tries again what has failed. */
+  /** Retries the steps that have failed. */
   retry(): void {
     for (const entry of this.#host.entries()) {
       for (const volume of entry.steps.volumes) this.#failedAt.delete(volume);
@@ -199,7 +199,7 @@ export class StepLoader {
     const time = this.#time();
     const isWaiting = time.wantedStep !== time.step;
     const present = (): number[] => [...new Set(entries.flatMap(({ steps }) => steps.present))];
-    // What is shown, or is to be shown, comes first.
+    // The step that is shown, or that is wanted, takes precedence.
     if (!this.#view || isWaiting || !(time.isPlaying || this.#host.isShownComplete())) {
       return { kept: present(), refined: [] };
     }
@@ -229,7 +229,7 @@ export class StepLoader {
     });
   }
 
-  /** What a step needs in the present view; of the steps that are open, that of the last one shown. */
+  /** The bytes and samples that a step needs for the present view, as estimated from the step that was shown last. */
   #need(entry: SteppedEntry, pixels: number): StepNeed {
     const key = `${this.#keyOf(entry)} ${this.#time().step} ${pixels}`;
     let known = this.#needs.get(key);
@@ -241,7 +241,7 @@ export class StepLoader {
     return known ?? { bytes: 0, coarseBytes: 0, samples: 0 };
   }
 
-  /** See there. */
+  /** Calls cellPixelsThatPlay (time_plan.ts) for the present layers and steps. */
   #cellPixelsThatPlay(isLate: boolean): number {
     const time = this.#time();
     const entries = this.#host.entries();
@@ -258,7 +258,7 @@ export class StepLoader {
     return cellPixelsThatPlay(bytesAt, time.rate, this.#bandwidth.bytesPerSecond, isLate);
   }
 
-  /** The samples of steps that are not shown are divided among as many as are kept. */
+  /** Divides the samples for steps that are not shown among the steps that are kept. */
   #setMost(entries: readonly SteppedEntry[], most: number): void {
     this.#most = most;
     for (const entry of entries) {
@@ -299,7 +299,7 @@ export class StepLoader {
     }
   }
 
-  /** A store that cannot be opened is tried again after a while. */
+  /** If a store cannot be opened, it is retried after a while. */
   #mayRetry(volume: OpenVolume): boolean {
     if (volume.error === null) return true;
     const now = performance.now();
@@ -310,7 +310,7 @@ export class StepLoader {
     return failedAt !== undefined;
   }
 
-  /** Asks for what the view needs of a step that is not shown. */
+  /** Requests the chunks that the view needs of a step that is not shown. */
   #ask(entry: SteppedEntry, volume: OpenVolume, pixels: number): void {
     if (!volume.session || !this.#view) return;
     const view = this.#viewOf(entry, pixels);
@@ -339,7 +339,7 @@ export class StepLoader {
     return `${entry.layer.id} ${view} ${isovaluesOf(entry)} ${transform}`;
   }
 
-  /** Whether a step is as fine as it is played; one that cannot be opened is as fine as it gets. */
+  /** Whether a step has the detail with which it is to be played. True for a step that cannot be opened. */
   #isReady(entries: readonly SteppedEntry[], step: number, pixels = this.#pixels): boolean {
     return entries.every((entry) => {
       const volume = entry.steps.find(step);

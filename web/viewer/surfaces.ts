@@ -13,7 +13,7 @@ export const surfaceColours = [
   "#8a8f98",
 ] as const;
 
-/** The colour of the surface with this number: neighbouring numbers have colours that are easy to distinguish. */
+/** The colour of the surface with this number. Colours of consecutive numbers are easy to distinguish. */
 export function surfaceColour(number: number): string {
   return surfaceColours[number % surfaceColours.length] ?? surfaceColours[0];
 }

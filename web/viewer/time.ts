@@ -27,7 +27,7 @@ export interface TimeHost {
   isShowable(step: number): boolean;
   /** Shows a step of all layers. Returns whether this changes the picture. */
   show(step: number): boolean;
-  /** What is to be fetched may have changed. */
+  /** Called when other steps may have to be fetched. */
   changed(): void;
   cost(): PlayCost | undefined;
   cellPixels(): number;
@@ -40,9 +40,9 @@ export const defaultRate = 5;
 export const defaultMode: PlayMode = "loop";
 
 /**
- * The steps of a viewer's scene. What is shown is always one step of all layers: a step is shown as soon as
- * each layer has a surface of it, even if it is coarse, and until then the step before stays. `play` shows
- * every step in turn, none before the one before it has been drawn.
+ * The steps of a viewer's scene. All layers always show the same step. A step is shown as soon as each layer has a
+ * surface of it, even if it is coarse; until then, the previous step stays. `play` shows every step in turn, and
+ * waits until each has been drawn.
  */
 export class Time extends Emitter<TimeEvents> {
   readonly values: readonly number[];
@@ -83,7 +83,7 @@ export class Time extends Emitter<TimeEvents> {
     return this.#wanted?.step ?? this.step;
   }
 
-  /** The step that is shown, or is to be shown, and the direction of the last change. */
+  /** `wantedStep`, and the direction of the last change. */
   get position(): PlayPosition {
     return this.#wanted ?? this.#position;
   }
@@ -167,7 +167,7 @@ export class Time extends Emitter<TimeEvents> {
     this.#schedule();
   }
 
-  /** The step that is shown stays, and is refined. */
+  /** Stops playing. The present step is then refined. */
   pause(): void {
     if (!this.#isPlaying) return;
     this.#isPlaying = false;
@@ -178,7 +178,7 @@ export class Time extends Emitter<TimeEvents> {
     this.#plan();
   }
 
-  /** Steps may be showable that were not. */
+  /** Called when a step may have become ready to be shown. */
   arrived(): void {
     const wanted = this.#wanted;
     if (!wanted || !this.#host.isShowable(wanted.step)) return;
@@ -237,7 +237,7 @@ export class Time extends Emitter<TimeEvents> {
       return;
     }
     const now = performance.now();
-    // After a stop, the steps are not hurried.
+    // After a delay, the following steps keep their rate instead of catching up.
     const isLate = now - this.#due > this.#period;
     this.#due = (isLate ? now : this.#due) + this.#period;
     this.#want(next);

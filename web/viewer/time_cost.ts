@@ -8,7 +8,7 @@ export interface PlayCost {
   isEstimated: boolean;
 }
 
-/** What is known of one step of one layer. */
+/** The known numbers of one step of one layer. */
 export interface StepCost {
   /** The bytes of its surfaces; undefined until its directory has been fetched. */
   bytes: number | undefined;
@@ -17,8 +17,8 @@ export interface StepCost {
 }
 
 /**
- * The bytes of all steps of a layer. Those of steps that are not known follow from their cells, or else are
- * those of a mean step. Undefined if the bytes of no step are known.
+ * The bytes of all steps of a layer. For steps whose bytes are unknown, they are estimated from the number of
+ * cells, or otherwise by the mean of the known steps. Undefined if the bytes of no step are known.
  */
 export function playCost(steps: readonly StepCost[]): PlayCost | undefined {
   const known = steps.filter(({ bytes }) => bytes !== undefined);
@@ -41,7 +41,7 @@ export function playCost(steps: readonly StepCost[]): PlayCost | undefined {
   };
 }
 
-/** The cost of several layers that play together. Undefined if that of one is. */
+/** The cost of several layers that play together. Undefined if the cost of one of them is unknown. */
 export function costOfLayers(costs: readonly (PlayCost | undefined)[]): PlayCost | undefined {
   const [first] = costs;
   if (!first || costs.some((cost) => !cost)) return undefined;

@@ -3,7 +3,7 @@ export type PlayMode = "loop" | "swing" | "once";
 
 export const playModes: readonly PlayMode[] = ["loop", "swing", "once"];
 
-/** A step, and the direction in which the next one is: 1 or −1. */
+/** A step, and the direction to the next step: 1 or −1. */
 export interface PlayPosition {
   step: number;
   direction: 1 | -1;

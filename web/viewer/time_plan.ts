@@ -4,20 +4,20 @@ import type { LevelCost } from "../stream/session.ts";
 export const playCellPixels: readonly number[] = [1, 2, 4, 8, 16, 32, 64];
 
 /**
- * The share of the measured bandwidth that is counted on. Before playing, requests for single steps mostly
- * wait for the server, which requests for several steps at a time make up for. When steps have come late,
- * such requests have been measured.
+ * The expected bandwidth, relative to the measured one. `first`: before playing, requests are made for one step at
+ * a time, and mostly wait for the server. Requests for several steps at a time hide this wait, so more is expected.
+ * `late`: after steps have come late, requests for several steps have been measured.
  */
 const expectedShare = { first: 2, late: 0.9 };
 /** Cells of a step take this many times their number of samples while finer ones replace coarser ones. */
 const whileReplaced = 1.4;
-/** As many steps are kept ahead in any case; if memory is short, they are coarser. */
+/** At least this number of steps is kept ahead. If there is too little memory, they are coarser. */
 const fewestAhead = 2;
 
-/** Bytes of a cell, before those of any level are known. */
+/** The bytes of a cell, as long as they are not known for any level. */
 const typicalCellBytes = 2.5;
 
-/** The costs of levels below `coarsest`. Those that are not known follow from the next one that is. */
+/** The costs of the levels finer than `coarsest`. Unknown costs are estimated from the next known level. */
 export function completeCosts(
   known: readonly LevelCost[],
   coarsest: number,
@@ -67,9 +67,9 @@ export function stepsThatFit(budget: number, samples: number, others: number): n
   return Math.min(others, Math.max(fewestAhead, fitting));
 }
 
-/** What steps are fetched in advance. */
+/** The steps to fetch in advance. */
 export interface AheadPlan {
-  /** Steps whose coarse levels are resident, or are fetched. Those of `refined` are among them. */
+  /** Steps whose coarse levels are resident or being fetched. They include the steps of `refined`. */
   kept: number[];
   /** Steps that are refined now. */
   refined: number[];

@@ -8,10 +8,10 @@ export type Transform = readonly number[];
 
 export const identity: Transform = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
-/** The volume of the box that the unit cube becomes, as a share of that with perpendicular edges. */
+/** The least volume of the transformed unit cube, relative to a box with perpendicular edges of the same lengths. */
 const flattest = 1e-6;
 
-/** Throws a RangeError unless these are the numbers of an affine transform that keeps volumes. */
+/** Throws a RangeError unless these are the numbers of an affine transform that does not make volumes flat. */
 export function checkedTransform(numbers: Transform): Transform {
   const isAffine =
     numbers.length === 16 &&
@@ -77,7 +77,7 @@ export function volumeScaleOf(transform: Transform): number {
   return Math.abs(dot(a, cross(b, c)));
 }
 
-/** A store whose grid lies where the transform puts it. Grids may be sheared, so it is another grid. */
+/** The store with its grid after the transform. The result is a valid grid, because grids may be sheared. */
 export function placed(info: StoreInfo, transform: Transform): StoreInfo {
   if (isIdentity(transform)) return info;
   const direction = Array.from<number>({ length: 9 });

@@ -36,7 +36,7 @@ import type { AddLayerOptions, OpenOptions, ViewerEvents, ViewerOptions } from "
 
 /**
  * Shows volumes on a canvas: streams what the view needs, and draws when something has changed. Does
- * not depend on the page around the canvas. What concerns one volume means the first layer: `layers`.
+ * not depend on the page around the canvas. Members that concern one volume refer to the first layer (`layers`).
  *
  *   const viewer = new Viewer(canvas);
  *   await viewer.open(new ServerSource({ volume: "engine" }));
@@ -129,8 +129,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   /**
-   * Adds a volume to the picture. Resolves when its header has been read; that of a hidden one is read when
-   * it is shown. A function makes the source of each step of `time`. Rejects as `open`, and with a RangeError for a wrong transform; the other layers stay.
+   * Adds a volume to the picture. Resolves when its header has been read, or at once if it is hidden: its header
+   * is then read when it is shown. `source` may be a function that makes the source of each step of `time`.
+   * Rejects with the errors of `open`, and with a RangeError for an invalid transform; the other layers stay.
    */
   addLayer(source: Source | StepSources, options: AddLayerOptions = {}): Promise<Layer> {
     return this.#layers.add(source, options);
@@ -258,7 +259,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#sceneChanged();
   }
 
-  /** The view needs other cells, or other cells are visible. */
+  /** The view may need other cells, or other cells may be visible. */
   #sceneChanged(): void {
     this.#layers.pictureChanged();
     this.#scheduler?.onCameraChange();

@@ -10,7 +10,7 @@ import type { Camera, FrameReport, Projection, Surface } from "./types.ts";
 export interface ViewerEvents {
   /** The first layer is open. Its first surface follows. */
   opened: StoreInfo;
-  /** The streaming progress has changed: that of all layers that are shown. */
+  /** The streaming progress of the picture, the sum over all visible layers, has changed. */
   progress: Progress;
   /** A frame was drawn. */
   frame: FrameReport;
@@ -20,7 +20,7 @@ export interface ViewerEvents {
   camera: Camera;
   /** A gesture turned the key light. */
   light: Light;
-  /** The source had another volume at the same URL, which is open now. */
+  /** The store at the source's URL was replaced. The new one is open now. */
   replaced: StoreInfo;
   /**
    * Emitted once for each occurrence of a fault (web/stream/faults.ts). Progress.fault is set as
@@ -39,7 +39,7 @@ export interface ViewerEvents {
   /** `Viewer.time` is another one. */
   time: Time | null;
   layerchange: { layer: Layer; property: LayerProperty };
-  /** As `error`, for a fault of another layer than the first. The others go on. */
+  /** Like `error`, for a fault of a layer other than the first. The other layers continue. */
   layererror: { layer: Layer; error: StreamError | RendererError };
 }
 
@@ -59,7 +59,7 @@ export interface ViewerOptions {
   controls?: boolean;
   /** The action of the key R. Default: `Viewer.reset()`. */
   reset?: () => void;
-  /** Decodes chunks, and is not closed with the viewer: several may share it. Default: one's own. */
+  /** Decodes chunks. Several viewers may share it; it is not closed with the viewer. Default: the viewer's own. */
   decoder?: Decoder;
 }
 
@@ -67,7 +67,7 @@ export interface OpenOptions {
   /** The isosurfaces of the first view. Default: one, at the volume's first suggestion. */
   surfaces?: readonly Surface[];
   camera?: Camera;
-  /** Of the first camera, if there is no `camera`. Default: as it was, at first perspective. */
+  /** The projection of the first camera, if there is no `camera`. Default: the present one; at first, perspective. */
   projection?: Projection;
   signal?: AbortSignal;
 }

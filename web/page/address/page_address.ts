@@ -39,13 +39,13 @@ export interface AddressState {
    * address.
    */
   isDefaultCamera: boolean;
-  /** Null: those of the scene, or none if it has none. */
+  /** Null if they are those of the scene, or if there are none. */
   measures: readonly string[] | null;
-  /** Null if there is only the volume itself, of which nothing is set. */
+  /** Null if there is only the page's volume, with its default settings. */
   layers: LayersView | null;
 }
 
-/** The address of a camera view: only the settings that differ from what the page shows without them. */
+/** The address of a view. It contains only the settings that differ from those with which the page opens. */
 export function addressOf(view: AddressState): UrlState {
   const { surfaces, look, clip, slices, opened } = view;
   const state: UrlState = { isovalues: surfaces.map((surface) => surface.isovalue) };

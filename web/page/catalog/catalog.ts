@@ -27,7 +27,7 @@ export class Catalog {
   readonly #root: HTMLElement;
   /** The volumes that are shown, with the total of those that match #shownQuery. */
   #list: VolumeList | null = null;
-  /** The same of scenes. */
+  /** The scenes that are shown, with the total of those that match #shownQuery. */
   #scenes: SceneList | null = null;
   #problem: Problem | null = null;
   #query = "";
@@ -262,7 +262,7 @@ export class Catalog {
   }
 }
 
-/** If an entry was added in the meantime, the others have moved: do not show one twice. */
+/** Removes duplicates: if an entry was added to the list in the meantime, others have moved to the next page. */
 function joined<T extends { name: string }>(before: readonly T[], next: readonly T[]): T[] {
   const names = new Set(before.map(({ name }) => name));
   return [...before, ...next.filter(({ name }) => !names.has(name))];

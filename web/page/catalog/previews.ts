@@ -17,7 +17,7 @@ const longest = { firstSurface: 20_000, refining: 3_000 };
 /** Closer than in the view of the whole volume, since surfaces seldom reach its corners. */
 const zoom = 1.25;
 
-/** Scenes of more layers keep their icon: their headers alone are large. */
+/** Scenes with more layers keep their icon, because their headers alone are large. */
 const mostLayers = 128;
 
 /** A volume or a scene that needs a picture. */
@@ -113,7 +113,7 @@ export class Previews {
 
 /** Opens a volume, or a scene. Resolves to whether it has a camera of its own. */
 async function open(viewer: Viewer, { name, layers }: WithoutPicture): Promise<boolean> {
-  // The settings of the scene before.
+  // Reset the settings of the previous scene.
   viewer.setLook({ ...defaultLook, background: themeBackground[theme()] });
   viewer.setClip(wholeVolume);
   viewer.setSlices(noSlices);

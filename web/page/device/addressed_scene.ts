@@ -2,8 +2,8 @@ import { maxSceneBytes } from "../../scene/scene_document.ts";
 import type { SceneSource } from "../../scene/scene_source.ts";
 
 /**
- * The scene of a file of this device whose stores are all at addresses, as the page saves it. Nothing of this
- * device is read for it but this file, so that requests to other hosts stay allowed. Null for other files.
+ * The scene in a file of this device whose stores are all at addresses, like a scene that the page has saved. Only
+ * this file is read from the device, so requests to other hosts remain allowed. Null for other files.
  */
 export async function addressedScene(file: File): Promise<SceneSource | null> {
   if (!/\.json$/i.test(file.name) || file.size > maxSceneBytes) return null;
@@ -17,7 +17,7 @@ export async function addressedScene(file: File): Promise<SceneSource | null> {
     const { layers } = parseScene(new Uint8Array(await file.arrayBuffer()));
     if (!layers.every(({ stores }) => stores.every(isAddress))) return null;
   } catch {
-    return null; // its faults are reported when it is opened as other files are
+    return null; // the file is then opened like any other file, which reports its faults
   }
   // Browsers add a number to the name of a second download.
   return sceneOfFiles([{ path: "scene.json", file }]);

@@ -22,7 +22,7 @@ export async function chooseVolume(
   return choose(label, volumes.slice(0, mostOffered), text);
 }
 
-/** Whether a volume is added to the picture, or takes the place of what is open. */
+/** Whether a volume is added to the picture, or replaces the open volume. */
 export type Manner = "add" | "replace";
 
 /** Asks what to do with files beside an open volume. Resolves to undefined if the visitor cancels. */

@@ -65,7 +65,7 @@ export class DeviceFiles {
   readonly #shown: ShownVolume;
   readonly section: DeviceSection;
   #task: Task | undefined;
-  /** What the running task does with its volume. */
+  /** Whether the running task adds its volume to the picture, or replaces the open one. */
   #manner: Manner = "replace";
   /** Aborts the preview of a volume. */
   #previewing: AbortController | undefined;
@@ -189,7 +189,7 @@ export class DeviceFiles {
     if (scene) this.#shown.openScene({ name: scene.name, scene: async () => scene }, bundle);
   }
 
-  /** Without a volume that can be shown with others, they take its place. */
+  /** If the open volume cannot be shown with others, the new ones replace it. */
   async #chooseManner(task: Task): Promise<Manner | undefined> {
     if (!this.#shown.isOpen || hasOtherOrigins(this.#shown.page)) return "replace";
     task.shows(deviceTexts.besideOpen, "");
@@ -349,8 +349,8 @@ function placeOf({ address, version }: Origin, { files }: ReadableVolume): Place
 }
 
 /**
- * Whether the page shows stores of other hosts, of which nothing more can be fetched when files of this
- * device are read.
+ * Whether the page shows stores of other hosts. When files of this device are read, nothing more can be fetched
+ * from these hosts.
  */
 function hasOtherOrigins(page: VolumePage | undefined): boolean {
   const added = page?.layers.view?.present.map(({ place }) => place.src) ?? [];

@@ -27,8 +27,8 @@ export class ShownVolume {
   readonly #shows: (page: VolumePage) => void;
 
   /**
-   * `page`: the page of the volume that is shown, if there is one. `shows`: called with this page, and with
-   * each one that is shown later.
+   * `page`: the page of the volume that is shown, if there is one. `shows` is called with this page, and with each
+   * page that is shown later.
    */
   constructor(root: HTMLElement, page: VolumePage | undefined, shows: (page: VolumePage) => void) {
     this.#root = root;
@@ -42,7 +42,7 @@ export class ShownVolume {
     return this.#page;
   }
 
-  /** Whether a complete store is open, beside which others can be shown. */
+  /** Whether a complete store is open, to which other layers can be added. */
   get isOpen(): boolean {
     return this.#provisional === undefined && Boolean(this.#page?.info);
   }
@@ -92,8 +92,8 @@ export class ShownVolume {
   }
 
   /**
-   * Shows a scene of this device. It is not kept: the address is that of the start page. `bundle`: its file, if
-   * it is one.
+   * Shows a scene of this device. The scene is not kept, so the address is that of the start page. `bundle`: the
+   * file of the scene, if it is a bundle.
    */
   openScene(target: SceneTarget, bundle?: Blob): void {
     history.pushState(null, "", location.pathname);

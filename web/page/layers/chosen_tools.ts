@@ -5,13 +5,13 @@ import type { LayerEntry } from "./layer_rows.ts";
 export interface ChosenActions {
   solo(): void;
   rename(): void;
-  /** −1: up. */
+  /** Moves the layer by one row: up (−1) or down (1). */
   move(by: -1 | 1): void;
   remove(): void;
   group(name: string): void;
 }
 
-/** What the visitor can do with the chosen layer, without dragging and without keys. */
+/** The buttons for the chosen layer, for visitors who use neither dragging nor keys. */
 export function chosenTools(
   { group, isFirst }: LayerEntry,
   isSolo: boolean,

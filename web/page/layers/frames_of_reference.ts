@@ -3,13 +3,13 @@ import { voxelOf } from "../../measure/measurement.ts";
 import { layersTexts } from "../../texts/layers.ts";
 import { isSameGrid } from "../../viewer/transform.ts";
 
-/** A layer whose store has been read, and which nobody has put elsewhere by a transform. */
+/** A layer whose store has been read, without a transform. */
 export interface PlacedLayer {
   title: string;
   info: StoreInfo;
 }
 
-/** Layers that a note names; others are counted. */
+/** The maximum number of layers that a note names. Further ones are counted. */
 const mostNamed = 3;
 
 /**
@@ -57,8 +57,8 @@ function named(layers: readonly PlacedLayer[]): string {
 }
 
 /**
- * Whether the store says where its volume lies. Formats without a position, and files that do not state it,
- * have the first voxel at the origin, and the axes of the world.
+ * Whether the store states the position of its volume. If a format or a file has no position, the first voxel is at
+ * the origin, and the axes are those of the world.
  */
 export function hasPlace({ origin, direction }: StoreInfo): boolean {
   const isAtOrigin = origin.every((n) => n === 0);

@@ -12,7 +12,7 @@ export function titleOfPlace({ volume, src = "" }: LayerPlace): string {
   return volume ?? src.slice(src.lastIndexOf("/") + 1);
 }
 
-/** The surfaces of a layer in the first colour that no other layer has. */
+/** The surfaces of a layer, with the first colour that no other layer uses. */
 export function inFreeColour(layer: Layer, layers: readonly Layer[]): readonly Surface[] {
   const others = layers.filter((each) => each !== layer);
   const used = new Set(others.flatMap(({ surfaces }) => surfaces.map(({ colour }) => colour)));

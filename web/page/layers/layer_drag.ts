@@ -6,9 +6,9 @@ export interface LayerDragHost {
   drop(key: number, at: number): void;
 }
 
-/** Rows at the upper and the lower edge of the list where dragging scrolls it (CSS pixels). */
+/** Dragging within this distance from the upper or lower edge of the list scrolls it (CSS pixels). */
 const edge = 20;
-/** Scrolled in each event of the pointer. */
+/** The distance scrolled per pointer event (CSS pixels). */
 const scrollStep = 10;
 
 /** Moves a layer in the list by dragging its handle, with a mouse, a pen or a finger. */

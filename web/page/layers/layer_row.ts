@@ -4,10 +4,10 @@ import { layersTexts } from "../../texts/layers.ts";
 import { icon } from "../shell/icons.ts";
 import type { GroupRow, LayerEntry } from "./layer_rows.ts";
 
-/** In CSS pixels, as in layers.css. */
+/** The height of a row in CSS pixels, as in layers.css. */
 export const rowHeight = 34;
 
-/** The place of a row in the list. */
+/** The position of a row in the list. */
 export interface RowPlace {
   index: number;
   count: number;
@@ -19,7 +19,7 @@ export interface RowActions {
   choose(key: number): void;
   show(keys: readonly number[], isVisible: boolean): void;
   changeSurface(key: number, change: { colour?: string; opacity?: number }): void;
-  /** A control of the row has the focus: of a layer's key, or "group NAME". */
+  /** A control of the row has got the focus. `id`: the key of a layer, or "group NAME". */
   focused(id: number | string): void;
   collapse(group: string): void;
   /** The pointer is pressed on the handle of a layer. */
@@ -167,7 +167,7 @@ function nameButton(
 function nameField({ key, title }: LayerEntry, actions: RowActions): TemplateResult {
   let isEnded = false;
   const end = (name: string | undefined) => {
-    if (isEnded) return; // leaving the field by a key takes the focus from it
+    if (isEnded) return; // a key that ends the editing also removes the focus
     isEnded = true;
     actions.endName(key, name);
   };

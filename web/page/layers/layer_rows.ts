@@ -1,4 +1,4 @@
-/** The rows of the list of layers: groups, search, the rows in view, and where a moved layer goes. */
+/** The rows of the list of layers: groups, search, the rows in view, and the position of a dropped layer. */
 
 /** A layer in the list. */
 export interface LayerEntry {
@@ -6,7 +6,7 @@ export interface LayerEntry {
   title: string;
   group: string;
   visible: boolean;
-  /** Of its first surface; undefined until its store has been read. */
+  /** The colour of its first surface; undefined until its store has been read. */
   colour: string | undefined;
   opacity: number | undefined;
   isChosen: boolean;
@@ -14,7 +14,7 @@ export interface LayerEntry {
   isFirst: boolean;
   /** Whether its store is being opened. */
   isOpening: boolean;
-  /** Why it is not shown, or not completely. */
+  /** The reason why the layer is not shown, or not completely. */
   problem: string | undefined;
 }
 
@@ -92,7 +92,7 @@ export function rowsInView(
   return [...new Set([...inView, ...others])].sort((a, b) => a - b);
 }
 
-/** Where a layer is put: its group, and the layer before or after which it is listed; else at the end. */
+/** The new position of a layer: its group, and the layer before or after which it is listed, or the end of the list. */
 export interface Drop {
   group: string;
   after?: number;
@@ -100,8 +100,9 @@ export interface Drop {
 }
 
 /**
- * Where a layer goes that is dropped before the row of index `at`, or at the end. Between two layers of a
- * group, or below the group's row, it joins the group; below the last one it stays in it, or outside.
+ * The new position of a layer that is dropped before the row with index `at`, or at the end. A layer that is dropped
+ * between two layers of a group, or directly below the group's row, joins the group. A layer that is dropped below
+ * the last layer of a group stays in the group if it was in it, and outside otherwise.
  */
 export function dropOf(rows: readonly ListRow[], key: number, at: number): Drop | undefined {
   const isMoved = (row: ListRow) => row.kind === "layer" && row.entry.key === key;

@@ -31,7 +31,7 @@ export interface PageLayersHost {
   /** Another layer was chosen. */
   chosen(): void;
   note(text: string): void;
-  /** Saves what is shown as a scene. */
+  /** Saves the present picture as a scene. */
   saveScene(): void;
   /** Adds volumes in files of this device; null while the code for them has not loaded. */
   takeFiles(): ((files: readonly File[]) => void) | null;
@@ -40,8 +40,9 @@ export interface PageLayersHost {
 /** A layer that is being added. */
 interface Pending {
   state: LayerState;
-  /** Its index in the list, and those of the others by their keys; they come first if they have none. */
+  /** Its index in the list. */
   at: number;
+  /** The indices of the other layers, by their keys. Layers without an index come first. */
   places: ReadonlyMap<number, number>;
   cancel: AbortController;
 }
@@ -58,7 +59,7 @@ export class PageLayers {
   readonly #viewer: Viewer;
   #nextKey = 0;
   readonly #known = new WeakMap<Layer, { key: number; place: LayerPlace }>();
-  /** Those that the address itself opens, as they were then. */
+  /** The layers that the address opens without parameters, in their initial state. */
   #opened: LayersView["opened"] = [];
   #pending: readonly Pending[] = [];
   #chosen: Layer | null = null;
@@ -133,7 +134,7 @@ export class PageLayers {
     return this.#opened.find((layer) => layer !== undefined)?.key ?? 0;
   }
 
-  /** For the address and for undo. */
+  /** The layers for the address and for undo. */
   get view(): LayersView {
     if (this.#reopening) return this.#reopening;
     const present = this.#items.map((item) =>
@@ -142,7 +143,7 @@ export class PageLayers {
     return { opened: this.#opened, present };
   }
 
-  /** For the list. */
+  /** The layers for the list. */
   get entries(): LayerEntry[] {
     return this.#items.map((item): LayerEntry => {
       const isOpening = !("layer" in item);
@@ -224,7 +225,7 @@ export class PageLayers {
     return chosen !== undefined && this.#solo.isAlone(chosen, this.#viewer.layers);
   }
 
-  /** Hides all others, or shows what was visible before. */
+  /** Hides all other layers, or shows the layers that were visible before. */
   solo(key: number): void {
     const layer = this.#layerOf(key);
     if (layer) this.#solo.toggle(layer, this.#viewer.layers);
@@ -352,7 +353,7 @@ export class PageLayers {
     if (!isFirst && hasOther && content.surfaces.length > 0) layer.surfaces = content.surfaces;
   }
 
-  /** Adds and changes layers as the address says. `sourceOf`: opens a place, or says why it cannot. */
+  /** Adds and changes layers as the address states. `sourceOf`: opens a place, or returns the reason why it cannot. */
   async openAddress(
     layers: readonly LayerAddress[],
     order: readonly number[] | undefined,
@@ -382,8 +383,8 @@ export class PageLayers {
   }
 
   /**
-   * The page has opened its volume, or the layers of its scene; null: one is missing. If it has opened them
-   * again, the other layers follow.
+   * The page has opened its volume, or the layers of its scene, of which missing ones are null. If it has opened them
+   * again, the other layers are now added again.
    */
   opened(layers: readonly (Layer | null)[]): void {
     const view = this.#reopening;

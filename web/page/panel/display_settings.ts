@@ -46,7 +46,7 @@ export class DisplaySettings {
     viewer.on("light", changed);
   }
 
-  /** The viewer has the settings of this scene, except for those of the address. Null: a store is open. */
+  /** Takes over the settings of the scene that was opened, except those in the address. Null if a store was opened. */
   opened(scene: Pick<ShownScene, "document"> | null): void {
     if (!scene) return;
     const { look, background, clip, slices } = scene.document;

@@ -25,7 +25,7 @@ function directionText({ azimuth, elevation }: Light): string {
   return panelTexts.lightAt(degrees(azimuth), azimuth < 0, degrees(elevation), elevation < 0);
 }
 
-/** A ball lit by the key light. Dragging it, or the arrow keys, move the light. */
+/** A ball lit by the key light. Dragging it moves the light; so do the arrow keys. */
 function ball(
   light: Light,
   change: PictureActions["changeLight"],

@@ -34,7 +34,7 @@ export class SurfaceSettings {
   readonly #viewer: Viewer;
   readonly #url: UrlState;
   readonly #changed: () => void;
-  /** The layer that was chosen; null: the volume of the page, the viewer's first layer. */
+  /** The chosen layer. Null if it is the volume of the page, which is the viewer's first layer. */
   #subject: SurfaceSubject | null = null;
   #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
   #suggestions: readonly number[] = [];
@@ -57,7 +57,7 @@ export class SurfaceSettings {
     this.#surfaces = surfacesAt(url.isovalues ?? [], url.colours, url.opacities);
   }
 
-  /** The chosen layer; null: the volume of the page. */
+  /** The chosen layer. Null if it is the volume of the page. */
   get subject(): SurfaceSubject | null {
     return this.#subject;
   }
@@ -101,9 +101,9 @@ export class SurfaceSettings {
   }
 
   /**
-   * Called when the volume of the page is open, while it is chosen. Sets its range; if no isovalue lies inside it, uses the first
-   * suggested isovalue, as it does in place of one that was suggested before. `hasOwn`: the viewer has
-   * surfaces of a scene, which stay. Returns a sentence for each setting that differs from the address.
+   * Called when the volume of the page is open, while it is chosen. Sets its range. Uses the first suggested isovalue
+   * if no isovalue lies inside the range, or if the present one was suggested by the previous volume. `hasOwn`: the
+   * viewer has surfaces of a scene, which stay. Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo, hasOwn = false): string[] {
     this.#sweep.stop();

@@ -34,7 +34,7 @@ export class PageTime {
     return this.#bar?.element ?? null;
   }
 
-  /** The value of the step that is shown; undefined for the one that the scene shows first, and without steps. */
+  /** The value of the step that is shown. Undefined if the scene shows this step first, or has no steps. */
   get value(): number | undefined {
     const { time } = this.#viewer;
     if (!time) return this.#ofAddress;

@@ -86,7 +86,7 @@ export class TimeBar {
     else this.#time.play();
   }
 
-  /** Moves by one step, from the last to the first and back as well. Stops playing. */
+  /** Moves by one step, and wraps around at both ends. Stops playing. */
   step(by: 1 | -1): void {
     const { wantedStep, steps } = this.#time;
     this.#set((wantedStep + by + steps) % steps);

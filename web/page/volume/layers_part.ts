@@ -8,8 +8,8 @@ import type { LayersList } from "../layers/layers_list.ts";
 import type { PageLayersHost } from "../layers/page_layers.ts";
 
 /**
- * The list of layers of a volume page. Its code is loaded at its first use, or if there is more than one
- * layer; before, the page shows its volume alone.
+ * The list of layers of a volume page. Its code is loaded at its first use, or when there is more than one layer.
+ * Before that, the page has no list.
  */
 export class LayersPart {
   readonly #viewer: Viewer;
@@ -26,7 +26,7 @@ export class LayersPart {
   /** Adds volumes in files of this device to the picture; null until the code for them has loaded. */
   takeFiles: ((files: readonly File[]) => void) | null = null;
 
-  /** The scene that the page has opened; null: a single store. */
+  /** The scene that the page has opened. Null if it has opened a single store. */
   scene: ShownScene | null = null;
 
   constructor(host: Omit<PageLayersHost, "takeFiles">, url: UrlState, search: string) {
@@ -43,7 +43,7 @@ export class LayersPart {
     return this.#viewer.layers.length > 1;
   }
 
-  /** Whether the list is shown without a request: there are several layers, or were. */
+  /** Whether the list is shown without a request, because there are, or have been, several layers. */
   get isOpen(): boolean {
     this.#wasOfSeveral ||= this.#isOfSeveral;
     return this.#wasOfSeveral;
@@ -54,7 +54,7 @@ export class LayersPart {
     return this.#list?.section.element ?? null;
   }
 
-  /** The layer on which isovalue and surfaces act, if there are several; undefined: the only one. */
+  /** The layer to which isovalue and surfaces apply. Undefined if there is only one. */
   get chosen(): Layer | undefined {
     return this.#isOfSeveral ? this.#list?.layers.chosen : undefined;
   }
@@ -68,7 +68,7 @@ export class LayersPart {
     return this.#list?.layers.titleOfHit(id);
   }
 
-  /** For the address and for undo; null until it has loaded. */
+  /** The layers for the address and for undo. Null until the code has loaded. */
   get view(): LayersView | null {
     return this.#list?.layers.view ?? null;
   }
@@ -94,7 +94,7 @@ export class LayersPart {
   }
 
   /**
-   * The volume of the page is open, or its scene. The first time, the layers of the address follow.
+   * Called when the volume or the scene of the page is open. The first call also opens the layers of the address.
    */
   async opened(scene: ShownScene | null): Promise<void> {
     this.scene = scene;

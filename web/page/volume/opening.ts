@@ -8,20 +8,20 @@ import type { UrlState } from "../address/url_state.ts";
 
 /** The view with which a volume is opened. */
 export interface FirstView {
-  /** Empty: as the volume or the scene suggests. */
+  /** If empty, the volume or the scene determines the surfaces. */
   surfaces: readonly Surface[];
-  /** Undefined: the viewer, or the scene, chooses. */
+  /** If undefined, the viewer or the scene chooses the camera. */
   camera: Camera | undefined;
 }
 
 export interface Opened {
-  /** Of the first layer. */
+  /** The description of the first layer's store. */
   info: StoreInfo;
-  /** Null: a single store was opened. */
+  /** Null if a single store was opened. */
   scene: ShownScene | null;
-  /** The viewer has the scene's surfaces. */
+  /** Whether the viewer has the scene's surfaces. */
   hasSurfaces: boolean;
-  /** Of a scene; empty: that of its first layer. */
+  /** The name of the scene. If empty, the title of its first layer is used. */
   title: string;
   /** Sentences for the visitor. */
   notes: string[];
@@ -60,7 +60,7 @@ async function openStoreIn(
   return { info, scene: null, hasSurfaces: false, title: "", notes: [] };
 }
 
-/** The settings of the address come before those of the scene. */
+/** The settings of the address take precedence over those of the scene. */
 async function openSceneIn(
   viewer: Viewer,
   target: SceneTarget,
@@ -88,7 +88,7 @@ async function openSceneIn(
       error instanceof Error ? error.message : String(error),
     ),
   );
-  // More would hide the picture.
+  // More sentences would cover the picture.
   return {
     info,
     scene: shown,

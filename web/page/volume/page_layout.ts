@@ -42,7 +42,7 @@ export class PageLayout {
   readonly #root: HTMLElement;
   readonly #page: LaidOutPage;
   readonly #histogram: Histogram;
-  /** The bytes for an isovalue of a layer; undefined: of the only one. */
+  /** The bytes for an isovalue of a layer. `layer` is undefined if there is only one. */
   #cost: { layer: number | undefined; isovalue: number; bytes: number } | null = null;
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;

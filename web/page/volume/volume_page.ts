@@ -236,7 +236,7 @@ export class VolumePage {
   }
 
   #onProgress(progress: Progress): void {
-    // These are errors of chunks that were lost with the context.
+    // Such errors concern chunks that were lost with the context.
     if (this.#faults.isContextLost) return;
     this.#status.progress(progress);
     if (this.#faults.progress(progress)) this.#layout.request();
