@@ -51,9 +51,9 @@ const remedies = {
 } as const satisfies Partial<Record<FaultKind, keyof typeof deviceErrorTexts>>;
 
 /**
- * Fetches a file into a Blob. A connection that breaks is continued where it broke if the host serves
- * parts of files and says which version they are of; otherwise the file is fetched anew. Rejects with
- * a StreamError, whose message says what to do, or with the signal's reason.
+ * Fetches a file into a Blob. After a broken connection, only the rest is requested if the host serves parts of
+ * files and states the version of the file. Otherwise the whole file is requested again. Rejects with a StreamError,
+ * whose message states the remedy, or with the signal's reason.
  */
 export async function fetchFile(address: URL, options: FetchOptions): Promise<FetchedFile> {
   const { signal } = options;

@@ -3,12 +3,12 @@ import { localized } from "../texts/numbers.ts";
 
 /**
  * Stores that are kept on this device, in the origin private file system: {contentId}.isosplat, and
- * {contentId}.json with what a list says. The JSON is written last, so a store without one is
- * incomplete, and is not listed. A browser without such a file system, or one that refuses, keeps them
- * in memory, until the tab is closed.
+ * {contentId}.json with the description for the list of stores. The JSON is written last, so a store without it is
+ * incomplete, and is not listed. If the browser has no such file system, or denies access to it, the stores are kept
+ * in memory until the tab is closed.
  */
 
-/** What a list says of a kept store. */
+/** The description of a kept store in a list. */
 export interface KeptStore {
   /** 32 hexadecimal digits. */
   contentId: string;
@@ -111,7 +111,7 @@ async function removeIncomplete(directory: FileSystemDirectoryHandle, id: string
 }
 
 async function removeFiles(directory: FileSystemDirectoryHandle, id: string): Promise<void> {
-  // The JSON first: what is interrupted here is not listed.
+  // The JSON is removed first, so that a store is not listed if its removal is interrupted.
   for (const name of [textFile(id), storeFile(id)]) {
     await directory.removeEntry(name).catch(() => {});
   }

@@ -9,8 +9,8 @@ export interface RemoteOptions {
 }
 
 /**
- * A volume's file at an address, and those that it names. The paths of the files are those of their
- * addresses, so that "../voxels.raw" in a header is what it is beside it; all are of one host.
+ * A volume's file at an address, and the files that it names. The path of a file is the path of its address, so that
+ * "../voxels.raw" in a header is resolved relative to the header. All files are on one host.
  */
 export class RemoteFiles {
   readonly #address: URL;

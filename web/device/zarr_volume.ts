@@ -29,7 +29,7 @@ export function isBuildable({ description, voxelBytes }: ZarrScale): boolean {
   return voxelBytes * (bytes > 2 ? 0.21 : 0.42) + 70 * x * y * Math.min(2, bytes) < mostPlanned;
 }
 
-/** The address of a scale: what is opened there is this scale, without a choice. */
+/** The address of a scale. Opening it opens this scale, without a choice. */
 export function addressOfScale(image: ZarrImage, { path }: ZarrScale, asked: URL): URL {
   const address = new URL(image.address);
   if (path) address.pathname += `/${path}`;

@@ -8,7 +8,7 @@ export interface ElementTimeHost {
   viewer(): Viewer | null;
   /** Requests a draw. */
   wake(): void;
-  /** What controls show has changed. */
+  /** Called when the values that the controls show have changed. */
   shown(time: Time | null): void;
   /** Another step is shown. `value`: its time, for the group; undefined if the group has chosen it. */
   changed(step: number, value: number | undefined): void;

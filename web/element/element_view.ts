@@ -216,7 +216,7 @@ export class ElementView {
     this.time.attach(viewer);
   }
 
-  /** What was chosen instead of the clipping and the slices of the scene. */
+  /** The clipping and the slices that were set, and take precedence over those of the scene. */
   get chosen(): Pick<LinkedView, "clip" | "slices"> {
     return this.#chosen;
   }

@@ -38,11 +38,11 @@ export interface TimeTrait {
 
 /** A further volume in the picture: a child element. */
 export interface LayerTrait {
-  /** As the attribute of the element `<isosplat-layer>`. */
+  /** The attribute `src` of the element `<isosplat-layer>`. */
   src: string;
   name?: string;
   group?: string;
-  /** Default: one, at the volume's first suggestion. */
+  /** Default: one surface at the volume's first suggested isovalue. */
   surfaces?: readonly Surface[];
   visible?: boolean;
   /** 16 numbers, row by row. */
@@ -50,7 +50,7 @@ export interface LayerTrait {
 }
 
 export interface Traits {
-  /** As the attribute of the element. */
+  /** The attribute `src` of the element. */
   src: string;
   /** As the attribute of the element: the address of a scene, which is shown instead of `src`. */
   scene: string;
@@ -60,9 +60,9 @@ export interface Traits {
   layers: readonly LayerTrait[];
   /** The isovalue of the first surface. Null: the volume's first suggestion. */
   isovalue: number | null;
-  /** All surfaces. Empty: one, at the isovalue. */
+  /** All surfaces. If empty, there is one surface at `isovalue`. */
   surfaces: readonly Surface[];
-  /** Null: the whole volume. Properties that a camera from the program lacks do not change. */
+  /** Null shows the whole volume. Properties that a camera from the program lacks do not change. */
   camera: Camera | null;
   /** Null: nothing is cut off. */
   clip: Clip | null;

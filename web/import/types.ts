@@ -69,7 +69,7 @@ export interface VolumeCandidate {
   path: string;
   /**
    * "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "PNG", "JPEG",
-   * "JPEG 2000", "DICOM", "raw" or "compressed": what is in such a file is known when it is opened.
+   * "JPEG 2000", "DICOM", "raw" or "compressed". The format inside a compressed file is known only when it is opened.
    */
   format: string;
   /** One of the volumes of a file with several. */

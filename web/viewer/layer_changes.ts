@@ -20,7 +20,7 @@ export class LayerChanges {
   readonly #changed = new Set<OpenVolume>();
   readonly #telling = new CoalescedTask(() => this.#tell());
 
-  /** `opened` is called once after one or more layers were opened, to divide the sample budget anew. */
+  /** `opened` is called once after one or more layers were opened, to divide the sample budget again. */
   constructor(list: LayerList, opened: () => void) {
     this.#list = list;
     this.#opened = new CoalescedTask(() => {

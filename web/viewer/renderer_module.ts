@@ -47,8 +47,8 @@ export class RendererModule {
   static async create(canvas: HTMLCanvasElement): Promise<RendererModule> {
     const instance = new RendererInstance(await instantiateRenderer());
     const { exports } = instance;
-    // The C side finds its canvas by name, here, and not by a selector in the document: the canvas
-    // may be in a shadow tree, or in none.
+    // The C side finds its canvas by this name, and not by a selector in the document, because the
+    // canvas may be in a shadow tree, or in no document.
     const name = "!canvas";
     exports.specialHTMLTargets[name] = canvas;
     const selector = instance.text(name);

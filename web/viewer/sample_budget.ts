@@ -3,7 +3,7 @@ import type { LayerEntry, LayerList } from "./layer_list.ts";
 import { type SampleNeed, shareSamples } from "./sample_shares.ts";
 import { coverage, type Transform, viewProjectionOf } from "./transform.ts";
 
-/** The budget is divided anew only if a share changes by more than this fraction of its present size. */
+/** The budget is divided again only if a share changes by more than this fraction of its present size. */
 const smallestChange = 0.1;
 
 /** The fraction of the share of a layer with steps that is for the steps that are not shown. */
@@ -86,7 +86,7 @@ export class SampleBudget {
   }
 
   /**
-   * Divides the budget anew. Either all shares change or none, so that their sum stays within the budget.
+   * Divides the budget again. Either all shares change or none, so that their sum stays within the budget.
    * `isOtherBudget`: changes them even if the differences are small.
    */
   share(isOtherBudget = false): void {

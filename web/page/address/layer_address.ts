@@ -10,7 +10,7 @@ export interface LayerPlace {
   src?: string;
 }
 
-/** What the page can change of a layer. */
+/** The properties of a layer that the page can change. */
 export interface LayerContent {
   name: string;
   group: string;
@@ -181,7 +181,7 @@ export function readOrder(text: string): number[] | undefined {
   return isOrder ? order : undefined;
 }
 
-/** The content of a layer with these settings; what they do not have is as before. */
+/** The content of a layer with these settings. Members that they lack keep their previous values. */
 export function contentOf(before: LayerContent, layer: LayerAddress): LayerContent {
   const { isovalues, colours, opacities } = layer;
   return {
@@ -220,7 +220,7 @@ export async function layersOfAddress(
   return { present: sorted.filter((state) => state !== undefined), unknown };
 }
 
-/** A layer of which nothing is set. Its surfaces follow from its store. */
+/** A layer with default settings. Its store determines its surfaces. */
 export const plainLayer: LayerContent = {
   name: "",
   group: "",

@@ -111,7 +111,7 @@ export class Previews {
   }
 }
 
-/** Opens a volume, or a scene. Resolves to whether it has a camera of its own. */
+/** Opens a volume or a scene. Resolves to true if it is a scene that states a camera. */
 async function open(viewer: Viewer, { name, layers }: WithoutPicture): Promise<boolean> {
   // Reset the settings of the previous scene.
   viewer.setLook({ ...defaultLook, background: themeBackground[theme()] });

@@ -65,7 +65,7 @@ export function languageChoice(): TemplateResult {
 
 export interface ProblemActions {
   retry: () => void;
-  /** What the visitor can open instead, if the server's list is available. */
+  /** The volumes or scenes that the visitor can open instead, if the server's list is available. */
   others?: readonly ListedName[];
 }
 

@@ -7,7 +7,7 @@ import { levelText, stateText } from "./status_text.ts";
 const everyMs = 200;
 
 /**
- * Shows what is drawn, its cost, and the data still to fetch. Contains only text, which is updated
+ * Shows the drawn levels, their cost, and the data still to fetch. Contains only text, which is updated
  * a few times a second.
  */
 export class StatusLine {

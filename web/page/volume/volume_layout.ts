@@ -41,7 +41,7 @@ export interface LayoutState {
   panel: PanelState | null;
   background: string;
   problem: Problem | null;
-  /** What the visitor can open instead. */
+  /** The volumes or scenes that the visitor can open instead. */
   others: readonly ListedName[];
   legend: Legend | null;
   banner: Banner | null;
@@ -189,7 +189,7 @@ function panelPart(
 ): TemplateResult {
   const info = chosen ? chosen.info : state.info;
   const ofChosen = info && { ...state, info, title: chosen?.title };
-  // With several layers the list comes first, since what follows is of the chosen one.
+  // If there are several layers, the list comes first, since the sections after it refer to the chosen layer.
   const layersPart = html`<wa-details class="section layers-section" appearance="plain" ?open=${isOfSeveral} summary=${panelTexts.layers} @wa-show=${actions.loadLayers}>
     ${layersSection}
   </wa-details>`;
