@@ -15,7 +15,7 @@ namespace isosplat::server {
 /// only.
 AllowedHosts allowed_hosts(const ServerOptions& options, bool is_local);
 
-/// The rules of access from the options and from the present content of their files.
+/// The rules of access from the options and from the current content of their files.
 /// `fetched_keys`: the content of options.jwt_keys if that is a URL. It is empty if it could not be
 /// fetched yet; no JWT is valid then. Errors: io_error (a file cannot be read), invalid_argument
 /// (the content of a file); messages contain no secrets.
@@ -26,7 +26,8 @@ Result<std::shared_ptr<const AccessRules>> read_access(const ServerOptions& opti
 bool is_address(std::string_view keys);
 
 /// Which pages may read the data, and by which hosts. `is_local`: the server listens on the
-/// loopback interface only. Errors (invalid_argument): it does not, and the options do not say it.
+/// loopback interface only. Errors (invalid_argument): other machines can reach the server, and the
+/// options do not state which pages may read.
 Result<OriginPolicy> origin_policy(const ServerOptions& options, bool is_local);
 
 /// A warning for each file of tokens or keys that other users of this machine can read or change.

@@ -65,7 +65,7 @@ struct Connection::State {
   Responder responder{shared, link};
   IpAddress peer{};       ///< the other end, or the client named by a header of the PROXY protocol
   bool is_local = false;  ///< the peer is on this machine
-  std::string groups{};   ///< of the client of the present request, as stated by a trusted proxy
+  std::string groups{};   ///< of the client of the current request, as stated by a trusted proxy
 };
 
 Connection::Connection(Socket socket, std::shared_ptr<TlsContext> tls,

@@ -54,7 +54,7 @@ class RequestReader {
   const ServerLimits& limits_;
   const std::atomic<bool>& stopping_;
   bool is_idle_ = false;  ///< it waits for a request
-  size_t scanned_ = 0;    ///< of the present request
+  size_t scanned_ = 0;    ///< of the current request
 };
 
 }  // namespace isosplat::server

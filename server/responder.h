@@ -88,7 +88,7 @@ class Responder {
 
   const ConnectionShared& shared_;
   ClientLink& link_;
-  std::string address_{};  ///< of the client of the present request
+  std::string address_{};  ///< of the client of the current request
   std::string client_{};   ///< the client that it counts for: the name of its token, or its address
   WorkPool* pool_ = nullptr;      ///< the pool with `job_`
   WorkPool::Job* job_ = nullptr;  ///< the job that the connection waits for; null: none

@@ -14,9 +14,9 @@ struct BuildOptions : StoreOptions {
   /// Folder for coarse levels that do not fit in memory; empty: the target's folder, or the
   /// system's folder for temporary files.
   std::filesystem::path temporary_folder;
-  /// If set, it determines the quantized values, instead of `scan` and the voxels: those outside
-  /// are set to its ends, and the volume is read once less. Integers of up to 16 bits, and wider
-  /// ones if the range has at most 65536 of them, stay lossless.
+  /// If set, it determines the mapping to quantized values; `scan` and the voxels do not. Values
+  /// outside of the range are set to its ends. The volume is read once less. Integers of up to 16
+  /// bits, and wider ones if the range has at most 65536 of them, stay lossless.
   std::optional<ValueRange> range;
   ClampedVoxels* clamped = nullptr;  ///< if not null, receives what `range` has changed
 };

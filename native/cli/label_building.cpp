@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Part of the progress until all labels are known.
+/// The fraction of the progress that the scan of the labels takes.
 constexpr double kScanPart = 0.1;
 
 /// The largest number of translucent surfaces in a picture (docs/ARCHITECTURE.md).
@@ -37,12 +37,12 @@ uint64_t box_voxels(const FoundLabel& label) {
          static_cast<uint64_t>(label.high.z - label.low.z + 1);
 }
 
-/// A volume of labels, while its stores are built, and what remains of it.
+/// A volume of labels. Its voxels are dropped after its stores are built, and this remains.
 struct LabelGroup {
   size_t number = 0;  ///< from 0
   LabelTable table;
   VolumeHeader header;
-  std::string key;  ///< what determines the bytes of its stores, except for the labels' names
+  std::string key;  ///< all that determines the bytes of its stores, except for the labels' names
   std::vector<FoundLabel> labels;
 
   std::string store_name(const FoundLabel& label) const {
@@ -257,7 +257,7 @@ void limit_translucent(Scene& scene) {
                   translucent, kMaxTranslucent));
 }
 
-/// Builds the stores of a volume of labels. Its voxels are in memory only meanwhile.
+/// Builds the stores of a volume of labels. Keeps its voxels in memory only during this call.
 Result<void> LabelBuild::build_group(const LabelInput& input) {
   LabelGroup& group = groups_.emplace_back();
   group.number = groups_.size() - 1;

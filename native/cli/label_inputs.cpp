@@ -23,8 +23,8 @@ std::function<Result<import::OpenVolume>()> opened_once(import::OpenVolume volum
   return [shared]() -> Result<import::OpenVolume> { return std::move(*shared); };
 }
 
-/// Names and colours of segments. If several have one label, as "Kidney", the meaning of their
-/// codes distinguishes them: "Kidney, Right".
+/// Names and colours of segments. If several segments have the same label, such as "Kidney", the
+/// meaning of their codes distinguishes them: "Kidney, Right".
 LabelTable table_of(const SegmentMap& map, const std::map<std::string, size_t>& uses_of_labels) {
   LabelTable table;
   for (const SegmentDescription& segment : map.segments) {

@@ -15,8 +15,8 @@ namespace isosplat::cli {
 struct LabelInput {
   std::function<Result<import::OpenVolume>()> open;  ///< call it once
   LabelTable table;                                  ///< names and colours
-  std::optional<int64_t> background = 0;             ///< not a label; no value: all values are
-  std::optional<int64_t> only = {};                  ///< the only label that is wanted
+  std::optional<int64_t> background = 0;  ///< not a label; no value: all values are labels
+  std::optional<int64_t> only = {};       ///< the only label that is wanted
 };
 
 /// The volumes of labels of a file or folder: the segments of a DICOM segmentation, the layers of a

@@ -24,10 +24,10 @@ std::string which(const SceneInput& input) {
   return fmt::format("{}, channel {}, step {}", input.file.string(), input.layer, input.step);
 }
 
-/// The quantized values that the steps of a layer share.
+/// The mapping to quantized values that the steps of a layer share.
 struct SharedValues {
   std::shared_ptr<const VoxelScan> scan;  ///< null: each volume has its own
-  std::string key;                        ///< what of them determines the bytes of a store
+  std::string key;                        ///< all of it that determines the bytes of a store
 };
 
 /// A build of a scene, one volume after the other.
@@ -81,9 +81,10 @@ Result<import::OpenVolume> SceneBuild::open(const SceneInput& input) {
   return opened;
 }
 
-/// Reads all steps of a layer, as far as they matter.
+/// Finds the mapping for all steps of a layer. Reads the headers of all steps, and their voxels
+/// until more voxels cannot change the mapping.
 Result<SharedValues> SceneBuild::shared_values(size_t layer) {
-  // With a range, each store has its quantized values, whatever the volumes have.
+  // With a range, the mapping of each store follows from the range, and not from the voxels.
   if (!has_time() || options_.build.range) return SharedValues{};
   const double max_error = options_.build.max_error;
   std::optional<VoxelScan> all;

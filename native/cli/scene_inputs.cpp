@@ -18,14 +18,15 @@ namespace fs = std::filesystem;
 using import::ImportOptions;
 using import::VolumeChoice;
 
-/// Lists of strangers are not read whole beyond this size.
+/// Larger lists are refused, since a list may come from a stranger.
 constexpr uintmax_t kMaxListBytes = uintmax_t{64} << 20;
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// The number in which names differ; empty if they differ elsewhere, or not in ascending order.
+/// The number in which the names differ, for each name. Empty if they differ in anything else, or
+/// if the numbers do not ascend.
 std::vector<double> times_in_names(const std::vector<std::string>& names) {
   const std::string& first = names.front();
   size_t before = first.size(), after = first.size();
@@ -63,7 +64,7 @@ std::vector<double> indices(size_t count) {
   return times;
 }
 
-/// The times that a file states of its steps: all, or none.
+/// Takes the times of the steps if the file states all of them, otherwise none.
 void take_times(const std::vector<VolumeChoice>& steps, SceneInputs& inputs) {
   for (const VolumeChoice& step : steps) {
     if (!step.time) {
@@ -169,7 +170,7 @@ Result<SceneInputs> listed_steps(const fs::path& list, const ImportOptions& opti
 
 Result<SceneInputs> volumes_of_file(const fs::path& file, const ImportOptions& options) {
   SceneInputs inputs;
-  // Layers are channels, and steps are steps of time. A file may ask for either first.
+  // Layers are channels, and steps are steps of time. A file may offer either choice first.
   struct Open {
     ImportOptions options;
     size_t layer, step;

@@ -8,7 +8,7 @@ std::string npy_header(std::string_view dtype, std::string_view shape) {
   constexpr std::string_view kMagic{"\x93NUMPY\x01\x00", 8};
   // magic, 2 bytes of length, then the dictionary, padded with blanks and ended by a line feed
   constexpr size_t kTextBytes = kNpyHeaderBytes - kMagic.size() - 2;
-  static_assert(kNpyHeaderBytes % 64 == 0, "the format asks for it");
+  static_assert(kNpyHeaderBytes % 64 == 0, "the format requires it");
   std::string header(kMagic);
   header += static_cast<char>(kTextBytes & 0xFF);
   header += static_cast<char>(kTextBytes >> 8);

@@ -6,7 +6,7 @@ Result<LabelTable> parse_freesurfer_table(std::string_view text) {
   LabelTable table;
   for (const TableLine& line : table_lines(text)) {
     const auto words = table_words(line.text);
-    // The transparency is 0 in all known tables, also for what is shown as opaque: it is not used.
+    // The transparency is not used: it is 0 in all known tables.
     const bool has_words = words.size() == 5 || words.size() == 6;
     const auto value = has_words ? table_integer(words[0]) : std::nullopt;
     LabelEntry entry;

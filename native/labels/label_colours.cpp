@@ -9,8 +9,8 @@ namespace {
 constexpr double kGoldenAngle = 2.399963229728653;
 constexpr double kTurn = 6.283185307179586;
 
-/// Lightness and chroma, in turns. All of their hues are within sRGB but for the deepest blues,
-/// whose components are cut.
+/// Lightness and chroma. Consecutive values take turns. All hues of these tones are within sRGB,
+/// except for the deepest blues, whose components are clamped.
 constexpr std::array<std::array<double, 2>, 3> kTones{{{0.72, 0.13}, {0.56, 0.14}, {0.84, 0.09}}};
 
 float encoded(double linear) {

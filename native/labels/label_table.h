@@ -12,7 +12,7 @@
 
 namespace isosplat {
 
-/// What a table says about a label.
+/// The entry of a table for one label.
 struct LabelEntry {
   std::string name;                            ///< may be empty
   std::optional<std::array<float, 3>> colour;  ///< sRGB, 0 … 1
@@ -58,8 +58,8 @@ LabelTable parse_workbench_table(std::string_view xml);
 /// none.
 LabelTable parse_slicer_segments(std::string_view header, int64_t layer);
 
-/// Reads a table in any of these formats, which its content tells. Errors: io_error; those of the
-/// parsers.
+/// Reads a table in any of these formats. The content determines the format. Errors: io_error;
+/// those of the parsers.
 Result<LabelTable> read_label_table(const std::filesystem::path& path);
 
 /// The table that a volume's own file contains: NIfTI (Workbench's extension) or NRRD (Slicer's

@@ -13,12 +13,12 @@ namespace {
 /// From the second quarter of the volume: compressed files need not be read to their end.
 constexpr int32_t kSlices = 6;
 constexpr size_t kMaxValues = 1024;
-constexpr uint64_t kMinVoxels = 100;  // of others than the most frequent value
+constexpr uint64_t kMinVoxels = 100;  // that do not have the most frequent value
 constexpr double kMinEqual = 0.8;
 
 struct Value {
   uint64_t voxels = 0;
-  uint64_t like_left = 0;  ///< of them, beside another one in the row
+  uint64_t like_left = 0;  ///< of these, equal to the previous voxel of the row
 };
 
 }  // namespace

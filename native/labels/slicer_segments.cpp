@@ -37,7 +37,7 @@ LabelTable parse_slicer_segments(std::string_view header, int64_t layer) {
   }
   LabelTable table;
   for (auto& [number, segment] : segments) {
-    // Before version 4.11 of Slicer, each segment was a layer of its own, with the value 1.
+    // Before version 4.11 of Slicer, each segment was a separate layer, with the value 1.
     const bool is_old = !segment.value && !segment.layer;
     const int64_t value = segment.value.value_or(1),
                   of = segment.layer.value_or(is_old ? number : 0);

@@ -7,7 +7,7 @@
 
 #include "native/labels/label_table.h"
 
-// What the parsers of tables share.
+// Functions for the parsers of tables.
 namespace isosplat {
 
 /// A name for people: control characters become blanks, and what exceeds kMaxLabelName is cut
@@ -33,7 +33,7 @@ struct TableLine {
 /// The lines that are neither empty nor comments (#).
 std::vector<TableLine> table_lines(std::string_view text);
 
-/// The words of a line, which are between blanks.
+/// The words of a line, separated by blanks.
 std::vector<std::string_view> table_words(std::string_view line);
 
 /// The error of a line. `expected`: what was expected there.

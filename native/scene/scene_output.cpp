@@ -16,8 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kBundleExtension = ".isobundle";
-/// The complete stores: for each a line with its name, a blank, and the hash of its key. The last
-/// line of a name holds.
+/// The file that lists the complete stores. It has a line for each, with its name, a blank, and the
+/// hash of its key. If a name occurs twice, the last line is valid.
 constexpr const char* kKeys = ".isosplat-build";
 constexpr size_t kHashDigits = 32;
 
@@ -81,7 +81,7 @@ Result<SceneOutput> SceneOutput::create(const fs::path& path, bool force) {
                                               output.folder_.string(), failed.message()));
   }
   output.keys_ = read_keys(output.folder_ / kKeys);
-  if (is_own) {  // without the lines that no longer hold, or are not complete
+  if (is_own) {  // without outdated and incomplete lines
     std::string lines;
     for (const auto& [name, key] : output.keys_) lines += line_of(name, key);
     auto written = write_text(output.folder_ / kKeys, lines);

@@ -50,8 +50,8 @@ RoutedCall::RoutedCall(const Router& router, const Request& request, const Admit
   if (!refusal_) refusal_ = find_handler(admit);
 }
 
-/// The response to a request that needs no handler, or must not have one, whichever client sends
-/// it.
+/// The response to a request that needs no handler, or for which no handler may run, whichever
+/// client sends it.
 std::optional<Response> RoutedCall::check_request() {
   if (auto refusal = policy_.refuse(request_, has_data())) return refusal;
   if (request_.is_to_redirect) return router_.https_.redirect(request_);

@@ -48,7 +48,7 @@ struct Route {
 
   RouteWork work = RouteWork::reads;
 
-  /// What {name} is.
+  /// Whether {name} is the name of a volume or of a scene.
   ServedKind kind() const {
     return pattern.starts_with("/v1/scenes") ? ServedKind::scene : ServedKind::volume;
   }

@@ -122,13 +122,14 @@ bool is_named_raw(const FileHead& head, bool is_raw) {
   return raw_name_is_complete(head.path) || name.ends_with(".raw") || name.ends_with(".raw.gz");
 }
 
-/// Without the prefix "DICM".
+/// Recognizes DICOM data sets without the prefix "DICM".
 bool resembles_dicom(const FileHead& head) {
   return head.packing == Packing::none && is_dicom(head.stored);
 }
 
 /// In the order in which a file's first bytes are compared. DICOM precedes TIFF, since a DICOM file
-/// may begin with a TIFF header (PS3.10, 7.1). MetaImage has only words somewhere in its header.
+/// may begin with a TIFF header (PS3.10, 7.1). MetaImage has no signature; it is recognized by
+/// words in its header.
 constexpr Format kFormats[] = {
     {.name = "DICOM",
      .title = "DICOM",

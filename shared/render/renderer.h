@@ -21,9 +21,9 @@
 
 namespace isosplat::render {
 
-/// Draws chunks of packed samples of one or several volumes with OpenGL ES 3.0 or WebGL 2. One
-/// source for both. Volumes are in one world, and have one depth order and one light; the first is
-/// that with the smallest number.
+/// Draws chunks of packed samples of one or several volumes with OpenGL ES 3.0 or WebGL 2, from the
+/// same source. Volumes are in one world, and have one depth order and one light. The first volume
+/// is the one with the smallest number.
 ///
 /// A GL context must be current on the calling thread in every call, and it must be the one that
 /// was current at creation. The renderer leaves GL state changed (framebuffer, viewport, program,
@@ -117,9 +117,9 @@ class Renderer {
   /// eight pictures are accumulated, and the GPU has float targets.
   bool can_refine(int width, int height) const;
 
-  /// Starts to compile the shaders of refine(). Returns false while the driver compiles, and true
-  /// when refine() would not wait for that: call it again until then. Waits if the driver cannot
-  /// report this.
+  /// Starts to compile the shaders of refine(). Returns false while the driver compiles them; then
+  /// call it again later. Returns true when refine() would not wait for the driver. Waits itself if
+  /// the driver cannot report its progress.
   bool prepare_refine();
 
   /// Improves a still picture: draws it again, moved by a fraction of a pixel, and shows the mean
@@ -170,18 +170,18 @@ class Renderer {
   Result<std::vector<SurfacePixel>> read_surface();
 
   /// The nearest surface at a position in an image of this size, x px to the right of and y px
-  /// below its upper left corner, with the present camera and settings; or the cap or the values of
+  /// below its upper left corner, with the current camera and settings; or the cap or the values of
   /// a slice before it. Intersects the ray with the cells of the visible chunks near it, in the
   /// precision of PackedSample, and does not depend on earlier draws. Returns nothing if there is
   /// no surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
-  /// Starts an occlusion query: which regions of these chunks of a volume are visible in the last
-  /// picture, which may show several volumes, in at least `min_px` pixels (1 … 255)? Does not wait
-  /// for the GPU. With `min_px` 0, a region is visible if any part of an active cell's box is in
-  /// front of the surface at some pixel's centre: anything in the cell might be visible there.
-  /// Chunks outside of set_visible() are skipped. Cancels a query in progress. Errors: gl_error,
-  /// invalid_argument (no picture, or an outdated one: draw first).
+  /// Starts an occlusion query, which finds the regions of these chunks of a volume that are
+  /// visible in at least `min_px` pixels (1 … 255) of the last picture. The picture may show
+  /// several volumes. Does not wait for the GPU. With `min_px` 0, a region is visible if any part
+  /// of an active cell's box is in front of the surface at some pixel's centre: anything in the
+  /// cell might be visible there. Chunks outside of set_visible() are skipped. Cancels a query in
+  /// progress. Errors: gl_error, invalid_argument (no picture, or an outdated one: draw first).
   Result<void> begin_occlusion_query(std::span<const ChunkHandle> handles, int min_px,
                                      VolumeId volume = 0);
 

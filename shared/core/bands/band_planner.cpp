@@ -45,8 +45,9 @@ std::span<const uint32_t> BandPlanner::maxima() const {
 
 void BandPlanner::choose_candidates(uint32_t max_count) {
   const uint32_t low = interval_.min, high = interval_.max;
-  // A third of the candidates is evenly spaced. The others have equal numbers of cell ends between
-  // them: where no interval begins or ends, moving a cut does not change the cells of the bands.
+  // A third of the candidates are evenly spaced. The others divide the beginnings and ends of the
+  // intervals into equal numbers, because moving a cut changes the cells of the bands only where an
+  // interval begins or ends.
   const bool take_all = high - low < max_count;
   const uint32_t step = std::max(1u, (high - low) / std::max(1u, max_count / 3));
   const uint32_t quantum = std::max(1u, 2 * cells_ / std::max(1u, max_count - max_count / 3));

@@ -20,7 +20,7 @@ struct BandOptions {
   /// The cumulative distribution of isovalues: for each quantized value, the probability that an
   /// isovalue is below it. 65537 entries from 0 to 1, borrowed. Empty: uniform.
   std::span<const double> isovalue_distribution;
-  /// About the most positions to consider for a cut.
+  /// The approximate maximum number of positions that are considered for cuts.
   uint32_t max_candidates = 128;
 };
 
@@ -53,7 +53,7 @@ class BandPlanner {
   /// The ends of the bands, ascending; the last is interval().max. Empty where cells() is 0.
   const std::vector<uint32_t>& plan(const BandOptions& options);
 
-  /// Cells in each band of the plan made last.
+  /// The number of cells in each band of the last plan.
   const std::vector<uint32_t>& band_cells() const { return band_cells_; }
 
  private:

@@ -74,7 +74,7 @@ inline double pow(double x, double y) {
 inline double cos(double x) {
   const double turns = std::floor(x / (2 * kPi) + 0.5);
   const double r = x - turns * (2 * kPi);  // −π … π
-  const double q = r * 0.25;               // a quarter of it, where the series is short
+  const double q = r * 0.25;               // the series converges quickly there
   const double q2 = q * q;
   double term = 1, sum = 1;
   for (int i = 1; i <= 8; ++i) {

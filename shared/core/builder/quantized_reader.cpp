@@ -18,8 +18,8 @@ uint64_t staging_bytes(const VolumeHeader& header, uint8_t bits) {
   const uint64_t slice = uint64_t{static_cast<uint32_t>(header.grid.voxels.x)} *
                          static_cast<uint32_t>(header.grid.voxels.y) * voxel_bytes(header.type);
   // At most half of the slices of a layer: if voxels of 16 bits become quantized values of 8 bits,
-  // the buffer takes no more memory than the smaller layer saves. So the memory plan holds, which
-  // is made before the number of bits is known.
+  // the buffer takes no more memory than the smaller layer saves. So the memory plan stays valid,
+  // although it is made before the number of bits is known.
   const auto max_slices =
       static_cast<uint64_t>(std::clamp(header.grid.voxels.z / 2, 1, kBlockCells / 2));
   return slice * std::clamp<uint64_t>((8 << 20) / slice, 1, max_slices);

@@ -12,12 +12,13 @@
 namespace isosplat {
 namespace {
 
-/// λ, the weight of a stored byte, at a fetch weight of 1, if the size limit does not require more.
+/// The least λ (weight of a stored byte) for a fetch weight of 1. The size limit may require a
+/// greater one.
 constexpr double kMinStorageWeight = 0.09;
 
-/// Upper limit of the blocks that are encoded at the same time if the store may exceed its size
-/// limit. The limit is a quarter of the level's blocks, so that later blocks can adapt to the sizes
-/// of the first ones, but at most this number.
+/// If the store may exceed its size limit, at most a quarter of a level's blocks are encoded at the
+/// same time, so that later blocks can adapt to the sizes of the first ones. This is the upper
+/// limit of that number.
 constexpr uint64_t kMaxBlocksInFlight = 64;
 
 const char* phase_of(uint32_t level) {

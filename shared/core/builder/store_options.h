@@ -36,13 +36,14 @@ struct StoreOptions {
   /// Largest difference between a stored value and the voxel's, in the volume's units. 0: lossless
   /// if 16 bits allow it, else with the precision of 16 bits. See choose_quantization.
   double max_error = 0;
-  /// If set, the store is for this isovalue alone, such as the border of a label: cells of level 0
-  /// that are not active at it are left out, as if a voxel were missing there. The store is
-  /// smaller, and has no isosurfaces elsewhere that are whole. Its metadata has
-  /// no histogram, and one bin of active cells.
+  /// If set, the store is for this isovalue alone, such as the border of a label. Cells of level 0
+  /// that are not active at this isovalue are left out, as if a voxel were missing there. The store
+  /// is smaller, and its surfaces at other isovalues are incomplete. Its metadata has no histogram,
+  /// and one bin of active cells.
   std::optional<double> only_isovalue;
-  /// The values of all volumes that get the same quantized values, such as the steps of a series:
-  /// of this volume too, whose type it has. Null: this volume alone decides.
+  /// The scan of all volumes that share one mapping to quantized values, such as the steps of a
+  /// series. It includes this volume, and has the type of its voxels. Null: the mapping depends on
+  /// this volume alone.
   std::shared_ptr<const VoxelScan> scan;
   /// Memory limit of the build in bytes, including the memory of the source.
   uint64_t memory_bytes = uint64_t{1} << 30;

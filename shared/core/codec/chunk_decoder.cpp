@@ -10,12 +10,12 @@
 namespace isosplat {
 namespace {
 
-/// Readable bytes before and after the copy of a chunk. They exceed what kBatch points, the
-/// intervals of a row, or the header can take, so that the bounds are checked only once for each of
-/// these.
+/// The number of bytes before and after the copy of a chunk that can be read. It exceeds the bytes
+/// of kBatch points, of the intervals of a row, and of the header, so that the bounds are checked
+/// only once for each of these.
 constexpr size_t kSlack = 2048;
 
-/// How many points are decoded between two checks of the bounds.
+/// The number of points that are decoded between two checks of the bounds.
 constexpr int32_t kBatch = 256;
 
 constexpr uint32_t kMaxCells = kBlockCells * kBlockCells * kBlockCells;

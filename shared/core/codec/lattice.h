@@ -234,8 +234,9 @@ inline constexpr int32_t kMaxWeight = 1023;
 /// The weights of one class, arranged for vectors. 64 bytes, so that an index becomes an address by
 /// a shift.
 struct alignas(64) ClassWeights {
-  /// Taps 0–11, each three followed by a zero. But entry 3 is the weight of tap 12 if the left
-  /// neighbour is not a point: then its value is known before the row's points are decoded.
+  /// Taps 0–11: each group of three is followed by a zero. Exception: if the left neighbour is not
+  /// a point, entry 3 is the weight of tap 12, since the value of this neighbour is known before
+  /// the points of the row are decoded.
   int16_t rows[16] = {};
   int16_t own[2] = {};  ///< taps 13 and 12, in the order of the row
   int32_t left = 0;     ///< tap 12 if the left neighbour is a point, else zero

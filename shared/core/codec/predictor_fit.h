@@ -9,8 +9,8 @@
 namespace isosplat {
 
 /// Fits each class's weights to a chunk by ridge regression: least squares over a sample of its
-/// points, with a penalty for the distance from the default weights. IEEE arithmetic in a fixed
-/// order, so that every machine finds the same weights.
+/// points, with a penalty for the distance from the default weights. The arithmetic is that of IEEE
+/// 754 in a fixed order, so every machine finds the same weights.
 class PredictorFit {
  public:
   /// The weights of all classes, in the order of lattice.h.
@@ -38,8 +38,9 @@ class PredictorFit {
   Weights solve(uint32_t stride);
 
  private:
-  /// The layout of a sample, which four loads of four values yield: taps 0–11 as in
-  /// ClassWeights::rows; taps 12 and 13 and the point's value in the gaps; slot 11 is not used.
+  /// The layout of a sample, chosen so that four loads of four values fill it: taps 0–11 as in
+  /// ClassWeights::rows, and in the gaps taps 12 and 13 and the value of the point. Slot 11 is not
+  /// used.
   static constexpr int kSlots = 16;
   static constexpr int kValueSlot = 15;
   static constexpr int slot_of_tap(int tap) {

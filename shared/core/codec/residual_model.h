@@ -80,7 +80,7 @@ enum ContextGroup : int32_t {
   kEnclosed = 0,     ///< a lattice point whose neighbours at y − 1 and z − 1 are points
   kExposed = 1,      ///< another lattice point
   kIntervalMin = 2,  ///< how far a cell's interval begins below its least corner
-  kIntervalMax = 3,  ///< and ends above its greatest
+  kIntervalMax = 3,  ///< how far it ends above its greatest corner
 };
 inline constexpr int32_t kGroups = 4;
 inline constexpr int32_t kContexts = kGroups * kLevels;

@@ -56,17 +56,18 @@ struct VolumeGrid {
   /// direction · diag(spacing): its columns are the edges of a cell of level 0.
   Matrix3d cell_edges() const { return scale_columns(direction, spacing); }
 
-  /// Its transposed inverse. Times a gradient with respect to voxel index: the gradient in the
-  /// world. Transposed, times a vector of the world: the vector in voxels.
+  /// The transposed inverse of cell_edges(). It maps a gradient with respect to voxel index to the
+  /// gradient in the world. Its transpose maps a vector in the world to the vector in voxels.
   Matrix3d dual_edges() const {
     return scale_columns(inverse_transpose(direction),
                          {1 / spacing.x, 1 / spacing.y, 1 / spacing.z});
   }
 };
 
-/// Whether the columns are of unit length (to within 10⁻⁶) and far enough from lying in a plane:
-/// |determinant| ≥ 10⁻³. For a grid sheared in one plane that is an angle of 0.06° or more between
-/// its axes; no instrument comes near, and single precision would lose flatter cells.
+/// Whether the columns are of unit length (to within 10⁻⁶) and do not lie nearly in one plane:
+/// |determinant| ≥ 10⁻³. If a grid is sheared in one plane, this means an angle of at least 0.06°
+/// between its axes. Instruments are far from this limit, and single precision could not represent
+/// flatter cells.
 bool is_basis(const Matrix3d& direction);
 
 /// The largest difference of an angle between two columns from 90°, in degrees. The columns may

@@ -12,8 +12,9 @@ namespace isosplat {
 struct BlockMesher::EdgeFrame {
   uint8_t axis, low, high;    ///< low, high: the corners at its ends
   std::array<uint8_t, 3> at;  ///< of the low corner, in the cell
-  uint32_t entry;             ///< in its EdgePlane, from that of the cell's low corner
-  /// The two axes across the edge: the corners beside its ends, and the direction to them.
+  uint32_t entry;             ///< in its EdgePlane, relative to that of the cell's low corner
+  /// For each of the two axes across the edge: the corners next to its ends, and the sign of the
+  /// direction to them.
   struct Across {
     uint8_t axis, low, high;
     float sign;
@@ -99,7 +100,7 @@ BlockMesher::BlockMesher() {
   }
 }
 
-/// The next cells have this z. The cells of a block ascend in z.
+/// Prepares for the cells with this z. The cells of a block ascend in z.
 void BlockMesher::move_to(int32_t z) {
   if (z == z_) return;
   if (z == z_ + 1) {
@@ -125,8 +126,8 @@ uint32_t BlockMesher::make_vertex(const EdgeFrame& edge, Index3 low, float t, Bl
   return index;
 }
 
-/// The vertex on an edge of the cell at `low`, whose gradient this adds to. cell_entry: of the
-/// cell's low corner in its EdgePlane.
+/// Returns the vertex on an edge of the cell at `low`, and adds the cell's gradient to it.
+/// cell_entry: the entry of the cell's low corner in its EdgePlane.
 inline uint32_t BlockMesher::vertex_at(const EdgeFrame& edge, Index3 low, uint32_t cell_entry,
                                        const std::array<float, 8>& values, BlockMesh& mesh) {
   const float first = values[edge.low], last = values[edge.high];

@@ -26,9 +26,9 @@ struct LatticeEdge {
 struct MeshVertex {
   Vec3f position;  ///< in cells, from the block's low corner
   /// The sum of the trilinear gradients of the block's cells at this point (x, y, z), in quantized
-  /// values per cell. Only its direction counts: over the four cells around a lattice edge, it is
-  /// four times a gradient whose components across the edge are central differences. A vertex
-  /// inside of a cell has the gradient of this cell.
+  /// values per cell. Only its direction counts. The sum over the four cells around a lattice edge
+  /// is four times a gradient whose components across the edge are central differences. A vertex
+  /// inside a cell has the gradient of this cell.
   std::array<float, 3> gradient_xyz;
 
   Vec3f gradient() const { return {gradient_xyz[0], gradient_xyz[1], gradient_xyz[2]}; }
@@ -79,8 +79,8 @@ class BlockMesher {
   Index3 cells_{}, origin_{};
   float isovalue_ = 0;
   std::array<const CellTriangles*, 256> simple_surfaces_{};  ///< by signs: see simple_cell_surface
-  std::array<EdgePlane, 2> planes_;  ///< at the low and the high side of the present cells
-  int32_t z_ = 0;                    ///< of the present cells
+  std::array<EdgePlane, 2> planes_;  ///< at the low and the high z of the current cells
+  int32_t z_ = 0;                    ///< of the current cells
 };
 
 }  // namespace isosplat

@@ -15,7 +15,7 @@ class CellRegion {
   /// `low`, `high`: in voxels of level 0, along the axes of the grid.
   static CellRegion in_grid(Vec3d low, Vec3d high);
 
-  /// A cell of a level, by its low corner in cells of that level.
+  /// Whether the cell is in the region. `cell`: its low corner, in cells of the level.
   bool contains(Index3 cell, uint32_t level) const;
 
   /// Whether any of these cells may be in the region: [first, first + count) of a level.

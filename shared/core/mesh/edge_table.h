@@ -19,7 +19,7 @@ class EdgeTable {
     return entry.key_plus_one == 0 ? nullptr : &entry.number;
   }
 
-  /// The number of an edge, and whether it is new: it then has the given number.
+  /// Returns the number of an edge, and whether the edge is new. A new edge gets the given number.
   std::pair<uint32_t, bool> emplace(uint64_t key, uint32_t number) {
     if (2 * (count_ + 1) > entries_.size()) grow();
     Entry& entry = entries_[place_of(key)];
@@ -35,7 +35,7 @@ class EdgeTable {
     uint32_t number = 0;
   };
 
-  /// Where the key is, or the free entry where it would be.
+  /// The index of the key's entry, or of the free entry where it would be inserted.
   size_t place_of(uint64_t key) const {
     // The upper bits of a product with an odd number depend on all bits of the key.
     const int shift = 64 - std::countr_zero(entries_.size());

@@ -42,7 +42,8 @@ class MeshAssembly {
   MeshCounts counts() const { return counts_; }
 
  private:
-  /// The number of a vertex at the border of blocks in the whole mesh, and its gradient so far.
+  /// A vertex at the border of blocks: its number in the whole mesh, and the sum of its gradients
+  /// so far.
   struct SharedVertex {
     uint32_t number = 0;
     Vec3f gradient;

@@ -38,8 +38,8 @@ class MeshEncoder {
   /// invalid_argument if the format cannot hold this number of vertices or triangles.
   virtual Result<void> append(const MeshPart& part, EncodedPart& out) = 0;
 
-  /// The next parts are those of the next object, and number their vertices from 0. Formats without
-  /// objects are never called so.
+  /// Starts the next object. The parts that follow belong to it, and number their vertices from 0.
+  /// Formats without objects do not get this call.
   virtual void next_object() {}
 
   /// The size of the header of a mesh that has triangles.

@@ -22,8 +22,8 @@ struct Face {
 #pragma pack(pop)
 static_assert(sizeof(Face) == 13);
 
-/// Of a fixed width, so that the header can be written last. PLY readers accept leading zeros, but
-/// not blanks.
+/// The text has a fixed width, so that the header can be written last. PLY readers accept leading
+/// zeros, but not blanks.
 std::string count_text(uint64_t count) {
   const std::string digits = std::to_string(count);
   return std::string(20 - digits.size(), '0') + digits + "\n";

@@ -6,8 +6,8 @@
 
 namespace isosplat {
 
-/// A binary little-endian PLY file of points with normals, and optionally of triangles, which
-/// MeshLab, CloudCompare, Open3D and VTK read.
+/// A binary little-endian PLY file of points with normals, and optionally of triangles. MeshLab,
+/// CloudCompare, Open3D and VTK read such files.
 ///
 /// Positions have single precision if its error is at most 1/2000 of a voxel in the whole volume,
 /// otherwise double precision: at UTM coordinates the error of single precision is half a metre.

@@ -123,8 +123,8 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
       result.values.push_back(static_cast<float>(frame.mapping->value(field.at(in_cell).value)));
     }
     if (smooth_gradients) {
-      // A point outside of its cell has the normal of the nearest point in the cell: the sums of
-      // the cells beyond the block's border are not there.
+      // A point outside of its cell has the normal of the nearest point in the cell, since the sums
+      // for the cells beyond the block's border are not available.
       const Vec3f sum = smooth_gradients->at(cells.cell[i], clamped_to_cell(in_cell));
       if (dot(sum, sum) > 0) at_gradient = sum;
     }

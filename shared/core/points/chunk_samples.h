@@ -24,9 +24,10 @@ DecodedCells cells_of(std::span<const PackedSample> samples, const RegionMask& r
 /// The samples at the centres of cells, one entry per cell in each array.
 SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame);
 
-/// The projections of the active cells' samples onto the isosurface. Normals are smooth if
-/// `smooth_gradients` is given: the sums of the cells around the block's lattice points. Otherwise,
-/// and where these sums are zero, they are the gradients of each cell's own trilinear function.
+/// The projections of the active cells' samples onto the isosurface. `smooth_gradients` are the
+/// sums over the cells around each lattice point of the block. If they are given, normals are
+/// smooth. Otherwise, and where these sums are zero, a normal is the gradient of the trilinear
+/// function of its cell.
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
                             float quantized_isovalue, const ProjectionOptions& options,
                             const LatticeGradients* smooth_gradients = nullptr);

@@ -19,7 +19,8 @@ void append(BlockBorder& border, Index3 at, const std::array<int32_t, 3>& sum) {
   for (int choice = 1; choice < 8; ++choice) {
     const Index3 offset{choice & 1 ? sides.x : 0, choice & 2 ? sides.y : 0,
                         choice & 4 ? sides.z : 0};
-    // Each choice of axes is another neighbour, if the point is at an end of all of them.
+    // A choice of axes stands for the neighbour in these directions. It shares the point if the
+    // point is at an end of the block along all of them.
     const bool is_shared = !(choice & 1 && sides.x == 0) && !(choice & 2 && sides.y == 0) &&
                            !(choice & 4 && sides.z == 0);
     if (is_shared) border[direction_index(offset)].push_back({point, sum});

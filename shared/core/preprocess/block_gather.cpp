@@ -70,9 +70,9 @@ void find_intervals(bool has_missing, GatheredBlock& block) {
   }
 }
 
-/// Flattens the intervals of cells that are not active at an isovalue: those above it to their
-/// greatest value, and those below to their least, so that the unions of intervals at the next
-/// level are those of all cells.
+/// Flattens the intervals of cells that are not active at an isovalue. Intervals above it are
+/// reduced to their greatest value, and those below to their least. The unions of intervals at the
+/// next level stay the same, if they are active at the isovalue.
 void keep_active(QuantizedValue isovalue, GatheredBlock& block) {
   for (CellInterval& cell : block.intervals) {
     if (cell.min >= cell.max) continue;

@@ -28,8 +28,8 @@ struct BrickSums {
 /// The values of a cell's corners, x fastest.
 using Corners = std::array<int16_t, 8>;
 
-/// Twice the points of the cell that are inside (a point on the border counts once), and the points
-/// near the border.
+/// Numbers of points of a cell: twice the number of those inside (a point on the border counts
+/// once), and the number of those near the border.
 struct PointCounts {
   int32_t inside2 = 0, near = 0;
 };
@@ -95,15 +95,15 @@ class Bricks {
     smooth(index(0, 0, 1), size_.z);
     for (size_t i = 0; i < sums_.size(); ++i) {
       const auto [missing, area] = sums_[i];
-      // missing/128 voxels over area/16 voxels² are missing / (8 area) voxels. Where no point is
-      // near the border, the shift is as large as it may be.
+      // missing/128 voxels over area/16 voxels² are missing / (8 area) voxels. If no point is near
+      // the border, the area counts as 1, and the limit decides the shift.
       const int32_t shift = kLabelVoxel / 8 * missing / std::max(area, 1);
       shifts_[i] = std::clamp(shift, -kMaxShift, kMaxShift);
     }
   }
 
-  /// The shifts of a row of voxels, in 1/4³, at the middles of its bricks along x. Returns whether
-  /// any is not 0.
+  /// The shifts of a row of voxels at the middles of its bricks along x, multiplied by kBrick².
+  /// Returns whether any is not 0.
   bool shifts_of_row(int32_t y, int32_t z, std::vector<int32_t>& to) const {
     const Between by = between_bricks(y, size_.y), bz = between_bricks(z, size_.z);
     to.resize(static_cast<size_t>(size_.x));
@@ -178,7 +178,7 @@ void add_cells(const LabelTile& tile, int32_t y, int32_t z, std::vector<uint8_t>
     begin = std::min(begin, near.begin);
     end = std::max(end, near.end);
   }
-  // Of the four voxels at x, how many are inside.
+  // The number of voxels inside, of the four at x.
   for (int32_t x = begin; x < end; ++x) {
     int count = 0;
     for (const int16_t* row : rows) count += row[x] > 0 ? 1 : 0;

@@ -9,11 +9,12 @@ namespace isosplat {
 /// trilinear surface of an exact distance is smaller than the body if that is convex. Every voxel
 /// stays on its side of the border.
 ///
-/// In each cell that the border crosses, the part of 4³ points that are inside is compared with the
-/// part of its eight voxels that have the label. The differences and the areas of the border are
-/// summed in bricks of 4³ cells, and smoothed over five bricks. Their quotient is the shift at the
-/// middle of a brick, at most 0.3 voxels; between the middles, it is interpolated. This is done
-/// twice, since the limits of the voxels' values stop a part of the shift of thin parts.
+/// In each cell that the border crosses, the fraction of 4³ points that are inside is compared with
+/// the fraction of its eight voxels that have the label. The differences and the areas of the
+/// border are summed in bricks of 4³ cells, and smoothed over five bricks. Their quotient is the
+/// shift at the middle of a brick, at most 0.3 voxels; between the middles, it is interpolated.
+/// This is done twice, because in thin parts the limits of the voxels' values allow only a part of
+/// the shift.
 void balance_volume(LabelTile& tile);
 
 }  // namespace isosplat

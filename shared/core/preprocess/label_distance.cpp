@@ -49,7 +49,8 @@ void combine_rows(const Rows& rows, size_t count, uint8_t* __restrict to) {
 /// What a row of squared distances holds.
 enum class RowKind : uint8_t { all_far, all_zero, mixed };
 
-/// Squared distances from the voxels of one side of the border. Rows of one slice, and of a tile.
+/// Squared distances from the voxels of one side of the border. Keeps the rows of one slice, in
+/// which the minimum along x is taken, and those of the tile.
 class SideDistances {
  public:
   SideDistances(Index3 size, uint8_t* tile)

@@ -29,11 +29,11 @@ inline constexpr int kLabelFieldSteps = 16;
 /// 1. label_distance.h: the distance from the border of the voxels;
 /// 2. label_smoothing.h: a low-pass that keeps each voxel on its side;
 /// 3. label_balance.h: a shift, so that the surface encloses the volume of the voxels.
-/// Each part is odd: the field of the rest is the negative one. So where two labels touch and no
-/// third one is within about 30 voxels, they share their border exactly. Near a third label, their
-/// surfaces still cross the same lattice edges, but are apart or overlap: by 0.2 voxels on average
-/// up to three voxels from the third label, by at most 0.63, and by at most 0.13 from twelve voxels
-/// on (the test MismatchAtTripleLines measures it on a ball that is cut in two).
+/// Each part is odd: swapping the label and the rest negates the field. So where two labels touch
+/// and no third one is within about 30 voxels, they share their border exactly. Near a third label,
+/// their surfaces still cross the same lattice edges, but are apart or overlap: by 0.2 voxels on
+/// average up to three voxels from the third label, by at most 0.63, and by at most 0.13 from
+/// twelve voxels on (the test MismatchAtTripleLines measures it on a ball that is cut in two).
 ///
 /// Boxes above 218 voxels along an axis are computed in tiles, with 32 voxels around each. So the
 /// field depends on the volume, the label and the box alone.

@@ -15,8 +15,9 @@ CellInterval interval_of(const PackedSample& sample) {
           static_cast<QuantizedValue>(sample.word[1] >> 16)};
 }
 
-/// Whether a structure in a cell continues into another cell: the other interval reaches at least
-/// halfway from the corners to the end of the interval that is farther from them.
+/// A structure in a cell: the part of the cell's interval that goes beyond its corners, on the side
+/// where it goes further. It continues into another cell whose interval reaches at least half of
+/// this part.
 struct Structure {
   int corners_low = 65535, corners_high = 0;
   CellInterval interval;

@@ -21,7 +21,7 @@ tl::unexpected<Error> malformed(const std::string& why) {
   return fail(Status::malformed_header, "bundle: " + why + ": make it again, or copy it again");
 }
 
-/// Of sizes in memory, which kMaxBundleHeaderBytes limits.
+/// Rounds up to a multiple of 8. Cannot overflow: kMaxBundleHeaderBytes limits the sizes in memory.
 size_t padded(size_t bytes) {
   return (bytes + 7) / 8 * 8;
 }

@@ -17,10 +17,10 @@ namespace isosplat {
 inline constexpr size_t kBundlePrefixBytes = 64;
 inline constexpr uint64_t kMaxBundleHeaderBytes = uint64_t{64} << 20;
 inline constexpr size_t kMaxBundleStores = 65536;
-/// The name of the scene beside the stores of a bundle, when it is taken apart.
+/// The name of the scene's file in the folder into which a bundle is unpacked.
 inline constexpr const char* kSceneName = "scene.json";
 
-/// A range of a store that lies in one piece in its bundle.
+/// A range of a store that is contiguous in its bundle.
 struct BundlePiece {
   uint64_t store_offset = 0;
   uint64_t bundle_offset = 0;

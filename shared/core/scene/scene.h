@@ -122,7 +122,7 @@ struct SceneMeasuredPoint {
 struct SceneMeasurement {
   SceneMeasurementKind kind = SceneMeasurementKind::point;
   std::vector<SceneMeasuredPoint> points;
-  std::string text;  ///< a name, or that of a note
+  std::string text;  ///< a name, or the text of a note
 };
 
 /// A scene, without the unknown members of its document. A program that changes a document must

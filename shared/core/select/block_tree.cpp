@@ -88,7 +88,7 @@ Result<void> BlockTree::expand(int32_t index) {
   return {};
 }
 
-/// Undoes expand(). The counts are those from before.
+/// Undoes expand(). The counts are the numbers of handles and pages before it.
 void BlockTree::collapse(int32_t index, size_t handle_count, size_t page_count) {
   BlockNode& node = nodes_[index];
   nodes_.resize(static_cast<size_t>(node.first_child));

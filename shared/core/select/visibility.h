@@ -12,7 +12,7 @@ namespace isosplat {
 /// The result of occlusion queries for a block in a camera view.
 enum class Visibility : uint8_t {
   untested,          ///< no query has covered the block
-  ancestor_visible,  ///< a larger block that contains it may be visible; itself it was not tested
+  ancestor_visible,  ///< a larger block that contains it may be visible; no query tested it alone
   visible,           ///< the block may be visible
   hidden,            ///< the block is occluded
 };

@@ -32,7 +32,7 @@ struct StoreInfo {
   uint64_t file_bytes = 0;
   uint32_t header_bytes = 0;             ///< length of the header; the chunks follow
   std::array<uint8_t, 16> content_id{};  ///< hash of all content: equal for equal stores only
-  std::string metadata;  ///< JSON text for people and pages: name, histogram, … (FORMAT.md)
+  std::string metadata;  ///< JSON text for people and viewers: name, histogram, … (FORMAT.md)
 };
 
 /// The part of the file that belongs to one level. The file holds the chunks of the levels, finest

@@ -79,11 +79,11 @@ tl::unexpected<Error> no_such_segment(const std::vector<SegmentDescription>& seg
                           path.string(), names_of(segments), wanted));
 }
 
-/// What the maps of a file share.
+/// The data that all maps of a file use.
 struct SharedPixels {
   SegmentPixels pixels;
   std::vector<uint16_t> numbers;  ///< of the segments
-  std::vector<uint16_t> groups;   ///< of the segments: their maps
+  std::vector<uint16_t> groups;   ///< the map of each segment
 };
 
 /// The segments of a group as a volume of their numbers.
@@ -229,7 +229,7 @@ class SegmentMapper {
   /// Finds the slice of each frame.
   Result<void> place(const OrderInput& in, const std::vector<Segment>& segments,
                      const SegmentLattice& lattice, SharedPixels& out) const {
-    std::map<uint32_t, uint32_t> images;  // their indices there, by those in the collection
+    std::map<uint32_t, uint32_t> images;  // index in pixels.images, by index in the collection
     std::vector<uint32_t> used;
     SegmentPixels& pixels = out.pixels;
     pixels.slices.resize(static_cast<size_t>(lattice.steps) + 1);

@@ -19,8 +19,9 @@ namespace {
 /// Maximum number of slices of a segmentation.
 constexpr double kMaxSegmentSlices = 65536;
 
-/// The number of equal steps from the first position of a segmentation to the last, so that every
-/// position is at a step: by the stated slice distance, or else by the smallest distance.
+/// The number of equal steps from the first position of a segmentation to the last. The stated
+/// slice distance, or else the smallest distance, determines the step. Errors: if a position is not
+/// at a step.
 Result<double> lattice_steps(const OrderInput& in, const std::vector<PositionedFrame>& places) {
   const double begin = places.front().along, extent = places.back().along - begin;
   double smallest = extent;

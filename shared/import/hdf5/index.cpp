@@ -18,9 +18,9 @@
 //               with pages: a bit for each page, u32 checksum; pages: entries, u32 checksum
 //
 // That can grow ("extensible"): the first entries are in the index block, the others in data
-// blocks. Their sizes double, and so does their number in turn: level i has 2^(i/2) blocks, each of
-// 2^((i+1)/2) times the least entries. The index block has the addresses of the first levels'
-// blocks; the other levels have a super block each.
+// blocks. From level to level, the size of blocks and their number double alternately: level i has
+// 2^(i/2) blocks, each of 2^((i+1)/2) times the least entries. The index block has the addresses of
+// the first levels' blocks; the other levels have a super block each.
 //   header      "EAHD", u8 0, u8 kind, u8 bytes of an entry, u8 bits of an index, u8 entries of the
 //               index block, u8 least entries of a data block, u8 least blocks of a super block,
 //               u8 bits of a page, length × 6, address of the index block, u32 checksum

@@ -49,9 +49,9 @@ tl::unexpected<Error> malformed_nifti(const std::filesystem::path& path, const s
 /// The voxel type of a data type code. Nothing for types that are not scalar or not supported.
 std::optional<VoxelType> nifti_type(int16_t code);
 
-/// The times of the steps along the fourth axis: from toffset on, at distances of pixdim[4].
-/// Without a unit of times in xyzt_units, programs leave 1 there, or the number of something else:
-/// then the header states nothing.
+/// The times of the steps along the fourth axis: from toffset on, at distances of pixdim[4]. If
+/// xyzt_units has no unit of time, the result has no times: pixdim[4] is then often 1, or has
+/// another meaning.
 TimeAxis nifti_times(const NiftiHeader& header);
 
 /// The geometry in LPS and millimetres: from the sform, else from the qform, else from the spacings

@@ -80,7 +80,7 @@ class Literal {
   std::string_view rest_;
 };
 
-/// Axes of an array, at most: NumPy's own limit.
+/// The maximum number of axes of an array. NumPy has the same limit.
 constexpr size_t kMaxAxes = 64;
 
 /// A tuple of sizes: (), (3,), (3, 4) or (3, 4, ).

@@ -42,7 +42,8 @@ std::optional<Vec3<int64_t>> dims_in(std::string_view name) {
   return std::nullopt;
 }
 
-/// The first part of a name, between _, . and -, that is a type with its bits, or float or double.
+/// The type in a name whose parts are separated by _, . or -: the first part that is a type with
+/// its number of bits, "float" or "double".
 std::optional<VoxelType> type_in(std::string_view name) {
   for (;;) {
     const size_t end = std::min(name.find_first_of("_.-"), name.size());

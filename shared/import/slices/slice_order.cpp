@@ -71,7 +71,7 @@ bool have_one_shape(const std::vector<Name>& names) {
                      [&](const Name& n) { return n.shape == names[0].shape; });
 }
 
-/// The values of one number in all names. Numbers too long for a double are not numbers.
+/// The values of one number in all names. A number that exceeds the range of a double counts as 0.
 using Values = std::vector<double>;
 
 Values values_of(const std::vector<Name>& names, size_t field) {

@@ -5,9 +5,8 @@
 
 #include "shared/import/tiff/series.h"
 
-// Reads MetaMorph's stacks (.stk): one directory, followed by the voxels of all planes. Its tags
-// have tables of their own (Universal Imaging Corporation, "MetaMorph Stack (STK) Image File
-// Format"):
+// Reads MetaMorph's stacks (.stk): one directory, followed by the voxels of all planes. Four tags
+// have tables (Universal Imaging Corporation, "MetaMorph Stack (STK) Image File Format"):
 //
 //   UIC1 (33628)  n times u32 id, u32 value or offset of it
 //   UIC2 (33629)  for each plane u32 numerator, u32 denominator of the distance from the plane

@@ -138,7 +138,7 @@ class OmeParser {
       };
       block.first = {number("FirstZ", 0), number("FirstC", 0), number("FirstT", 0)};
       block.page = number("IFD", 0);
-      // Without a number of planes: one if their page is given, else all.
+      // If the number of planes is not stated, it is 1 if their page is given, else all planes.
       block.count =
           number("PlaneCount", number("NumPlanes", tag.attribute("IFD") ? 1 : kMaxPlanes));
       if (!fine) return malformed("whole numbers in TiffData");

@@ -22,10 +22,10 @@ bool can_have(const VolumeHeader& header, const FillValue& fill);
 struct RangeEnd {
   double value = std::numeric_limits<double>::infinity();
   double next = std::numeric_limits<double>::infinity();
-  uint64_t count = 0;    ///< of these, on the four edges of their slices
-  uint64_t at_edge = 0;  ///< of these, on the six faces of the volume
-  uint64_t at_face = 0;  ///< of these, beside another one in the row or the column
-  uint64_t joined = 0;   ///< of them beside another one in the row or the column
+  uint64_t count = 0;    ///< voxels with the extreme value
+  uint64_t at_edge = 0;  ///< of these, on the four edges of their slices
+  uint64_t at_face = 0;  ///< of these, on the six faces of the volume
+  uint64_t joined = 0;   ///< of these, beside another one in the row or the column
 };
 
 /// The values of up to 64 slices, spread over the volume; the first and the last are among them.

@@ -60,7 +60,7 @@ Frame::Box in_double(const Occluders::Box& box) {
 
 }  // namespace
 
-/// Makes the clusters visible of which `is_present` is true; it is called once for each.
+/// Makes visible the clusters for which `is_present` returns true. Calls it once for each cluster.
 template <typename IsPresent>
 void DrawList::find_visible(IsPresent is_present) {
   visibilities_.clear();

@@ -31,7 +31,7 @@ struct DrawItem {
 /// The chunks to draw in a frame, and an estimate of which of their clusters are occluded.
 class DrawList {
  public:
-  /// Collects the visible chunks inside of the frustum and the clip planes, or not more than
+  /// Collects the visible chunks inside of the frustum and the clip planes, or at most
   /// `margin_cells` of their cells outside, nearest first. Returns the number of resident visible
   /// chunks that are not collected.
   uint32_t collect(const ChunkStore& chunks, const Frame& frame, double margin_cells);
@@ -48,9 +48,9 @@ class DrawList {
   /// plane may cut.
   void find_cut(const Frame& frame, float quantized_isovalue);
 
-  /// An alternative to collect() and estimate_visibility(): collects all resident chunks, visible
-  /// or not, that a plane of frame space cuts in the image, the coarsest first, and finds their
-  /// clusters that it cuts.
+  /// An alternative to collect() and estimate_visibility(). Collects all resident chunks, visible
+  /// or not, that a plane of frame space cuts in the image, the coarsest first. In these chunks,
+  /// finds the clusters that the plane cuts.
   void collect_cut(const ChunkStore& chunks, const Frame& frame, const Plane& plane);
 
   const std::vector<DrawItem>& items() const { return items_; }

@@ -160,7 +160,8 @@ Frame::Sides Frame::sides_of(const ImageTile& tile, double near_plane) const {
   const double left = px * (tile.left - 0.5 * tile.image_width), right = left + px * tile.width;
   const double low = px * (tile.bottom - 0.5 * tile.image_height), high = low + px * tile.height;
   const auto side = [this](Vec3d normal, double offset) {
-    // Orthographic: a distance from the middle; else one per unit along the view.
+    // The offset of an orthographic camera is a distance from the middle of the image; that of a
+    // perspective one is multiplied by the distance along the view.
     const Vec3d n = orthographic() ? normal : normal - forward_ * offset;
     return Plane{n, orthographic() ? offset : 0};
   };

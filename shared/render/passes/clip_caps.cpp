@@ -50,15 +50,15 @@ int tiles_of(int px) {
 
 }  // namespace
 
-/// The isovalues of a volume that are shown in ascending order, each once; ranks count from 1.
-/// Isosurfaces are those of the volume.
+/// The isovalues of a volume that are shown, in ascending order, each once. Ranks are indices into
+/// them, from 1. Isosurfaces are those of the volume.
 struct ClipCaps::Ranks {
   std::vector<double> isovalues;
   std::array<GLint, MAX_ISOSURFACES> rank{};  // of each isosurface; 0: not shown
-  /// By layer, and by the number of isovalues that are reached: the isosurface with the highest of
-  /// those of the layer; −1: none.
+  /// By layer, and by the number of isovalues that are reached: of the isosurfaces of the layer
+  /// that are reached, the one with the highest isovalue; −1: none.
   std::array<std::array<GLint, MAX_ISOSURFACES + 1>, MAX_LAYERS> cap;
-  std::array<GLfloat, MAX_ISOSURFACES> scalar{};  // place of the isovalue in the colour map
+  std::array<GLfloat, MAX_ISOSURFACES> scalar{};  // position of the isovalue in the colour map
 
   Ranks(const RenderSettings& settings, std::span<const int> isosurfaces,
         std::span<const int> layer_of) {
@@ -100,7 +100,7 @@ Result<void> ClipCaps::prepare(int width, int height, int layers) {
   return {};
 }
 
-/// The values at the places where rays enter the cells at cut faces.
+/// The values at the positions where rays enter the cells at cut faces.
 Result<void> ClipCaps::draw_cut_cells(const DrawContext& context, SplatPasses& splat_passes,
                                       const SplatFrame& splats, const Ranks& ranks) {
   std::vector<float> reachable;
@@ -111,8 +111,9 @@ Result<void> ClipCaps::draw_cut_cells(const DrawContext& context, SplatPasses& s
   glBindFramebuffer(GL_FRAMEBUFFER, cut_cells_.framebuffer());
   const GLuint zero[4] = {0, 0, 0, 0};
   glClearBufferuiv(GL_COLOR, 0, zero);
-  // Cells replace the margins of others. The isovalue may be crossed within a pixel of a cell's
-  // face: then no pixel of the cell itself shows the part beyond the crossing.
+  // First the cells with a margin, then without, so that cells replace the margins of others. The
+  // margin is needed where the isovalue is crossed within a pixel of the border of a cell's face:
+  // no pixel of the cell then shows the part beyond the crossing.
   for (const float margin_px : {1.5f, 0.0f}) {
     for (int rank = 1; rank <= static_cast<int>(reachable.size()); ++rank) {
       const auto first = std::find(ranks.rank.begin(), ranks.rank.end(), rank);

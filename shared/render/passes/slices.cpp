@@ -28,7 +28,7 @@ void set_plane(const GlProgram& program, const Frame& frame, const Plane& plane,
   set_vector(program, "u_volume_high", frame.volume_high());
 }
 
-/// The place in the colour map by quantized value: slope and intercept.
+/// The slope and intercept that map a quantized value to a position in the colour map.
 std::array<float, 2> scalar_of(const RenderSettings& settings, const ValueMapping& mapping) {
   const bool is_mapped = settings.colour_by == ColourBy::isovalue;
   const double low = is_mapped ? settings.colour_low : settings.slice_low;

@@ -46,7 +46,7 @@ bool is_in_volume(const VolumeGrid& grid, Vec3d voxel);
 /// An intersection of the ray with the isosurface of a cell.
 struct PickHit {
   double distance = 0;  ///< t of the ray
-  Vec3d voxel;          ///< place in voxels of level 0
+  Vec3d voxel;          ///< position in voxels of level 0
   Vec3d gradient;       ///< of the cell's trilinear function, quantized values per voxel of level 0
   uint32_t isosurface = 0;
   uint32_t level = 0;

@@ -42,7 +42,7 @@ inline float limited(float value, float low, float high) {
 /// The sRGB transfer function (IEC 61966-2-1) and its inverse, 0 … 1.
 float srgb_to_linear(float encoded);
 float linear_to_srgb(float linear);
-/// Of each channel; clamps to 0 … 1.
+/// Converts each channel, and clamps it to 0 … 1.
 Vec3f to_linear(Vec3f colour);
 
 /// The numbers with which shaders/light.glsl computes. Vectors are in the camera's frame (right,

@@ -82,11 +82,10 @@ struct RenderSettings {
   /// false.
   bool clip_caps = false;
   /// Planes in which the values of one volume are shown. At most kMaxSlices; more are ignored, as
-  /// are planes without a unit_plane(). They show the values of all resident cells, whether these
-  /// are visible or not, of the finest level that is resident at each place; elsewhere they show
-  /// lines, between which the surfaces behind are visible. Where colours show isovalues, slices
-  /// have the same colours; else they are grey, from black at slice_low to white at slice_high.
-  /// They are not lit.
+  /// are planes without a unit_plane(). They show the values of all resident cells, visible or not;
+  /// where levels overlap, those of the finest level. Elsewhere they show lines, between which the
+  /// surfaces behind are visible. Where colours show isovalues, slices have the same colours; else
+  /// they are grey, from black at slice_low to white at slice_high. They are not lit.
   std::vector<Plane> slices;
   double slice_low = 0, slice_high = 1;
   VolumeId slice_volume = 0;

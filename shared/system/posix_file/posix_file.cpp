@@ -118,7 +118,7 @@ Result<size_t> PosixFile::read_some(uint64_t offset, std::span<std::byte> out,
     const iovec to{out.data() + done, out.size() - done};
     const ssize_t count = ::preadv2(descriptor_, &to, 1, static_cast<off_t>(offset + done), flags);
     if (count < 0 && errno == EINTR) continue;
-    // EOPNOTSUPP: this part of the file is stored in a way that does not say it (inline,
+    // EOPNOTSUPP: the file system cannot determine it for this part of the file (inline,
     // encrypted).
     if (count < 0 && flags != 0 && (errno == EAGAIN || errno == EOPNOTSUPP)) {
       return needs_disk(*no_wait, name_);

@@ -85,7 +85,7 @@ class PosixFile {
   void close();
 
  private:
-  /// What the file system can do for reads without waiting.
+  /// How the file system reports that a read would have to wait.
   enum class Waits : uint8_t {
     told,    ///< it says whether the bytes are in memory (ext4, XFS, Btrfs)
     never,   ///< all of it is in memory (tmpfs)

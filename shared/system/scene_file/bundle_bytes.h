@@ -15,30 +15,31 @@
 
 namespace isosplat {
 
-/// The bytes of a bundle, or of the bundle that a scene and its stores would be (BUNDLE.md). The
-/// latter is planned from the headers of the stores; each read maps its range to the files of the
-/// stores, and nothing is copied. Several threads may read at the same time.
+/// The bytes of a bundle (BUNDLE.md). If the scene is a document with separate stores, they are
+/// those of a bundle of this scene and its stores: it is planned from the headers of the stores,
+/// each read maps its range to the files of the stores, and nothing is copied. Several threads may
+/// read at the same time.
 class BundleBytes {
  public:
   /// Reads the headers of all stores, unless the scene is a bundle. The coarse part of each store
-  /// has its StoreReader::bootstrap_range, of its part of kFirstPictureBytes if many stores share
-  /// the first picture. `within`: a folder that must contain the files of all stores once links are
-  /// resolved; none: links are followed anywhere. Errors: those of SceneFile::open_store and
-  /// plan_bundle; malformed_header if a store is not below the folder of its scene, or not in
-  /// `within`.
+  /// contains its StoreReader::bootstrap_range. If many stores share the first picture, this range
+  /// is limited to the store's share of kFirstPictureBytes. `within`: a folder that must contain
+  /// the files of all stores once links are resolved; none: links are followed anywhere. Errors:
+  /// those of SceneFile::open_store and plan_bundle; malformed_header if a store is not below the
+  /// folder of its scene, or not in `within`.
   static Result<BundleBytes> plan(const SceneFile& scene,
                                   const std::optional<std::filesystem::path>& within = {});
 
   const BundleHeader& header() const { return header_; }
   uint64_t bytes() const { return header_.file_bytes; }
 
-  /// The size of what a viewer reads first: the header and the coarse parts, up to the last one
-  /// that the first picture needs: those of visible layers at the first step. At most
-  /// kMaxFirstCoarseBytes of coarse parts.
+  /// The number of bytes at the beginning that a viewer reads first: the header, and the coarse
+  /// parts up to the last one that the first picture needs. The first picture needs those of
+  /// visible layers at the first step. At most kMaxFirstCoarseBytes of coarse parts.
   uint64_t first_bytes() const { return first_bytes_; }
   static constexpr uint64_t kMaxFirstCoarseBytes = uint64_t{32} << 20;
-  /// The headers and levels of all stores of the first picture, unless their coarsest levels alone
-  /// are larger.
+  /// The limit for the headers and levels of all stores of the first picture. Their coarsest levels
+  /// may exceed it.
   static constexpr uint64_t kFirstPictureBytes = uint64_t{448} << 10;
 
   /// Whether the stores are separate files, which may change independently of the scene.

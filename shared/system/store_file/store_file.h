@@ -23,7 +23,7 @@ struct ChunkAddress {
   uint32_t band = 0;
 };
 
-/// Blocks of a level: those from `first` up to, without, `end` along each axis. By default all.
+/// Blocks of a level: the half-open range [first, end) along each axis. By default all.
 struct BlockRange {
   Index3 first;
   Index3 end{INT32_MAX, INT32_MAX, INT32_MAX};
@@ -49,8 +49,8 @@ struct ChunkSelection {
 /// A store on disk: reads the header, loads directory pages when they are needed, and reads chunks.
 /// Several threads may call all functions at the same time.
 ///
-/// Functions that are given a NoWait fail with io_error, and say so in it, if they would have to
-/// wait for the disk.
+/// Functions that are given a NoWait do not wait for the disk. If they would have to, they fail
+/// with io_error, and set NoWait::needs_disk.
 ///
 /// The file stays open. A store that is replaced by renaming can still be read to the end through
 /// an object that was opened before. Each read fails if the file was changed in place.
@@ -98,8 +98,8 @@ class StoreFile {
   Result<ChunkRef> chunk(BlockKey block, uint32_t band, NoWait* no_wait = nullptr) const;
   Result<std::optional<ChunkRef>> chunk_for(BlockKey block, float quantized_isovalue) const;
 
-  /// Every chunk of a level whose band overlaps [low, high] (quantized isovalues), in file order;
-  /// of the blocks in `where` only. Stops when the budget is exceeded, which limits the work.
+  /// Every chunk of a level whose band overlaps [low, high] (quantized isovalues), of the blocks in
+  /// `where`, in file order. Stops when the budget is exceeded, which limits the work.
   Result<ChunkSelection> chunks_for(uint32_t level, float low, float high,
                                     const ChunkBudget& budget = {}, NoWait* no_wait = nullptr,
                                     const BlockRange& where = {}) const;

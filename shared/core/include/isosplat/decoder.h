@@ -1,8 +1,8 @@
 #pragma once
 
 /// \file
-/// From the bytes of a chunk to cells, samples and points. "The paper": Co, Hamann and Joy (2003),
-/// see points.h.
+/// Decodes the bytes of a chunk to cells, samples and points. "The paper" is Co, Hamann and Joy
+/// (2003); see points.h.
 
 #include <cstddef>
 #include <memory>
@@ -36,8 +36,9 @@ class Cells {
   /// One point on the isosurface for each active cell, unless the options drop some (the paper,
   /// section 3). Normals are the gradients of each cell's own trilinear function: smooth ones
   /// (`isosplat extract`) need the cells of the neighbouring chunks. Empty where the isovalue lies
-  /// outside the chunk's band, or is not a number. \param isovalue in the volume's values. \param
-  /// options the paper's exact or approximate projection.
+  /// outside the chunk's band, or is not a number.
+  /// \param isovalue in the volume's values.
+  /// \param options the paper's exact or approximate projection.
   [[nodiscard]] PointArrays project(double isovalue, const ProjectionOptions& options = {}) const;
 
  private:

@@ -39,9 +39,9 @@ struct PointArrays {
 
 /// How a sample is projected onto the isosurface.
 struct ProjectionOptions {
-  /// true: along the ray through the sample in gradient direction, to its intersection with the
-  /// trilinear surface in the cell (paper, section 3.1). If there is none in the cell, or if false:
-  /// one Newton step (equations 5 and 6).
+  /// true: the sample moves along its gradient to the nearest intersection with the trilinear
+  /// surface in the cell (paper, section 3.1). If the cell has no such intersection, or if false,
+  /// it moves by one Newton step (equations 5 and 6).
   bool exact = false;
 
   /// Applies to the Newton step. `clamp`: every active cell has exactly one point, inside the cell
