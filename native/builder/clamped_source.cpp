@@ -17,13 +17,14 @@ Result<ClampedSource> ClampedSource::create(VolumeSource& volume, ValueRange ran
   with_voxel_type(header.type, [&]<class T>(T) {
     using Limits = std::numeric_limits<T>;
     if constexpr (std::is_integral_v<T>) {
-      // The greatest 64-bit integers are no doubles: the limit is a double below them.
+      // Double precision cannot represent the greatest 64-bit integers, so the limit is a double
+      // below them.
       const auto greatest = static_cast<uint64_t>(Limits::max());
       const auto most = static_cast<double>(sizeof(T) == 8 ? greatest / 4096 * 4096 : greatest);
       low = std::max(std::ceil(low), static_cast<double>(Limits::lowest()));
       high = std::min(std::floor(high), most);
     } else {
-      // As voxels have it, and not beyond: the voxels that remain are compared with it.
+      // Rounds the limits to the type of the voxels, since voxels are compared with them.
       low = static_cast<double>(static_cast<T>(std::max<double>(low, Limits::lowest())));
       high = static_cast<double>(static_cast<T>(std::min<double>(high, Limits::max())));
     }
@@ -76,7 +77,8 @@ std::shared_ptr<const VoxelScan> ClampedSource::all_values() const {
     if constexpr (std::is_integral_v<T>) {
       voxels.push_back(static_cast<T>(low + 1));
     } else {
-      // More values than a lattice may have, so that they are rounded over the range.
+      // More different values than a lattice may have, so that the values are rounded over the
+      // range.
       for (size_t i = 1; i <= DistinctValues::kMax; ++i) {
         const double part = static_cast<double>(i) / (DistinctValues::kMax + 1.0);
         voxels.push_back(static_cast<T>(low_ + (high_ - low_) * part * part));

@@ -106,7 +106,7 @@ Result<void> SceneExtraction::list_parts() {
               "expected a surface, found none: add surfaces to the layers of the scene");
 }
 
-/// A name as a part of a file's name: letters, digits, "-", "_", "." and what is not ASCII.
+/// A name as a part of a file's name: letters, digits, "-", "_", "." and characters beyond ASCII.
 std::string for_file(std::string_view name) {
   constexpr size_t kMaxBytes = 80;
   std::string text;

@@ -96,7 +96,7 @@ std::optional<FileIdentity> CatalogEntries::look_at_link(const std::string& path
                                                          const StoreFolder& folder) {
   std::error_code error;
   const fs::path target = fs::canonical(path, error);
-  // The identity of the present target is compared with the file that is opened later.
+  // The identity of the current target is compared with the file that is opened later.
   struct stat status {};
   const bool is_file = !error && ::lstat(target.c_str(), &status) == 0 && S_ISREG(status.st_mode);
   if (is_file && target.native().starts_with(folder.root + '/')) {

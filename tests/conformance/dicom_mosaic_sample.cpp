@@ -35,7 +35,7 @@ class Maker {
     } else {
       sample_.main = sample_.files.begin()->first;
     }
-    sample_.try_allowances = times == 1;  // without a file, times have other numbers
+    sample_.try_allowances = times == 1;  // without a file, the times are numbered differently
     sample_.must_be_noted = times > 1 || !states_distance_;
     sample_.text = fmt::format("{} slices, {} times, {}", truth.sizes[2], times,
                                is_sv10_ ? "SV10" : "before SV10");
@@ -65,7 +65,8 @@ class Maker {
       }
       tiles.push_back(std::move(tile));
     }
-    // The corner of a slice as large as the mosaic that has the centre of the first slice.
+    // The corner of an imaginary slice that is as large as the mosaic, and has the centre of the
+    // first slice.
     const Vec3d corner = sample_.truth.origin - steps[0] * ((across_ - 1) * columns() / 2.0) -
                          steps[1] * ((across_ - 1) * rows() / 2.0);
     DicomItem d;

@@ -88,7 +88,7 @@ std::string choose_unit(Random& random, Volume& v) {
   return name;
 }
 
-// Each function writes the volume by a convention, and sets the truth.
+// Each function writes the volume by one convention, and sets the expected result.
 
 void plain(Random& random, Volume& v) {
   choose(random, v, false);

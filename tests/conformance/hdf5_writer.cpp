@@ -52,8 +52,8 @@ std::string space_message(const std::vector<uint64_t>& sizes) {
 
 class Writer {
  public:
-  /// The previous pass yields the addresses for this one. They are equal in both, since no size
-  /// depends on them.
+  /// Uses the addresses that the previous pass has found. All passes find the same addresses, since
+  /// no size depends on an address.
   std::string write(const Hdf5Node& root) {
     out_.assign(96, '\0');
     write_node(root);

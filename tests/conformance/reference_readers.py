@@ -250,7 +250,7 @@ def read_mrc(path, step):
 
 def read_npy(path, step):
     values = numpy.load(path)
-    # Its own order of bytes in memory does not matter: the axes are z, y, x.
+    # The order of the array in memory does not matter: the axes are z, y, x.
     return volume(values.reshape(values.shape[-3:]), numpy.diag([1, 1, 1]), [0, 0, 0])
 
 

@@ -58,8 +58,8 @@ struct Sample {
   Truth truth;
   std::string text;            ///< description for messages
   bool must_be_noted = false;  ///< the header leaves something undefined: a note is required
-  bool needs_choice = false;   ///< without the options of choice it is an error
-  /// Parts of notes that would deny what is in the file.
+  bool needs_choice = false;   ///< without the options that choose a volume, opening it is an error
+  /// Parts of notes that would contradict the content of the file.
   std::vector<std::string> false_notes;
   bool may_be_longer = false;  ///< bytes after the last voxel are allowed
   /// Files whose beginning or end has no meaning, so that missing bytes cannot be detected.

@@ -10,7 +10,8 @@
 namespace isosplat::conformance {
 namespace {
 
-/// Sizes beside x, y and z, and which volume is the truth. The others have the value 9.
+/// The sizes of the axes other than x, y and z, and the index of the volume to read. Voxels of
+/// other volumes have the value 9.
 struct Stack {
   int channels = 1, times = 1, channel = 0, time = 0;
 };
@@ -27,7 +28,7 @@ Stack choose_stack(Random& random, Sample& sample) {
   return stack;
 }
 
-/// The samples of a row, each of so many bits, the highest bit first.
+/// The samples of a row. Each has this number of bits, the highest bit first.
 void pack_row(const std::vector<double>& values, size_t first, int count, int bits,
               std::string& out) {
   unsigned byte = 0;
@@ -52,7 +53,7 @@ class Writer {
 
   bool big_endian() const { return big_endian_; }
 
-  /// The voxels of slice z, or others.
+  /// The voxels of slice z, or of another volume.
   std::string voxels(int z, bool is_chosen) const {
     std::string out;
     const size_t count =
@@ -249,15 +250,15 @@ void write_metamorph(Random& random, Sample& sample, Writer& writer) {
   Page page = writer.page(0);
   for (int z = 1; z < nz; ++z) page.voxels += writer.voxels(z, true);
   const auto u32 = [](std::string& out, uint32_t value) { put(out, value, false); };
-  // UIC1's entry has half of its values: pairs of an id and a value or offset. It is written behind
-  // the others, at a place that the file's beginning gives.
+  // UIC1's count is half the number of its values: pairs of an id and a value or offset. Its table
+  // is written after the others, at an offset that the beginning of the file states.
   std::string distances, wavelengths;
   for (int z = 0; z < nz; ++z) {
     u32(distances, 1500), u32(distances, 1000);
     for (int i = 0; i < 4; ++i) u32(distances, 7);
     u32(wavelengths, 500), u32(wavelengths, 1);
   }
-  // Of the tags' counts, that of planes is stated; their tables are longer.
+  // The counts of the tags state the number of planes; their tables are longer.
   page.further = {{33629, 5, static_cast<uint32_t>(nz), distances},
                   {33630, 5, static_cast<uint32_t>(nz), wavelengths}};
   page.rows_per_strip = random.between(1, page.height);
@@ -308,7 +309,7 @@ void write_lsm(Random& random, Sample& sample, Writer& writer) {
   sample.main = "v.lsm";
 }
 
-/// Samples of bits that do not fill bytes, and halves.
+/// Samples whose bits do not fill bytes, and 16-bit floating-point numbers.
 void write_bits(Random& random, Sample& sample, Writer& writer) {
   Truth& truth = sample.truth;
   const int bits = random.one_of({1, 2, 4, 6, 10, 12, 14}), nx = truth.sizes[0];

@@ -26,7 +26,7 @@ struct Page {
   double resolution = 0;
   std::string voxels;
   int bits = 0;                ///< 0: of the type
-  int samples = 1;             ///< of a pixel, each with a strip of its own
+  int samples = 1;             ///< of a pixel, each in a separate strip
   int rows_per_strip = 0;      ///< 0: any; > 1 samples: all
   std::vector<Entry> further;  ///< entries of other tags
   bool is_left_out = false;    ///< its strips are not written

@@ -51,7 +51,8 @@ Sample make_vtk(Random& random) {
   if (random.chance(20)) {
     file += "FIELD FieldData 1\nTimeValue 1 1 double\n" + values_text({3.5}, Number::f64);
   }
-  // The other kind of data, before or after; vectors and fields beside the scalars.
+  // Data of the other kind (points or cells), before or after; vectors and fields beside the
+  // scalars.
   const auto others = [&](size_t count) {
     std::string out;
     if (random.chance(50)) {
@@ -68,8 +69,8 @@ Sample make_vtk(Random& random) {
       fmt::format("CELL_DATA {}\nSCALARS other float\nLOOKUP_TABLE default\n{}", cell_count,
                   values_text(std::vector<double>(cell_count, 77), Number::f32));
   const bool before = !of_cells && random.chance(40), after = !of_cells && random.chance(30);
-  // If it is cut between two arrays before the scalars of the points, it is a complete file of
-  // cells.
+  // If the file is cut between two arrays, before the scalars of the points, it is a complete file
+  // with values of cells.
   const auto add_part = [&](const std::string& part) {
     if (before && !part.empty()) sample.whole_at.insert(static_cast<int>(file.size()));
     file += part;

@@ -1,4 +1,4 @@
-// MRC, NumPy and HDF5 files: their headers, and their voxels as far as they are few.
+// MRC, NumPy and HDF5 files: their headers, and their voxels if they are few.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.
@@ -41,7 +41,7 @@ std::string npy(const std::string& dictionary, size_t voxel_bytes) {
   return file + dictionary + std::string(60 * voxel_bytes, '\7');
 }
 
-/// A file of HDF5's own library.
+/// A file that the HDF5 library has written.
 std::string hdf5(const std::string& name) {
   std::ifstream file(std::string(ISOSPLAT_SOURCE_DIR) + "/tests/native/hdf5/" + name + ".h5",
                      std::ios::binary);

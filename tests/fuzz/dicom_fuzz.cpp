@@ -1,5 +1,6 @@
-// DICOM files: their elements, frames, the order of frames, and pixels: uncompressed ones, and as
-// browsers decompress them. Not GDCM, which decompresses in a child process.
+// DICOM files: their elements, their frames and the order of these, and their pixels. Pixels are
+// uncompressed, or decompressed as in browsers: GDCM, which runs in a child process, is not tested
+// here.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.

@@ -52,7 +52,8 @@ struct Site {
     require_credentials_work();
   }
 
-  /// What the seeds show is accepted: else nothing would be tried of what follows.
+  /// Fails if the credentials of the seeds are not accepted: the checks below would then test
+  /// nothing.
   void require_credentials_work() const {
     const std::string bearer = "Bearer " + std::string(kToken);
     const std::string cookie = "isosplat-1=" + std::string(kToken);
@@ -134,7 +135,7 @@ bool has_secret(const Site& site, const Request& request) {
   return false;
 }
 
-/// A redirect repeats the query, which may have anything.
+/// A redirection repeats the query, which may contain any text.
 void require_nothing_of(const test::KnownStore& store, const Request& request,
                         const Response& response) {
   const size_t query = std::min(request.target.find('?'), request.target.size());
@@ -143,7 +144,7 @@ void require_nothing_of(const test::KnownStore& store, const Request& request,
   require(response.text.find(store.content) == std::string::npos);
 }
 
-/// Nothing of a volume may come without its token or link.
+/// A response may contain data of a volume only if the request has its token or link.
 void check_access(const Site& site, const Request& request) {
   const Response response = site.closed.respond(request);
   require_nothing_of(site.other, request, response);

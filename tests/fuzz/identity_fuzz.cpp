@@ -23,7 +23,7 @@ void require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// Of the example in RFC 7515, A.3: nobody here has its private key.
+/// The public key of the example in RFC 7515, A.3. The fuzzer does not have its private key.
 constexpr std::string_view kKeys =
     R"({"keys":[{"kty":"EC","crv":"P-256","kid":"e",
         "x":"f83OJ3D2xF1Bg8vub9tLe1gHMzV76e8Tus9uPHvRVEU",
@@ -33,7 +33,7 @@ void try_proxy_header(std::string_view text) {
   const ProxyHeader header = parse_proxy_header(text);
   require(header.bytes <= std::min(text.size(), kMaxProxyHeader));
   if (header.state != ProxyHeader::State::complete) return;
-  // The end does not depend on what comes behind it.
+  // The end of the header does not depend on the bytes after it.
   const ProxyHeader alone = parse_proxy_header(text.substr(0, header.bytes));
   require(alone.state == header.state && alone.bytes == header.bytes);
   require(alone.source == header.source);
@@ -45,7 +45,7 @@ void try_forwarded(std::string_view text) {
     static const std::vector<std::string> ranges = {"10.0.0.0/8"};
     const auto proxies = TrustedProxies::parse(ranges, {.client = field, .user = "", .groups = ""});
     const bool is_rfc_7239 = field == ClientField::forwarded;
-    // Whatever a client sends, the item of the proxy to the right of it is the one that counts.
+    // Whatever a client sends, only the item that the proxy has added to its right counts.
     const std::string list = std::string(text) + (is_rfc_7239 ? ", for=192.0.2.7" : ", 192.0.2.7");
     require(proxies->client_of(peer, list, {}).address == IpAddress::parse("192.0.2.7"));
     require(!proxies->client_of(peer, text, {}).address.text().empty());

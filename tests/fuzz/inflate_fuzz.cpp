@@ -1,4 +1,4 @@
-// Deflated data: the importer's own decoder ends as zlib does, and with the same bytes.
+// Deflated data: the importer's decoder yields the same bytes as zlib, and ends in the same way.
 
 #include <zlib.h>
 
@@ -64,7 +64,7 @@ Outcome with_own(const uint8_t* data, size_t size) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const Outcome expected = with_zlib(data, size), found = with_own(data, size);
-  if (expected.bytes.size() == kMostBytes) return 0;  // zlib stopped for want of room
+  if (expected.bytes.size() == kMostBytes) return 0;  // zlib stopped because its output was full
   if (found.is_whole != expected.is_whole) std::abort();
   if (found.is_whole && found.bytes != expected.bytes) std::abort();
   return 0;

@@ -1,4 +1,4 @@
-// Tables of labels, in each of their formats. The first byte chooses.
+// Tables of labels, in each of their formats. The first byte chooses the format.
 #include <cstdlib>
 
 #include "native/labels/label_table.h"

@@ -1,4 +1,5 @@
-// Hostile scenes, and headers of bundles with correct checksums. The first byte chooses.
+// Hostile scenes, and headers of bundles with correct checksums. The first byte chooses between
+// them.
 #include <cstdlib>
 #include <cstring>
 

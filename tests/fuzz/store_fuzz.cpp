@@ -60,10 +60,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   fuzz::Input input(data, size);
   std::vector<std::byte> store = valid;
   switch (input.number(1) % 4) {
-    case 0:  // anything at all
+    case 0:  // any bytes
       read_store(input.rest(), valid);
       break;
-    case 1: {  // a header that lies, with its checksum made right
+    case 1: {  // a header with wrong fields and a correct checksum
       const std::span<std::byte> bytes(store.data(), header.info.header_bytes);
       fuzz::edit(bytes.first(bytes.size() - 8), input);
       const uint64_t checksum = checksum64(bytes.first(bytes.size() - 8));
@@ -73,7 +73,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       read_store(bytes, store);
       break;
     }
-    case 2: {  // a page that lies, with its checksum made right
+    case 2: {  // a page with wrong fields and a correct checksum
       StoreHeader changed = header;
       PageRef& page = changed.pages[input.number(1) % changed.pages.size()];
       const std::span<std::byte> bytes(store.data() + page.offset, page.bytes);
@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       if (written) read_store(*written, store);
       break;
     }
-    default:  // damage anywhere, found by the checksums
+    default:  // damage at any position, which the checksums detect
       store.resize(store.size() - input.number(2) % store.size());
       fuzz::edit(store, input);
       read_store(std::span(store).first(std::min(store.size(), kMaxStoreHeaderBytes)), store);

@@ -1,5 +1,4 @@
-// Pictures beside stores: the input as a file, and as the chunks of a PNG whose checksums are
-// right.
+// Pictures beside stores. The input is a file, and also the chunks of a PNG with correct checksums.
 
 #include <zlib.h>
 

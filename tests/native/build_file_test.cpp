@@ -109,8 +109,8 @@ TEST(BuildFile, AKilledBuildLeavesTheOldStoreAndTheNextCleansUp) {
   ::waitpid(child, &status, 0);
   ASSERT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(content(target), "old");
-  EXPECT_EQ(names_in(folder.path()).size(), 2u);  // and the dead build's temporary
-  // A live build's temporary, and other files, are left alone.
+  EXPECT_EQ(names_in(folder.path()).size(), 2u);  // the target, and the killed build's file
+  // The temporary file of a running build, and other files, are not removed.
   auto live = OutputFile::create(target);
   ASSERT_TRUE(live);
   std::ofstream(folder.path() / ".other.isosplat.building-123456") << "other";

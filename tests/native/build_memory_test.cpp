@@ -1,4 +1,4 @@
-// Out of memory while several threads build: an error, whichever allocation fails.
+// A lack of memory while several threads build is an error, whichever allocation fails.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -59,7 +59,7 @@ TEST(BuildMemory, AnyAllocationThatFailsEndsTheBuildWithAnError) {
   const auto whole = build_store_bytes<uint8_t>(grid, voxels, options);
   ASSERT_TRUE(whole) << whole.error().message;
   int failures = 0;
-  // From the first allocation to far into the encoding, until there are no more to fail.
+  // Lets an allocation fail: at first the first one, then later ones, until the build succeeds.
   for (int64_t left = 0;; left += 1 + left / 12) {
     allocations_left = left;
     auto built = build_store_bytes<uint8_t>(grid, voxels, options);

@@ -31,9 +31,9 @@ std::string test_name(const std::string& volume) {
 
 struct Expectation {
   std::string volume;
-  double max_of_raw;   ///< the whole store against the voxels
+  double max_of_raw;   ///< size of the whole store relative to the voxels
   double isovalue;     ///< one isovalue of level 0
-  uint64_t max_bytes;  ///< takes at most these bytes
+  uint64_t max_bytes;  ///< upper limit of the bytes that the isovalue needs
 };
 
 class BuildSizes : public testing::TestWithParam<Expectation> {};
@@ -171,7 +171,7 @@ TEST(BuildSize, OfANoisyVolumeIsAtMostThatOfItsVoxels) {
         return 300 + 3400 * scene(x, y, z, n) + 4095 * noise * random.next();
       });
       EXPECT_LE(build(n, word).store.size(), 2 * word.size());
-      // As in the magnitude images of magnetic resonance: noise in the air, too.
+      // As in magnitude images of magnetic resonance: the air has noise, too.
       const auto rician = generate<uint8_t>(n, [&](int32_t x, int32_t y, int32_t z) {
         return std::hypot(230 * scene(x, y, z, n) + 255 * noise * random.next(),
                           255 * noise * random.next());

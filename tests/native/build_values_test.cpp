@@ -24,7 +24,7 @@ size_t voxel_count(Index3 n) {
   return static_cast<size_t>(n.x) * static_cast<size_t>(n.y) * static_cast<size_t>(n.z);
 }
 
-/// Smooth with some noise, over all of [low, high], both of which occur.
+/// Values that are smooth with some noise. They lie in [low, high], and both ends occur.
 template <class T>
 std::vector<T> integers(double low, double high, uint32_t seed) {
   std::mt19937 random(seed);
@@ -91,9 +91,9 @@ FoundCells find_cells(std::span<const std::byte> store, double isovalue) {
   return found;
 }
 
-/// Checks that the store yields exactly the cells with min ≤ isovalue < max over the values, for
-/// isovalues on values, next to them, between them and beyond them. `values`: in the precision of
-/// the file.
+/// Checks that the store yields exactly the cells with min ≤ isovalue < max. Isovalues are on
+/// values, next to them, between them and outside of their range. `values`: in the precision of the
+/// file.
 template <class Value>
 void expect_active_cells(std::span<const std::byte> store, const std::vector<Value>& values) {
   std::set<Value> sorted(values.begin(), values.end());
@@ -102,8 +102,9 @@ void expect_active_cells(std::span<const std::byte> store, const std::vector<Val
   std::mt19937 random(3);
   for (int i = 0; i < 12; ++i) {
     const size_t at = i == 0 ? 0 : i == 1 ? list.size() - 1 : random() % list.size();
-    // The next number of single precision, but not next to 0, where rounding leaves other numbers;
-    // in double precision the next that single precision tells apart, where that does so at all.
+    // A nearby number: in single precision the next one, but not next to 0, where rounding leaves
+    // other numbers. In double precision, the next one that single precision distinguishes, if it
+    // does so at all.
     const Value gap = at > 0 ? list[at] - list[at - 1] : list[1] - list[0];
     const Value near =
         std::is_same_v<Value, float>
@@ -135,7 +136,7 @@ void expect_active_cells(std::span<const std::byte> store, const std::vector<Val
     for (size_t i = 0; i < values.size(); ++i) {
       const double corner = found.corners[i], value = static_cast<double>(values[i]);
       if (std::isnan(corner) || static_cast<Value>(corner) == values[i]) continue;
-      // Up to the order in which slope and intercept are applied, in double precision.
+      // Equal, except for the order in which slope and intercept are applied in double precision.
       const double rounding = 1e-15 * (40000 + 4 * std::abs(value));
       ASSERT_NEAR(corner, value, rounding) << i;
       ASSERT_TRUE((std::is_same_v<Value, double>) || std::abs(value) < rounding) << i;
@@ -168,7 +169,8 @@ class Scaled : public testing::TestWithParam<Scaling> {
     }
     expect_active_cells(*store, values);
     expect_active_cells(*store, singles);
-    // As small as the same voxels without slope: the header's metadata have other digits.
+    // The store is as small as that of the same voxels without slope, except that the numbers in
+    // its metadata have other digits.
     const auto plain = store_of(voxels);
     EXPECT_EQ(StoreReader::open(*plain)->info().chunk_count, info.chunk_count);
     const double size = static_cast<double>(plain->size());
@@ -271,8 +273,8 @@ TEST(Lattice, DoublesOnAnEvenLatticeAreKept) {
 }
 
 TEST(Lattice, RoundingThatNoLatticeHasIsStated) {
-  // Two roundings in single precision: near 0, values carry that of the numbers that they are the
-  // difference of.
+  // Values are rounded twice in single precision: values near 0 are differences of larger numbers,
+  // and have the rounding errors of these.
   std::vector<float> singles;
   // Decimal fractions are not multiples of any double.
   std::vector<double> doubles;
@@ -358,7 +360,7 @@ TEST(Lattice, IntegersWithACoarserStepTakeFewerValues) {
   for (const int32_t n : integers<int32_t>(0, 4095, 3))
     wide.push_back(static_cast<uint16_t>(n << 4));
   EXPECT_EQ(StoreReader::open(*store_of(wide))->info().mapping.scale, 16);
-  // One voxel that is not a multiple is enough.
+  // One voxel that is not a multiple suffices to change the step.
   wide[20000] = 3;
   EXPECT_EQ(StoreReader::open(*store_of(wide))->info().mapping.scale, 1);
 }
@@ -392,7 +394,8 @@ TEST(MaxError, ChoosesTheFewestValues) {
     options.max_error = max_error;
     const auto store = store_of(voxels, 1, 0, options);
     ASSERT_TRUE(store) << store.error().message;
-    // Where there is room for it, the builder cuts a store so that isovalues cost less.
+    // If the size limit allows it, the builder cuts the blocks into more bands, so that isovalues
+    // cost less.
     EXPECT_LT(static_cast<double>(store->size()), 1.05 * static_cast<double>(before));
     before = store->size();
     const StoreInfo info = StoreReader::open(*store)->info();
@@ -430,7 +433,7 @@ TEST(MaxError, HoldsForIntegersWithASlope) {
       const StoreInfo info = StoreReader::open(*store)->info();
       EXPECT_LE(info.mapping.max_error, max_error);
       EXPECT_EQ(info.mapping.max_error == 0, max_error < std::abs(slope));
-      // Each corner of a cell is as close as that to its voxel.
+      // The difference between each corner of a cell and its voxel is at most max_error.
       for (const double isovalue : {200.25, 1000.25}) {
         const FoundCells found = find_cells(*store, isovalue);
         for (size_t i = 0; i < voxels.size(); ++i) {
@@ -469,7 +472,7 @@ TEST(Mapping, SuggestsIsovaluesThatNoVoxelHas) {
   }
 }
 
-/// Real volumes of 8-bit voxels with a slope, against the same voxels without it.
+/// Compares real volumes of 8-bit voxels with a slope to the same voxels without it.
 class RealScaled : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealScaled, IsAsSmallAsItsVoxels) {

@@ -135,7 +135,7 @@ TEST(CliFiles, AStoreOfAnotherVolumeIsReplacedByForceOnly) {
   write_file(folder / "notes.isosplat", "years of work");
   expect_refused({"build", first, "-o", folder / "notes.isosplat"}, "found another file");
   EXPECT_EQ(read_file(folder / "notes.isosplat"), "years of work");
-  std::filesystem::resize_file(store, 3000);  // a store once: nobody knows of what
+  std::filesystem::resize_file(store, 3000);  // a truncated store: its volume is unknown
   expect_refused({"build", second}, "an unknown volume");
 }
 

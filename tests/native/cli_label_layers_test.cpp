@@ -74,7 +74,7 @@ TEST_F(CliLabelLayers, ALabelMapHasItsSegments) {
   SegmentBoxes file = test::five_boxes();
   file.type = SegmentType::labels;
   file.background = 7;
-  file.boxes.erase(file.boxes.begin() + 2, file.boxes.begin() + 4);  // those that overlap
+  file.boxes.erase(file.boxes.begin() + 2, file.boxes.begin() + 4);  // the overlapping boxes
   const std::string volume = folder / "seg.dcm";
   write_file(volume, file.file());
   expect_boxes(build(volume), file.boxes);

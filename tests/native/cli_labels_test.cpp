@@ -196,7 +196,7 @@ TEST_F(CliLabels, AnInterruptedBuildGoesOnAndTheBytesDoNotDependOnThreads) {
   const std::string other = folder / "other.isobundle";
   ASSERT_EQ(run({"build", volume, "--labels", "-o", other, "--threads", "1"}).exit_code, 0);
   const std::string whole = read_file(other);
-  // Ends while it writes the bundle, which is larger than a file may be.
+  // The program ends while it writes the bundle, since the bundle exceeds the limit of file sizes.
   const Ended cut = run(test::Call{
       .arguments = {"build", volume, "--labels", "-o", output, "--threads", "3", "--name", "other"},
       .file_limit = whole.size() / 2});

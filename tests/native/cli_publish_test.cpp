@@ -113,13 +113,13 @@ TEST_F(CliPublish, AScenesStoresArePublishedInItsBundle) {
   EXPECT_EQ(published, read_file(folder / "run.isobundle"));
   EXPECT_EQ(published.size(), scene["fileBytes"]);
   EXPECT_EQ(read_file(site / scene["thumbnail"].get<std::string>()), read_file(picture));
-  // A store that is named is published by itself as well.
+  // A store that is named on the command line is also published as a volume.
   ASSERT_EQ(publish({run_folder, run_folder / "two.isosplat"}, {"--prune"}).exit_code, 0);
   const Ended both = publish({run_folder / "scene.json", run_folder / "two.isosplat"});
   ASSERT_EQ(both.exit_code, 0) << both.err;
   EXPECT_EQ(catalog()["volumes"].size(), 1u) << both.out;
   EXPECT_EQ(catalog()["scenes"].size(), 1u) << both.out;
-  // One that cannot be read ends it before anything is written.
+  // If a scene cannot be read, the program ends before it writes anything.
   write_file(run_folder / "bad.scene.json",
              R"({"format":"isosplat-scene","version":1,"layers":[{"store":"none.isosplat"}]})");
   const std::string before = read_file(site / "catalog.json");
@@ -175,7 +175,7 @@ TEST_F(CliPublish, CopiesThePicturesOfTheStores) {
   EXPECT_FALSE(catalog()["volumes"][1].contains("thumbnail")) << "it shows another content";
   ASSERT_EQ(publish({stores}, {"--prune"}).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(site / picture));
-  // Hosts let caches keep it for ever: another picture has another name.
+  // Hosts allow caches to keep a picture for ever, so another picture gets another name.
   ASSERT_EQ(run({"render", stores / "one.isosplat", "--isovalue", "120", "--size", "30x20", "-o",
                  stores / "one.isosplat.png"})
                 .exit_code,
@@ -213,7 +213,7 @@ TEST_F(CliPublish, WritesIntoAFolderWithOtherFilesOnlyByForce) {
 }
 
 TEST_F(CliPublish, NeverOverwritesOrRemovesWhatItReads) {
-  // The page's own folder as the site.
+  // The folder of the page as the site.
   const std::string index = read_file(page / "index.html");
   const Ended page_itself =
       run({"publish", stores, "--to", page, "--web-root", page, "--force", "--prune"});
@@ -233,7 +233,7 @@ TEST_F(CliPublish, NeverOverwritesOrRemovesWhatItReads) {
   EXPECT_EQ(publish({stores}).exit_code, 0) << "it has the content already";
   EXPECT_EQ(read_file(stores / "one.isosplat"), source);
 
-  // A store in the site that is published from there.
+  // A store in the site, which is published to the same site.
   ASSERT_EQ(publish({copy}, {"--prune"}).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(copy));
 }

@@ -54,7 +54,7 @@ class CliScene : public ::testing::Test {
 
   Ended bundle() { return run({"bundle", scene, "-o", bundle_file}); }
 
-  /// The number of pixels of a picture that are more of this channel than of the others.
+  /// The number of pixels in which this channel has a larger value than the others.
   static int pixels_of(const std::filesystem::path& picture, size_t channel) {
     const auto image = read_png(picture);
     EXPECT_TRUE(image) << image.error().message;
@@ -131,7 +131,7 @@ TEST_F(CliScene, APictureShowsAllVisibleLayersAtTheirPlaces) {
   EXPECT_GT(pixels_of(picture, 2), 100);
   ASSERT_EQ(run({"render", bundle_file, "-o", same, "--size", "200x150"}).exit_code, 0);
   EXPECT_EQ(read_file(picture), read_file(same));
-  // From the right, the ball that was moved 60 to the right hides the other.
+  // Seen from the right, the ball that was moved by 60 to the right hides the other one.
   ASSERT_EQ(run({"render", scene, "-o", picture, "--size", "200x150", "--azimuth", "90",
                  "--elevation", "0", "--force"})
                 .exit_code,
@@ -156,7 +156,7 @@ TEST_F(CliScene, APictureHasTheSlicesAndTheLookOfItsScene) {
   };
   const auto plain = draw(Json::object(), {});
   ASSERT_FALSE(plain.empty());
-  // What options draw of the plain scene is what the scene itself can state.
+  // A look that a scene states gives the same picture as options with the plain scene.
   const Json look = {{"kind", "quad"},
                      {"colour_by", "isovalue"},
                      {"colour_map", "magma"},
@@ -176,7 +176,7 @@ TEST_F(CliScene, APictureHasTheSlicesAndTheLookOfItsScene) {
   EXPECT_TRUE(draw({{"look", {{"kind", "automatic"}}}}, {}) == plain);
   EXPECT_TRUE(draw({{"background", "#102030"}}, {"--background", "ffffff"}) == plain);
 
-  // A slice covers what lies behind it with the values of the first layer.
+  // A slice hides the surfaces behind it, and shows the values of the first layer.
   const Json across = {{"slices", {{"along", {nullptr, 0.5, nullptr}}}}};
   const auto sliced = draw(across, {});
   EXPECT_FALSE(sliced == plain);
@@ -198,7 +198,7 @@ TEST_F(CliScene, WhatASceneStatesIsNotAnOption) {
   EXPECT_TRUE(step.err.find("expected a time step from 0 to 0") != std::string::npos) << step.err;
 }
 
-/// Names come from strangers: they must not write to the terminal what they like.
+/// Names come from strangers, so control characters in them must not reach the terminal.
 TEST_F(CliScene, NamesAreWrittenWithoutControlCharacters) {
   Json json = Json::parse(document());
   json["name"] = "\x1b[2Jcleared";
@@ -238,7 +238,8 @@ TEST_F(CliScene, FaultsAreNamed) {
   expect_error({"bundle", scene, "-o", folder / "other.txt"}, "--force");
 }
 
-/// Damage anywhere in a bundle is an error, or verify finds it: nothing crashes or hangs.
+/// Wherever a bundle is damaged, opening it fails, or verify finds the damage. Nothing crashes or
+/// hangs.
 TEST_F(CliScene, DamagedBundlesAreErrors) {
   ASSERT_EQ(bundle().exit_code, 0);
   const std::string whole = read_file(bundle_file);
@@ -249,7 +250,7 @@ TEST_F(CliScene, DamagedBundlesAreErrors) {
     if (i % 4 == 0) {
       bytes.resize(random() % bytes.size());
     } else {
-      // Half of them in the header, where most can go wrong.
+      // Half of the changes are in the header, which is the most sensitive part.
       const size_t at = i % 2 == 0 ? random() % 600 : random() % bytes.size();
       bytes[at] = static_cast<char>(bytes[at] ^ (1 + random() % 255));
     }

@@ -119,7 +119,7 @@ TEST_F(CliSeries, AnInterruptedBuildGoesOnWithTheSameBytes) {
   ASSERT_EQ(run(call).exit_code, 0);
   const std::string whole = read_file(output);
   std::filesystem::remove(output);
-  // Ended at any moment.
+  // The build is interrupted at several times.
   int interrupted = 0;
   for (const int microseconds : {5'000, 20'000, 40'000, 80'000, 150'000}) {
     const TempFolder logs;
@@ -181,7 +181,7 @@ TEST_F(CliSeries, AFileWithTimeStepsBecomesAScene) {
   EXPECT_EQ(scene.time->unit, "ps");
   const auto found = mappings(output);
   EXPECT_EQ(std::set(found.begin(), found.end()).size(), 1u);
-  // One of them is still a store of its own.
+  // One of the steps can still be built as a single store.
   const Ended one = run({"build", path, "--time-step", "1", "-o", folder / "one.isosplat"});
   EXPECT_EQ(one.exit_code, 0) << one.err;
 }

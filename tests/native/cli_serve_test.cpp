@@ -1,5 +1,5 @@
-// isosplat serve as a service: its configuration file, sockets of systemd, and what it tells
-// systemd.
+// isosplat serve as a service: its configuration file, the sockets that systemd passes, and its
+// notifications to systemd.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ class Notifications {
   }
   ~Notifications() { ::close(socket_); }
 
-  /// Waits for the next one.
+  /// Waits for the next notification.
   std::string next() {
     char buffer[256];
     const ssize_t count = ::recv(socket_, buffer, sizeof buffer, 0);
@@ -116,13 +116,13 @@ TEST(CliServe, UsesTheSocketOfSystemdAndTellsItItsState) {
   const Listener listener;
   Notifications notifications;
   const std::string out = folder / "out", err = folder / "err";
-  // Its port is in use: the passed socket is the only one.
+  // The port of the options is in use, so the server can only use the passed socket.
   const pid_t child =
       start_with_socket({.arguments = {"serve", store, "--port", std::to_string(listener.port)}},
                         listener.socket, out, err, notifications.path);
   EXPECT_EQ(notifications.next(), "READY=1") << read_file(err);
   EXPECT_TRUE(get(listener.port, "/readyz").starts_with("HTTP/1.1 200 "));
-  // systemd reloads by SIGHUP, also where there is nothing to read again.
+  // systemd sends SIGHUP to reload, even if there are no files to read again.
   ::kill(child, SIGHUP);
   EXPECT_TRUE(notifications.next().starts_with("RELOADING=1\nMONOTONIC_USEC="));
   EXPECT_EQ(notifications.next(), "READY=1\nSTATUS=Reloaded.");
@@ -142,7 +142,7 @@ TEST(CliServe, TellsSystemdThatAReloadFailed) {
   const Call call{.arguments = {"serve", store, "--token-file", tokens}};
   const pid_t child = start_with_socket(call, listener.socket, out, err, notifications.path);
   EXPECT_EQ(notifications.next(), "READY=1") << read_file(err);
-  // What ExecReload= asks first.
+  // The check that the unit runs before it reloads (ExecReload=).
   std::vector<std::string> check = call.arguments;
   check.push_back("--check");
   EXPECT_EQ(run(check).exit_code, 0);
@@ -193,7 +193,7 @@ struct SlowReader {
     text.append(first, static_cast<size_t>(::recv(socket, first, sizeof first, MSG_WAITALL)));
   }
   ~SlowReader() { ::close(socket); }
-  /// Up to the end of the connection.
+  /// Reads up to the end of the connection.
   std::string rest() {
     std::vector<char> buffer(1 << 16);
     for (ssize_t count; (count = ::recv(socket, buffer.data(), buffer.size(), 0)) > 0;) {
@@ -207,7 +207,7 @@ struct SlowReader {
 
 TEST(CliServe, ANewProcessTakesOverWhileTransfersGoOn) {
   const TempFolder folder;
-  // Random bytes at the end of the volume: more than sockets hold.
+  // Random bytes at the end of the volume make the store larger than the buffers of sockets.
   const int side = 160;
   std::string voxels(static_cast<size_t>(side) * side * side, '\0');
   uint32_t state = 1;
@@ -230,7 +230,7 @@ TEST(CliServe, ANewProcessTakesOverWhileTransfersGoOn) {
   const std::string path = "/v1/volumes/noise/" + list.substr(at, 32) + "/file";
   SlowReader reader(port, path);
 
-  // A configuration that is wrong: the old process goes on.
+  // If the new configuration is invalid, the old process continues.
   write_file(config, "prot = 1\n");
   ::kill(old, SIGUSR2);
   while (read_file(err).find("this process goes on") == std::string::npos) usleep(10'000);

@@ -84,9 +84,10 @@ TEST_F(CliSteps, AFurtherStepThatChangesTheMappingBuildsTheOthersAgain) {
     std::function<int(int)> first, further;
   };
   const std::vector<Case> cases{
-      // All differences are multiples of 1 at once; the range matters because of the error.
+      // The differences of the first steps have no common divisor above 1. The range of all steps
+      // matters because of --max-error.
       {{"--max-error", "2"}, [](int i) { return 1000 + i % 700; }, [](int i) { return i % 1700; }},
-      // The same range, but other differences.
+      // The same range, but another common divisor of the differences.
       {{}, [](int i) { return i % 200 * 4; }, [](int i) { return i % 399 * 2; }},
   };
   for (size_t i = 0; i < cases.size(); ++i) {

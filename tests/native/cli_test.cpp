@@ -175,7 +175,7 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
       EXPECT_NEAR(std::hypot(v[3], v[4], v[5]), 1, 1e-5);
       EXPECT_GT(v[3] * x + v[4] * y + v[5] * z, 0) << "normals point towards smaller values";
     }
-    // The values are whole numbers, 7.5 of them to a voxel; and no point leaves its cell.
+    // Values are rounded to integers, and change by 7.5 per voxel. No point is outside of its cell.
     EXPECT_LT(worst, 0.35);
   }
   // At the edge of the ball, where values are clamped to 0, Newton steps are long.
@@ -205,7 +205,7 @@ TEST(Cli, WritesArraysThatNumPyLoads) {
     EXPECT_EQ(written.exit_code, 0) << written.err;
   }
   EXPECT_EQ(run({"extract", store, "-i", "100.5", "--mesh", "-o", folder / "m.npz"}).exit_code, 0);
-  // What was a PLY file under any name, without a word.
+  // Earlier versions wrote a PLY file under any name, without a message.
   EXPECT_EQ(run({"extract", store, "-i", "100.5", "-o", folder / "p.csv"}).exit_code, 2);
   if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) {
     GTEST_SKIP() << "NumPy is missing: python3-numpy";
@@ -288,7 +288,7 @@ TEST(Cli, WritesMeshes) {
     EXPECT_NE(glb.find("b\xef\xbf\xbd.isosplat"), std::string::npos) << "U+FFFD";
   }
 
-  // The whole ball and a half of it, and a place without a surface.
+  // The whole ball, half of it, and a box without a surface.
   const std::string half = folder / "half.stl";
   EXPECT_EQ(extract({"--mesh", "-o", folder / "b.stl", "--box", "-9,-9,-9,99,99,99"}).exit_code, 0);
   EXPECT_EQ(read_file(folder / "b.stl"), read_file(folder / "b.STL"));
@@ -421,7 +421,7 @@ TEST(Cli, TooLittleMemoryIsReportedBeforeAnythingIsWritten) {
   const std::string volume = write_ball(folder, 100);
   const Ended ended = run({"build", volume, "--memory", "1M"});
   EXPECT_EQ(ended.exit_code, 1);
-  // Progress may have begun; the error is the one last line.
+  // Progress may have been printed; the error is exactly the last line.
   ASSERT_TRUE(ended.err.ends_with('\n')) << ended.err;
   const std::string error = ended.err.substr(ended.err.rfind('\n', ended.err.size() - 2) + 1);
   EXPECT_TRUE(error.starts_with("isosplat: ")) << ended.err;
@@ -480,7 +480,7 @@ TEST(Cli, SignLinkPrintsAnAddress) {
                           "https://a.example/volumes"});
   EXPECT_EQ(link.exit_code, 0) << link.err;
   EXPECT_TRUE(link.out.starts_with("https://a.example/volumes/?volume=head-1&exp=")) << link.out;
-  // Another store could have the name that these would have alone.
+  // The name of these paths depends on the sources of the server: another store could have it.
   for (const char* const other :
        {"stores/head-1.isosplat", "head 1", "head-1.isosplat", "a/b", ""}) {
     const Ended refused = run({"sign-link", other, "--link-key-file", key});
@@ -504,7 +504,7 @@ TEST(Cli, SignLinkPrintsAnAddress) {
     EXPECT_NE(below.out.find("/?volume=ct~head-1&exp="), std::string::npos)
         << below.out << below.err;
   }
-  // Folders whose names have other characters.
+  // Folders whose names have characters that names of volumes cannot have.
   std::set<std::string> names;
   for (const char* const name : {"Müller", "Möller"}) {
     const Ended other = run({"sign-link", stores + "/" + name + "/head 1.isosplat", "--folder",
@@ -513,7 +513,7 @@ TEST(Cli, SignLinkPrintsAnAddress) {
     names.insert(other.out.substr(0, other.out.find("&exp=")));
   }
   EXPECT_EQ(names.size(), 2u);
-  // Of two folders that are served, each is named.
+  // If two folders are served, names begin with the folder.
   const std::string mr = folder / "mr";
   std::filesystem::create_directories(mr);
   const Ended both = run({"sign-link", stores + "/ct/head-1.isosplat", "--folder", stores,
@@ -578,7 +578,7 @@ TEST(Cli, RealVolumesBuildAndVerify) {
     const std::string store = folder / "v.isosplat";
     const Ended built = run({"build", volumes / name, "-o", store, "-q", "--force"});
     EXPECT_EQ(built.exit_code, 0) << built.err;
-    if (std::filesystem::file_size(store) > 4'000'000) continue;  // the others take long
+    if (std::filesystem::file_size(store) > 4'000'000) continue;  // larger stores take long
     const Ended verified = run({"verify", store});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
   }

@@ -104,7 +104,8 @@ TEST_F(CliThumbnail, BuildDrawsThePictureOfAScene) {
     return id;
   };
   EXPECT_EQ(content_of(first).substr(0, 16), id_of_bundle());
-  // Another content has another picture; the user's picture of this content stays.
+  // When the content changes, the picture is drawn again. A picture that the user made of the
+  // current content is kept.
   build_steps({"--time-unit", "s"});
   const std::string second = read_file(drawn);
   EXPECT_EQ(content_of(second).substr(0, 16), id_of_bundle());

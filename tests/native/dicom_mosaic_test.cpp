@@ -33,7 +33,8 @@ struct MosaicFile {
     data[0x00180088] = dicom_text("DS", "2");
     data[0x00280010] = test::dicom_u16(static_cast<uint16_t>(kAcross * series.size.y));
     data[0x00280011] = test::dicom_u16(static_cast<uint16_t>(kAcross * series.size.x));
-    // The corner of a slice with the size of the mosaic and the centre of the first slice.
+    // The corner of an imaginary slice that is as large as the mosaic, and has the centre of the
+    // first slice.
     const Vec3d corner = series.position(slice(0)) -
                          series.row * (series.spacing.x * (kAcross - 1) * series.size.x / 2.0) -
                          series.column * (series.spacing.y * (kAcross - 1) * series.size.y / 2.0);

@@ -1,7 +1,7 @@
 #include "tests/native/dicom_files.h"
 
-// Every assumption has a note of its own, and no note denies what the file states. Files that are
-// no volumes are named for what they are.
+// Every assumption has a separate note, and no note contradicts the content of the file. If files
+// are not volumes, the error names their kind.
 namespace isosplat::import {
 namespace {
 

@@ -24,10 +24,10 @@ struct SegmentFile {
   Type type = Type::binary;
   bool omits_empty = true;
   bool states_distance = true;
-  std::vector<int> slices;  ///< that may have frames
+  std::vector<int> slices;  ///< the slices that may have frames
 
   SegmentFile() {
-    series.size = {19, 17, 12};  // rows and frames are no whole number of bytes
+    series.size = {19, 17, 12};  // rows and frames do not fill whole bytes
     for (int z = 0; z < series.size.z; ++z) slices.push_back(z);
   }
 
@@ -254,7 +254,7 @@ TEST_F(DicomSegments, OmittedFramesAreOutsideTheSegment) {
       if (!states) expect_note(volume, "the smallest distance between its frames, 2 mm");
     }
   }
-  // Frames that are no multiple of a distance apart are no volume.
+  // Frames whose distances have no common divisor are not a volume.
   DicomItem data = file.data();
   auto& frames = data[0x52009230].items;
   const Vec3d p = file.series.position(1) + Vec3d{0, 0, 0.7};

@@ -348,7 +348,8 @@ TEST(DicomSeries, DifferentFramesOfReferenceAndSubfoldersAreNoted) {
   expect_field(volume, series);
 }
 
-// A surplus of rows shows that the number of rows or columns is wrong; less is padding.
+// If there are pixels for another row, the number of rows or columns is wrong. Fewer extra bytes
+// are padding.
 TEST(DicomSeries, PixelsForAnotherRowAreAnErrorAndLessIsPadding) {
   const TempFolder folder;
   const BallSeries series;

@@ -1,4 +1,5 @@
-// Out of memory while several threads decode and project: an error, whichever allocation fails.
+// A lack of memory while several threads decode and project is an error, whichever allocation
+// fails.
 #include <gtest/gtest.h>
 
 #include <thread>

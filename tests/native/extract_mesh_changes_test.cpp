@@ -46,7 +46,7 @@ void add_sphere(MeshPart& mesh, Vec3d centre, double radius, int steps) {
   }
 }
 
-/// How many edges have not exactly one triangle on each side.
+/// The number of edges that do not have exactly one triangle on each side.
 size_t open_edges(const MeshPart& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> sides;
   for (const auto& t : mesh.triangles) {
@@ -62,7 +62,7 @@ size_t open_edges(const MeshPart& mesh) {
 
 TEST(MeshComponents, AreKeptByTheirArea) {
   MeshPart mesh;
-  add_sphere(mesh, {0, 0, 0}, 1, 3);  // the most triangles
+  add_sphere(mesh, {0, 0, 0}, 1, 3);  // has the most triangles
   add_sphere(mesh, {10, 0, 0}, 3, 1);
   add_sphere(mesh, {20, 0, 0}, 2, 1);
   MeshPart largest = mesh;

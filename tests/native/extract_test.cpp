@@ -89,7 +89,7 @@ class Extract : public testing::TestWithParam<Matrix3d> {
     return multiply_transposed(grid_.dual_edges(), world - grid_.origin);
   }
 
-  /// The active cells, by place.
+  /// The active cells, x fastest.
   std::vector<Index3> active_cells() const {
     std::vector<Index3> cells;
     for (int32_t z = 0; z < kVoxels.z - 1; ++z) {
@@ -104,8 +104,9 @@ class Extract : public testing::TestWithParam<Matrix3d> {
     return cells;
   }
 
-  /// The paper's approximate projection of a cell's centre, in the world, from finite differences;
-  /// and how long the step is, in displacement thresholds: infinite without a gradient.
+  /// The paper's approximate projection of a cell's centre, computed in the world by finite
+  /// differences, and the length of the step in displacement thresholds. The length is infinite if
+  /// there is no gradient.
   std::pair<Vec3d, double> projected(Index3 cell) const {
     const Trilinear f(corners_of(cell));
     const auto value = [&](Vec3d in_cell) {
@@ -141,7 +142,7 @@ class Extract : public testing::TestWithParam<Matrix3d> {
 TEST_P(Extract, GivesOnePointInsideOfEachActiveCell) {
   std::vector<Index3> truth = active_cells();
   ASSERT_GT(truth.size(), 5000u);
-  // Samples come in the order of the points: the active ones' cells are the points' own.
+  // Samples have the order of the points: the cells of the active samples are those of the points.
   std::vector<ChunkSamples> chunks;
   ASSERT_TRUE(extract_samples(*store_, kIsovalue, {0, 2}, chunks));
   std::vector<Index3> cells;
@@ -179,7 +180,7 @@ TEST_P(Extract, GivesOnePointInsideOfEachActiveCell) {
 }
 
 TEST_P(Extract, DroppingFollowsThePaper) {
-  std::multimap<int32_t, Vec3d> found;  // by place along x
+  std::multimap<int32_t, Vec3d> found;  // by position along x
   for (const Point& point : points({false, Displaced::drop})) {
     found.emplace(static_cast<int32_t>(std::floor(point.position.x)), point.position);
   }
@@ -195,7 +196,7 @@ TEST_P(Extract, DroppingFollowsThePaper) {
     for (auto p = found.lower_bound(place - 1); p != found.upper_bound(place + 1); ++p) {
       is_there = is_there || length(p->second - position) < 1e-3;
     }
-    if (thresholds > 0.9999) {  // rounding decides
+    if (thresholds > 0.9999) {  // rounding decides whether it is dropped
       ++undecided;
       continue;
     }
@@ -231,7 +232,7 @@ TEST_P(Extract, GivesOnePointForEachActiveCellOfCoarseLevels) {
 INSTANTIATE_TEST_SUITE_P(Grids, Extract,
                          testing::Values(kIdentity3, Matrix3d{1, 0.6, 0, 0, 0.8, 0.6, 0, 0, 0.8}));
 
-// On a sheared grid, a sphere of the world: points on it, normals along its radii.
+// A sphere in the world, sampled on a sheared grid: points are on it, and normals along its radii.
 TEST(ExtractSheared, PointsAndNormalsAreThoseOfTheWorld) {
   VolumeGrid grid;
   grid.voxels = {81, 81, 61};
@@ -267,7 +268,7 @@ TEST(ExtractSheared, PointsAndNormalsAreThoseOfTheWorld) {
           }
           return Result<void>{};
         });
-    // Where a step would lead out of the cell, the point stays at its face.
+    // If a step leads out of the cell, the point stays on a face of the cell.
     EXPECT_LT(distance / static_cast<double>(count), 0.1);
     EXPECT_LT(farthest, 0.7);
     EXPECT_GT(min_cosine, std::cos(6 * 3.14159265 / 180));
@@ -276,8 +277,8 @@ TEST(ExtractSheared, PointsAndNormalsAreThoseOfTheWorld) {
   }
 }
 
-// Blocks along all axes, three layers of them. Chunks have cells of the band that the isosurface
-// does not cross, which contribute as well.
+// The volume has several blocks along all axes, in three layers. Chunks also have cells of the band
+// that the isosurface does not cross; these contribute as well.
 TEST(ExtractSmooth, NormalsAreSumsOverAllBlocks) {
   VolumeGrid grid;
   grid.voxels = {140, 75, 150};
@@ -300,7 +301,7 @@ TEST(ExtractSmooth, NormalsAreSumsOverAllBlocks) {
   const Matrix3d dual = grid.dual_edges();
   for (const uint32_t level : {0u, 1u}) {
     SCOPED_TRACE(level);
-    // The same sums, found by place among all cells of all chunks.
+    // The same sums, from all cells of all chunks, by their positions.
     std::vector<ChunkSamples> chunks;
     ASSERT_TRUE(extract_samples(**store, kIsovalue, {level, 2}, chunks));
     ASSERT_GE(chunks.size(), level == 0 ? 18u : 2u);
@@ -360,7 +361,7 @@ TEST_P(Extract, ExactNormalsAreThoseOfEachCell) {
               std::min({p.x, p.y, p.z}) > 1e-3 && std::max({p.x, p.y, p.z}) < 0.999;
           const Vec3f in_cell{float(p.x), float(p.y), float(p.z)};
           const auto [value, gradient] = Trilinear(corners_of(cell)).at(in_cell);
-          // Points of which the ray does not meet the surface are elsewhere.
+          // If the ray of a point does not meet the surface, the point is elsewhere.
           if (!is_inside || std::abs(value - kIsovalue) > 0.01) continue;
           const Vec3d normal = as_double(some.normals[i]);
           const Vec3d expected = grid_.world_gradient(as_double(gradient));

@@ -3,8 +3,8 @@
 
 #include "tests/native/import_checks.h"
 
-// Files of other programs' conventions that were once read wrongly: what each of them says. They
-// are beside the checkout; without them the test is skipped.
+// Files by the conventions of other programs that were once read wrongly, each with its expected
+// result. The files are beside the checkout; if they are missing, the test is skipped.
 namespace isosplat::import {
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include "tests/native/volume_files.h"
 
-// Checks of what opening a volume gives: the volume, its notes, or an error.
+// Checks of the result of opening a volume: the volume, its notes, or an error.
 namespace isosplat::test {
 
 inline import::OpenVolume open(const std::filesystem::path& path,
@@ -40,7 +40,7 @@ inline void expect_note(const import::OpenVolume& volume, const std::string& par
                 << "\": " << ::testing::PrintToString(volume.notes);
 }
 
-/// What a file offers when its volume is not chosen.
+/// The choices that a file offers if no volume is chosen.
 inline std::vector<import::VolumeChoice> offered_choices(const std::filesystem::path& path) {
   std::vector<import::VolumeChoice> choices;
   import::ImportOptions options;

@@ -1,7 +1,7 @@
 #include "tests/native/import_checks.h"
 
-// Headers that contradict their data or themselves, and assumptions that need a note: cases that
-// were once read without either.
+// Headers that contradict their data or themselves, and assumptions that need a note. In all of
+// these cases, the error or the note was once missing.
 namespace isosplat::import {
 namespace {
 

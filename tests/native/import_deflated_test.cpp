@@ -1,4 +1,4 @@
-// Reading deflated data at any place, from access points, against the data themselves.
+// Reads deflated data at any offset, from access points, and compares them with the original data.
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -56,7 +56,7 @@ void read_at_random(ByteReader& reader, const std::string& data) {
     const size_t count = std::min<size_t>(1 + random() % 70'000, data.size() - offset);
     EXPECT_EQ(read_and_compare(reader, data, offset, count), Status::ok);
   }
-  // Across the place up to which everything has been decompressed before.
+  // Across the offset up to which everything has been decompressed before.
   EXPECT_EQ(read_and_compare(reader, data, 0, data.size()), Status::ok);
   EXPECT_EQ(read_and_compare(reader, data, data.size() - 1, 1), Status::ok);
   EXPECT_EQ(reader.available_bytes(), data.size());
@@ -89,7 +89,7 @@ TEST(ImportDeflated, RandomReadsGiveTheBytesOfEachContainer) {
 TEST(ImportDeflated, RandomReadsCrossMembers) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "members.gz";
-  // Of a few bytes, of one block each, and of more than one distance between access points.
+  // Members of a few bytes, of one block each, and longer than the distance between access points.
   std::string data, file;
   uint32_t seed = 0;
   for (const size_t bytes : {1u, 2'500'000u, 60'000u, 60'000u, 5u, 1'200'001u, 900'000u, 65'536u}) {
@@ -115,7 +115,7 @@ std::string damaged_after(const std::string& data, size_t sound) {
   stream.avail_in = static_cast<uInt>(sound);
   stream.next_out = reinterpret_cast<Bytef*>(out.data());
   stream.avail_out = static_cast<uInt>(out.size());
-  deflate(&stream, Z_FULL_FLUSH);  // the next block begins with a byte
+  deflate(&stream, Z_FULL_FLUSH);  // the next block begins at a byte boundary
   const size_t damage = stream.total_out;
   stream.avail_in = static_cast<uInt>(data.size() - sound);
   deflate(&stream, Z_FINISH);
@@ -136,7 +136,7 @@ TEST(ImportDeflated, BytesBeforeDamageCanStillBeRead) {
     write_file(path, file);
     const auto reader = open(path);
     std::string all(data.size(), '?');
-    for (int times = 0; times < 2; ++times) {  // the error stays
+    for (int times = 0; times < 2; ++times) {  // the second read has the same error
       const auto read = reader->read(0, std::as_writable_bytes(std::span(all)));
       ASSERT_FALSE(read);
       EXPECT_EQ(read.error().status, file == cut ? Status::truncated : Status::malformed_volume);
@@ -154,7 +154,7 @@ TEST(ImportDeflated, BytesBeforeDamageCanStillBeRead) {
   }
   std::string checksum = whole;
   checksum[whole.size() - 6] ^= 1;
-  // The checksum is verified at the end, though other places were read since.
+  // The checksum is verified at the end, even if other parts were read in between.
   write_file(path, checksum);
   const auto reader = open(path);
   EXPECT_EQ(read_and_compare(*reader, data, 4'000'000, 1000), Status::ok);
@@ -170,7 +170,7 @@ TEST(ImportDeflated, AccessPointsAreLimitedInNumber) {
     if (!points.wants(output)) continue;
     points.add({output, output / 2, 0, 8, std::vector<std::byte>(1)});
     ++added;
-    // The nearest point is at most twice the present distance away, and never behind.
+    // The nearest point is at most twice the current distance away, and never after the offset.
     ASSERT_EQ(points.before(output)->output, output);
   }
   EXPECT_GT(added, AccessPoints::kMaxPoints);

@@ -7,9 +7,9 @@
 #include "tests/native/dicom_files.h"
 #include "tests/native/import_checks.h"
 
-// A note must not deny what is in the file. Each note that says "the file does not state …" is in
-// the table below, with a file that has this note, and with files that state it, in each form that
-// the format knows: those must not have the note.
+// A note must not contradict the content of the file. Each note that says "the file does not state
+// …" is in the table below, with a file that has this note, and with files that state the property
+// in each form that the format has: these must not have the note.
 namespace isosplat::import {
 namespace {
 
@@ -287,7 +287,7 @@ std::vector<std::string> notes_in(const std::string& source) {
   return texts;
 }
 
-// So that the table is complete.
+// Checks that the table is complete.
 TEST(FalseNotes, EveryDenialHasARow) {
   const std::regex denial(
       "(header|file|array|slices?|pictures|image|dataset|pages|axis \\{\\})('s \\w+( \\w+)?)? "

@@ -22,7 +22,8 @@ std::filesystem::path file_of(const std::string& name) {
   return std::filesystem::path(ISOSPLAT_SOURCE_DIR) / "tests/native/hdf5/conventions" / name;
 }
 
-/// Where the voxels of a file lie: its unit in mm, and the first one of each axis in that unit.
+/// The expected grid of a file: its unit in mm, and the position of the first voxel along each axis
+/// in that unit.
 struct Place {
   double unit = 1;
   Vec3d first{10, 20, 30};
@@ -82,7 +83,7 @@ ImportOptions chosen(std::optional<int64_t> channel, std::optional<int64_t> time
 
 using Notes = std::vector<std::string>;
 
-/// A note says what a file does not state: so it must not occur where the file states it.
+/// A note says what a file does not state. So it must not occur if the file states it.
 TEST(ImportHdf5Conventions, FilesThatStateTheirAxesAndSpacingHaveNoNote) {
   EXPECT_EQ(expect_file("xyz.nc"), Notes{});
   EXPECT_EQ(expect_file("many.nc"), Notes{});

@@ -26,7 +26,7 @@ std::string content_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// What make_files.py writes, x fastest.
+/// The values that make_files.py writes, x fastest.
 std::vector<double> voxels(Index3 n = {5, 6, 7}) {
   std::vector<double> values;
   for (int z = 0; z < n.z; ++z) {
@@ -229,8 +229,8 @@ TEST(ImportHdf5, AFileThatIsCutIsAnError) {
   }
 }
 
-/// Metadata have no checksums in the old format, so a change may not be noticed: but it ends, and
-/// reads nothing outside of the file (the sanitizers look).
+/// The old format has no checksums of metadata, so a change may not be noticed. But reading must
+/// end, and must read nothing outside of the file (the sanitizers check this).
 TEST(ImportHdf5, AnyChangedByteEndsInAVolumeOrAnError) {
   const TempFolder folder;
   for (const char* name : {"filtered", "latest_fixed", "latest_implicit", "sparse", "ilastik",

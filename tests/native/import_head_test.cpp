@@ -11,7 +11,7 @@
 namespace isosplat::import {
 namespace {
 
-/// Counts how often a file is opened, by whomever.
+/// Counts how often any program opens a file.
 class Openings {
  public:
   explicit Openings(const std::filesystem::path& path) {
@@ -28,7 +28,8 @@ class Openings {
       for (ssize_t at = 0; at < bytes;) {
         const auto* event = reinterpret_cast<const inotify_event*>(events.data() + at);
         at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
-        // Equal events that follow each other are one: with those of closing, none do.
+        // inotify merges equal events that follow each other. Events of closing are between those
+        // of opening, so none are merged.
         if ((event->mask & IN_OPEN) != 0) ++openings;
       }
     }

@@ -1,4 +1,4 @@
-// The decompression without a library, against zlib: the same bytes, and the same faults.
+// Compares the decompression without a library with zlib: the same bytes, and the same errors.
 #include <gtest/gtest.h>
 #include <zlib.h>
 

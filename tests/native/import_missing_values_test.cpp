@@ -5,8 +5,8 @@
 #include "shared/import/voxels/missing_values.h"
 #include "tests/native/import_checks.h"
 
-// Which value stands for "no value": one that is declared, or one that programs use for it and that
-// nothing else explains. Objects, backgrounds and labels of one value are kept.
+// The choice of the fill value: a declared value, or a value that programs use for "no value" and
+// that has no other explanation. Objects, backgrounds and labels of one value are kept.
 namespace isosplat::import {
 namespace {
 
@@ -204,7 +204,7 @@ TEST(RuleMissingValues, AClassicValueAroundTheDataOrScatteredHasNoValue) {
 }
 
 TEST(RuleMissingValues, AClassicValueThatTheOthersExplainIsKept) {
-  // The others reach from 0 to 900: 999 may be one of them.
+  // The other values range from 0 to 900, so 999 may be an ordinary value.
   const Field field{
       [](int x, int y, int z) { return in_ball(x, y, z) ? 900 * noise(x, y, z) : 999.0; }};
   auto volume = field.open();
@@ -233,7 +233,7 @@ TEST(RuleMissingValues, ADeclaredValueIsComparedInTheVoxelsPrecision) {
   expect_note(volume, "according to the file's header");
 }
 
-// GDAL writes such text for −FLT_MAX: no voxel has that value.
+// GDAL writes such a text for −FLT_MAX, but no voxel has exactly this value.
 TEST(RuleMissingValues, ADeclaredValueThatNoVoxelHasDoesNotEndTheSearch) {
   const Field field{[](int x, int y, int z) {
     return in_ball(x, y, z) ? 8 * noise(x, y, z) : -3.4028234663852886e38;
@@ -243,7 +243,7 @@ TEST(RuleMissingValues, ADeclaredValueThatNoVoxelHasDoesNotEndTheSearch) {
     auto volume = declaring(field, {declared, declared});
     EXPECT_GT(count_absent(volume), 1000u) << declared;
   }
-  // Nor does one that the type cannot have make floats of integers.
+  // A value that the type cannot have does not turn integers into floats.
   const Field integers{[](int x, int y, int z) { return 100 * noise(x, y, z); }, "short"};
   integers.open();
   auto volume = declaring(integers, {-99999, -99999});

@@ -131,7 +131,7 @@ TEST(PackedVolumes, TheContentDecidesNotTheName) {
   write_file(folder / "v.nrrd", nrrd());
   EXPECT_EQ(packing_of_file(folder / "v.nrrd"), "");
   write_file(folder / "v.nii.gz", gzip(nifti()));
-  EXPECT_EQ(packing_of_file(folder / "v.nii.gz"), "");  // read as it is
+  EXPECT_EQ(packing_of_file(folder / "v.nii.gz"), "");  // its reader decompresses it
   EXPECT_EQ(volume_name("a/head.nii.bz2"), "head");
   EXPECT_EQ(volume_name("a/head.nrrd.zst"), "head");
 }

@@ -1,4 +1,4 @@
-// The TIFF reader without a library, against libtiff: the same pages, pixels and faults.
+// Compares the TIFF reader without a library with libtiff: the same pages, pixels and errors.
 #include <gtest/gtest.h>
 #include <tiffio.h>
 
@@ -209,7 +209,7 @@ TEST(PlainTiff, DamagedStripsAreAnErrorOrHaveTheSamePixels) {
       }
       write_file(folder / "a.tif", changed);
       const auto [library, plain] = read_with_both(folder / "a.tif");
-      // Of deflated data that are longer than the strip, libtiff leaves out the end.
+      // If deflated data are longer than the strip, libtiff ignores the rest.
       if (compression == COMPRESSION_ADOBE_DEFLATE || !library || !plain) continue;
       if (!library->pixels || !plain->pixels || !plain->page.same_kind(library->page)) continue;
       EXPECT_TRUE(*plain->pixels == *library->pixels) << text_of(form);

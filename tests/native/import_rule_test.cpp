@@ -195,7 +195,7 @@ TEST(RuleMetaImage, MissingAndShortSlicesAreErrorsUnlessAllowed) {
     expect_error(folder / "v.mhd", "--allow-gaps");
     auto gap = open(folder / "v.mhd", allowing(Allowance::gaps));
     expect_note(gap, "1 of the 3 data files");
-    // The values between are unknown: no values are invented, and all others stay unchanged.
+    // The values in between are unknown. They must not be invented, and all others stay unchanged.
     const auto expected = pattern_voxels<double>(kSize), found = read_all(*gap.source);
     EXPECT_EQ(gap.source->header().type, VoxelType::f32);
     for (size_t i = 0; i < 60; ++i) {

@@ -130,7 +130,7 @@ TEST(TiffDescriptions, OmeTagsMayHaveAPrefixAndUnitsAnyEncoding) {
   EXPECT_DOUBLE_EQ(open(folder / "v.tif").source->header().grid.spacing.z, 30);
 }
 
-// Descriptions that state the size of pixels, and no distance between slices.
+// Descriptions that state the size of pixels, but no distance between slices.
 TEST(TiffDescriptions, SizesOfPixelsAreKeptWithoutADistanceOfSlices) {
   const TempFolder folder;
   std::string text = ome("");
@@ -164,7 +164,7 @@ TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
       EXPECT_NE(choices.error().message.find(error), std::string::npos) << choices.error().message;
     }
     EXPECT_EQ(found, labels);
-    // Those that are offered where one has to be chosen choose.
+    // If a choice is required, each offered choice selects a volume.
     std::vector<VolumeChoice> offered;
     ImportOptions options;
     options.choices = &offered;
@@ -177,7 +177,7 @@ TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
       chosen.channel = choice.channel;
       chosen.time_step = choice.time_step;
       if (is_allowance) chosen.allowed.add(*choice.allowance);
-      // Some of the files lack pages: nothing is left to choose in any case.
+      // Some of the files lack pages. Even then, no choice is left.
       const auto volume = open_volume(folder / "v.tif", chosen);
       const std::string message = volume ? "" : volume.error().message;
       EXPECT_EQ(message.find("choose"), std::string::npos) << choice.label << ": " << message;

@@ -64,7 +64,7 @@ TEST(ImportTimes, OfNifti) {
     EXPECT_EQ(offered.at(0).time_unit, unit);
     EXPECT_EQ(offered.at(1).label, std::string("time step 1 (10.72 ") + unit + ")");
   }
-  // The fourth axis has frequencies, or nobody knows what.
+  // The fourth axis has frequencies, or its meaning is unknown.
   for (const int units : {0, 32}) {
     file.time_units = static_cast<char>(units);
     write_file(folder / "v.nii", file.bytes());

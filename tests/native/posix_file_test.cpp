@@ -53,7 +53,7 @@ TEST_F(PosixFiles, AreReadWithoutWaitingOrSayThatTheyNeedTheDisk) {
   ASSERT_TRUE(file) << file.error().message;
   std::string text(4, '.');
   const auto out = std::as_writable_bytes(std::span(text));
-  // What was just written is in memory, but not every file system says so.
+  // Bytes that were just written are in memory, but not every file system reports this.
   NoWait no_wait;
   const auto read = file->read(3, out, &no_wait);
   EXPECT_EQ(read.has_value(), !no_wait.needs_disk);
@@ -62,7 +62,7 @@ TEST_F(PosixFiles, AreReadWithoutWaitingOrSayThatTheyNeedTheDisk) {
     EXPECT_EQ(read.error().status, Status::io_error);
     return;
   }
-  // The end of the file is no reason to wait.
+  // A read beyond the end of the file need not wait for the disk.
   NoWait at_end;
   EXPECT_EQ(file->read(8, out, &at_end).error().status, Status::truncated);
   EXPECT_FALSE(at_end.needs_disk);

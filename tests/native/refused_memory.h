@@ -9,8 +9,8 @@
 // program may include it.
 namespace {
 
-/// Allocations of other threads than the test's that still succeed; then one is refused. Negative:
-/// all succeed.
+/// The number of allocations that still succeed, in threads other than the test's thread. The one
+/// after these is refused. Negative: all succeed.
 std::atomic<int64_t> allocations_left{-1};
 thread_local bool is_test_thread = false;
 
@@ -24,7 +24,8 @@ bool is_refused() {
 
 }  // namespace
 
-// The program's own: what the library and the tests allocate with new goes through it.
+// Replaces the operator of the program, so that all allocations of the library and of the tests by
+// `new` call it.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   if (!is_refused()) {
     if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;

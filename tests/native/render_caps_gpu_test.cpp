@@ -24,7 +24,7 @@ TestVolume solid(Index3 voxels, const std::function<double(Vec3d)>& distance) {
   return sampled_volume(voxels, {1, 1, 1}, [&](Vec3d p) { return 10000 - 100 * distance(p); });
 }
 
-/// The volume's value at a place, in voxels; nothing outside of it.
+/// The volume's value at a position in voxels; nothing outside of the volume.
 std::optional<double> value_at(const TestVolume& volume, Vec3d voxel) {
   const Index3 n = volume.grid.voxels;
   const auto inside = [](double at, int32_t voxels) { return at >= 0 && at <= voxels - 1; };
@@ -225,7 +225,7 @@ TEST_F(CapsGpu, SolidsThatReachTheBorderAreClosed) {
     EXPECT_GT(c.caps, 8000);
     EXPECT_LE(c.differing, 5) << name;
   }
-  // A close-up of a part that no surface is in: nothing is known of it.
+  // A close-up of a part that contains no surface. The renderer does not know whether it is solid.
   camera_.target = {16, 10, 31};
   camera_.distance *= 0.1;
   draw("columns-close-up");
@@ -270,8 +270,8 @@ TEST_F(CapsGpu, FacesOfTheCapsAreFlat) {
   EXPECT_EQ(across_y + across_z, cap_pixels());
 }
 
-// Between two isovalues is the solid of the lower one, whether the next surface behind is that of
-// the lower or of the higher isovalue.
+// The region between two isovalues is part of the solid of the lower one, whether the next surface
+// behind it is that of the lower or of the higher isovalue.
 TEST_F(CapsGpu, SeveralSurfacesHaveTheCapsOfTheirSolids) {
   const Vec3d centre{24, 24, 24};
   show(solid({49, 49, 49}, [&](Vec3d p) { return length(p - centre) - 12; }));
@@ -297,8 +297,8 @@ TEST_F(CapsGpu, SeveralSurfacesHaveTheCapsOfTheirSolids) {
   draw("nested-other-order");
   check(1, 0);
 
-  // Over the core, translucent skin does not hide the cap of the core; beside it, it shows what is
-  // behind.
+  // In front of the core, translucent skin does not hide the core's cap. Beside the core, the
+  // background is visible through the skin.
   settings_.isosurfaces[0].opacity = 0.4f;
   const Image translucent = draw("nested-translucent");
   settings_.isosurfaces[0].opacity = 0;
@@ -340,7 +340,7 @@ TEST_F(CapsGpu, ThereAreNoneWhereNothingIsCut) {
   EXPECT_EQ(cap_pixels(), 0);
 }
 
-// Streaming must still fetch what is behind caps, by which they are known.
+// Streaming must still fetch the surfaces behind caps, since caps follow from them.
 TEST_F(CapsGpu, OcclusionQueriesDoNotSeeThem) {
   const Vec3d centre{24, 24, 24};
   show(solid({49, 49, 49}, [&](Vec3d p) { return length(p - centre) - 18; }));

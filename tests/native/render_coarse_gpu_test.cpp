@@ -57,8 +57,7 @@ TEST_F(RenderCoarseGpu, VesselsThinnerThanCellsKeepTheirArea) {
 }
 
 TEST_F(RenderCoarseGpu, PlatesThinnerThanCellsStayClosed) {
-  // Tilted, so that at coarse levels it is above the isovalue in some cells, and below it in
-  // others.
+  // The sheet is tilted: at coarse levels, some cells are above the isovalue, and others below it.
   const TestVolume volume = sampled_volume({97, 97, 97}, {1, 1, 1}, [](Vec3d p) {
     const double d = p.y - 48 + 0.06 * (p.x - 48) + 0.1 * (p.z - 48);
     return 1000 * std::exp(-0.5 * d * d / 2);

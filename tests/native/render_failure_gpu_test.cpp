@@ -117,7 +117,7 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
   const auto wanted = draw_image(renderer, 160, 120, &before, /*smooth=*/false);
   ASSERT_TRUE(wanted) << wanted.error().message;
 
-  // Inactive samples that fill what is left of the first buffer, and need another.
+  // Inactive samples that fill the rest of the first buffer, so that another buffer is needed.
   const std::vector<PackedSample> many(SampleBuffers::kBufferSamples / 2);
   const BlockKey block{0, {0, 0, 0}};
   constexpr ChunkHandle kFits = 1000, kLost = 1001;

@@ -191,7 +191,7 @@ TEST_F(RenderGpu, SquaresAreLitAlikeInBothWays) {
         renderer_->set_settings(settings);
         const auto from_layers = draw_image(*renderer_, 200, 200);
         ASSERT_TRUE(at_once && from_layers);
-        EXPECT_NE(at_once->rgba, from_layers->rgba);  // not the same way twice
+        EXPECT_NE(at_once->rgba, from_layers->rgba);  // they are drawn in different ways
         int most = 0;
         for (size_t i = 0; i < at_once->rgba.size(); ++i) {
           most = std::max(most, std::abs(int{at_once->rgba[i]} - int{from_layers->rgba[i]}));
@@ -233,8 +233,8 @@ TEST_F(RenderGpu, TranslucentSurfacesHideNothing) {
   }
 }
 
-// A fade: at its start the first picture, at its end the second one, and a mix of both in between.
-// A third picture fades in from the present mix.
+// A fade shows the first picture at its start, the second one at its end, and a mixture in between.
+// A third picture fades in from the current mixture.
 TEST_F(RenderGpu, PicturesFadeIntoEachOther) {
   const TestVolume volume = sphere_volume({40, 40, 40});
   show_volume(*renderer_, volume, 800, 1700);
@@ -627,7 +627,7 @@ TEST_F(RenderGpu, AStillPictureIsDrawnOnceAndShownAgain) {
   EXPECT_EQ(again.samples_drawn, 0u);
   EXPECT_EQ(again.draw_calls, 1u);
   EXPECT_EQ(again.samples_resident, first.samples_resident);
-  // After a change, it is drawn.
+  // After a change, a new picture is drawn.
   settings.isosurfaces[0].isovalue = 900;
   renderer_->set_settings(settings);
   const auto changed = draw_image(*renderer_, kSize, kSize, &other, true);

@@ -105,7 +105,7 @@ TEST(Occluders, TestWhetherABoxIsInTheImage) {
   EXPECT_TRUE(occluders.is_in_image({{60, 0, 100}, {15, 1, 1}}, 0));
   EXPECT_FALSE(occluders.is_in_image({{70, 0, 100}, {15, 1, 1}}, 0));
   EXPECT_TRUE(occluders.is_in_image({{70, 0, 100}, {15, 1, 1}}, 64));
-  EXPECT_TRUE(occluders.is_in_image({{70, 0, 0}, {15, 1, 1}}, 0));  // about the near plane
+  EXPECT_TRUE(occluders.is_in_image({{70, 0, 0}, {15, 1, 1}}, 0));  // around the near plane
 }
 
 }  // namespace

@@ -120,8 +120,9 @@ double open_share(Vec3d at, Vec3d normal, double radius) {
   return open / (kRings * kTurns);
 }
 
-// Mean difference below 0.03, and 95 % of the pixels within 0.1: the picture shows neither the
-// back of the ball nor what it hides.
+// The mean difference is below 0.03, and the difference of 95 % of the pixels below 0.1. The limits
+// are not smaller, since the picture shows neither the back of the ball nor the regions that it
+// hides.
 TEST_F(OcclusionGpu, AmbientOcclusionEqualsTheIntegralOverTheHemisphere) {
   settings_.light.key = 0;
   settings_.light.sky = 2;
@@ -142,7 +143,7 @@ TEST_F(OcclusionGpu, AmbientOcclusionEqualsTheIntegralOverTheHemisphere) {
       const Vec3d world = world_position(x, y, double((*pixels)[i].depth));
       const Vec3d out = world - kBall;
       const bool is_ball = length(out) < kBallRadius + 0.1;
-      if (!is_ball && std::abs(world.z - kPlane) > 0.1) continue;  // the volume's side
+      if (!is_ball && std::abs(world.z - kPlane) > 0.1) continue;  // a side of the volume
       const Vec3d normal = is_ball ? out * (1 / length(out)) : Vec3d{0, 0, 1};
       const double share = open_share(world, normal, radius);
       const double truth = double(with_reflections(float(share), albedo));
@@ -315,7 +316,7 @@ TEST_F(OcclusionGpu, ValueColoursStayReadable) {
     }
     EXPECT_GT(count, 5000);
   }
-  EXPECT_LT(least, kLeastValueShading + 0.02f);  // the limits matter here
+  EXPECT_LT(least, kLeastValueShading + 0.02f);  // the limit was reached
   EXPECT_GT(most, 0.98f);
 }
 

@@ -1,4 +1,4 @@
-// Compares the answers of occlusion queries with the pixels of the picture.
+// Compares the results of occlusion queries with the pixels of the picture.
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSize = 256;
 
-/// A ball about a place of the world: its isosurface at 100 r has the radius r.
+/// A ball around a position in the world: its isosurface at 100 r has the radius r.
 TestVolume ball(Vec3d centre, double radius, const Matrix3d& axes, Vec3d spacing) {
   return sampled_volume(grid_about(centre, radius + 3, axes, spacing),
                         [centre](Vec3d p) { return 100 * length(p - centre); });
@@ -49,7 +49,7 @@ class SceneGpu : public RendererTest {
     return kColours[i % 3];
   }
 
-  /// The camera that the default one of a volume about all others is.
+  /// The default camera of the first volume, moved so that all volumes are in the image.
   Camera camera_of_all() const {
     Camera camera = default_camera(volumes_.begin()->second.grid);
     camera.target = {0, 0, 0};
@@ -124,7 +124,7 @@ TEST_F(SceneGpu, VolumesOfDifferentGridsHaveOneDepthOrder) {
   }
 }
 
-/// By distance from the eye in each pixel: which volume's own picture shows.
+/// In each pixel, the picture of the volume whose surface is nearest to the eye is expected.
 TEST_F(SceneGpu, RandomScenesEqualTheMergedPicturesOfTheirVolumes) {
   std::mt19937 random(7);
   const auto uniform = [&](double low, double high) {
@@ -255,7 +255,8 @@ TEST_F(SceneGpu, PicksNameTheSurfaceOfTheNearestVolume) {
 TEST_F(SceneGpu, TheClipBoxOfTheFirstVolumeCutsAllWithCaps) {
   add(0, ball({0, 0, 0}, 14, kIdentity3, {1, 1, 1}), {1400});
   add(1, ball({6, 0, 0}, 10, turned(30), {0.9, 0.9, 0.9}), {1000});
-  // A ball's values are greater outside: the solid is what is around it. Turn them.
+  // The values of these balls increase outwards, so the solid would be outside of the ball.
+  // Reverses them.
   for (auto& [id, volume] : volumes_) {
     for (QuantizedValue& value : volume.quantized_values)
       value = static_cast<QuantizedValue>(5000 - std::min<int>(value, 5000));
@@ -353,7 +354,7 @@ TEST_F(SceneGpu, AVolumeThatMovesKeepsItsChunks) {
   const Image after = draw_and_keep(settings_, camera, kSize, "moved");
   EXPECT_NE(near.rgba, after.rgba);
 
-  // The same as one that was set there.
+  // A moved volume gives the same picture as a volume that was set at this position.
   TestVolume there = volumes_[1];
   there.grid = moved;
   show_volume(*renderer_, there, 800, 800, 0, 1);

@@ -23,7 +23,8 @@ double waves(Vec3d p) {
   return 1000 + 500 * std::sin(0.31 * p.x + 0.1 * p.z) + 500 * std::cos(0.23 * p.y - 0.17 * p.z);
 }
 
-/// The cells of a level that are active for some value of a range, as a test of what is shown.
+/// The cells of a level that are active for some value of a range. The test computes the expected
+/// values from them.
 struct LevelOfVolume {
   TestVolume volume;  ///< with the voxels of the level
   uint32_t level = 0;
@@ -99,7 +100,7 @@ class SlicesGpu : public RendererTest {
     bool is_near_face = false;
   };
 
-  /// The value of the finest level that has a cell at a place, in voxels.
+  /// The value of the finest level that has a cell at a position in voxels.
   Expected expected_at(Vec3d voxel) {
     Expected e;
     uint32_t finest = std::numeric_limits<uint32_t>::max();
@@ -121,8 +122,8 @@ class SlicesGpu : public RendererTest {
       if (found == samples.end() || of.level >= finest) continue;
       finest = of.level;
       CellCorners corners = corners_at(of.volume, cell.x, cell.y, cell.z);
-      // Averages at coarse corners may lie outside of the cell's interval, to which samples clamp
-      // them.
+      // The averages at the corners of a coarse cell may lie outside of its interval; samples clamp
+      // them to it.
       for (auto& corner : corners) {
         corner = std::clamp(corner, found->interval.min, found->interval.max);
       }
@@ -135,7 +136,7 @@ class SlicesGpu : public RendererTest {
     return e;
   }
 
-  /// The samples of a block, by which the test knows what is active.
+  /// The samples of a block, from which the test finds the active cells.
   const std::vector<UnpackedSample>& samples_of(BlockKey block, double low, double high) {
     for (const auto& [key, samples] : unpacked_) {
       if (key == block) return samples;
@@ -150,8 +151,8 @@ class SlicesGpu : public RendererTest {
 
   struct Comparison {
     int values = 0, no_data = 0;
-    int differing = 0;       // pixels that should show values and do not, or the other way round
-    double error = 0;        // largest difference of values, in those of the volume
+    int differing = 0;       // pixels with missing or surplus values
+    double error = 0;        // largest difference, in the volume's values
     double depth_error = 0;  // in world units
   };
 
@@ -186,9 +187,9 @@ class SlicesGpu : public RendererTest {
           continue;
         }
         ++c.values;
-        if (e.is_near_face && levels_.size() > 1) continue;  // it may be that of the other level
-        // Samples have corners to within 1/512 of the span, and pixels 16 bits for the place in the
-        // colour map.
+        if (e.is_near_face && levels_.size() > 1) continue;  // maybe the other level's value
+        // Samples have the precision of 1/512 of the span, and pixels have 16 bits for the position
+        // in the colour map.
         const double rounding = e.span / 512 + 2000.0 / 65535;
         c.error = std::max(c.error, std::abs(double(pixel.scalar) * 2000 - e.value) - rounding);
         const double depth = dot(at - frame.eye, frame.forward);
@@ -340,7 +341,7 @@ TEST_F(SlicesGpu, TheClippingCutsThem) {
   settings_.clip_box_high = {1, 1, 0.5};
   draw("clipped");
   EXPECT_NEAR(area(), 36 * 24, 25);
-  // In a face of the box, with a cap in the same plane, the slice is shown.
+  // If a slice lies in a face of the box, it hides the cap in the same plane.
   settings_.isosurfaces = {{1400, {0.85f, 0.8f, 0.7f}, 1}};
   const ChunkHandle handle = next_handle_ - 1;
   renderer_->set_visible({&handle, 1});
@@ -517,7 +518,7 @@ TEST_F(SlicesGpu, NewChunksAndPlanesChangeThePicture) {
   EXPECT_TRUE(renderer_->needs_redraw(kSize, kSize));
   draw("removed");
   EXPECT_EQ(count(Slice::values), 0);
-  // Planes that are none are ignored, and so is what exceeds the number.
+  // Invalid planes are ignored, and so are planes beyond the maximum number.
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   for (const Plane& plane :

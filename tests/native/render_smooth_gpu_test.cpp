@@ -33,7 +33,7 @@ TestVolume marschner_lobb() {
   });
 }
 
-/// The samples of a block as the oracle takes them.
+/// Adds the samples of a block to the reference.
 void add_cells(SmoothGradients& gradients, BlockKey block, std::span<const PackedSample> samples) {
   for (const PackedSample& packed : samples) {
     const UnpackedSample sample = unpack_sample(packed);
@@ -97,9 +97,10 @@ class RenderSmoothGpu : public RendererTest {
     camera_.distance = distance;
   }
 
-  /// Jumps of the normal across faces of cells of level 0, in ascending order: of four pixels in a
-  /// row or a column, of which two are in one cell and two in another, the angle in the middle less
-  /// the larger one beside it. The depths of neighbours differ by less than 0.2.
+  /// The jumps of the normal across faces of cells of level 0, in ascending order. A jump is
+  /// computed from four pixels in a row or a column, two of which are in one cell and two in
+  /// another: the angle in the middle, less the larger one of the angles beside it. The depths of
+  /// neighbours differ by less than 0.2.
   static std::vector<double> jumps(const std::vector<Pixel>& pixels) {
     const auto is_near = [&](size_t a, size_t b) {
       return pixels[a].hit && pixels[b].hit && std::abs(pixels[a].depth - pixels[b].depth) < 0.2;
@@ -135,7 +136,7 @@ double percentile(const std::vector<double>& sorted, double share) {
   return sorted[static_cast<size_t>(share * double(sorted.size() - 1))];
 }
 
-// At 0.1° for all but 1 in 1000 pixels: normals have 16 bits, and depths 24.
+// Angles are below 0.1° in all but 1 of 1000 pixels: normals have 16 bits, and depths 24.
 TEST_F(RenderSmoothGpu, NormalsAreThoseOfTheCore) {
   for (const Vec3d spacing : {Vec3d{1, 1, 1}, Vec3d{1, 1.5, 2}}) {
     const TestVolume volume = sphere_volume({70, 70, 70}, spacing);
@@ -169,8 +170,8 @@ TEST_F(RenderSmoothGpu, NormalsAreThoseOfTheCore) {
   }
 }
 
-// Across cells, chunks and blocks: at the 95th percentile less than 0.1°, and nowhere 2°. Gradients
-// of single cells jump.
+// Across cells, chunks and blocks, the 95th percentile of jumps is below 0.1°, and no jump reaches
+// 2°. The gradients of single cells jump more.
 TEST_F(RenderSmoothGpu, NormalsAreContinuous) {
   struct Case {
     TestVolume volume;
@@ -199,8 +200,8 @@ TEST_F(RenderSmoothGpu, NormalsAreContinuous) {
   }
 }
 
-// Level 0 beside level 1: nowhere a jump of more than 0.5°, and fine cells have the normals of the
-// sphere to 1°, but for those beside coarse cells.
+// Level 0 beside level 1: no jump exceeds 0.5°. Fine cells have the normals of the sphere to within
+// 1°, except beside coarse cells.
 TEST_F(RenderSmoothGpu, NormalsAreContinuousBetweenLevels) {
   const TestVolume volume = sphere_volume({129, 65, 65});
   renderer_->set_volume(volume.grid, volume.mapping);
@@ -235,7 +236,8 @@ TEST_F(RenderSmoothGpu, NormalsAreContinuousBetweenLevels) {
   EXPECT_GT(fine_pixels, 10000);
 }
 
-// What is not in the same isosurface has no influence, and a cut leaves the normals beside it.
+// Other isosurfaces do not influence the normals of an isosurface, and a cut does not change the
+// normals beside it.
 TEST_F(RenderSmoothGpu, NormalsDependOnTheirSurfaceAlone) {
   const TestVolume volume = sphere_volume({60, 60, 60});
   show_volume(*renderer_, volume, 1900, 2100);
@@ -263,7 +265,7 @@ TEST_F(RenderSmoothGpu, NormalsDependOnTheirSurfaceAlone) {
   EXPECT_LT(left, of_outer - 2000);
 }
 
-// Translucent surfaces have layers of their own: each changes from exact to smooth.
+// Translucent surfaces have separate layers. The normals of each change from exact to smooth.
 TEST_F(RenderSmoothGpu, TranslucentSurfacesAreSmooth) {
   const TestVolume volume = marschner_lobb();
   show_volume(*renderer_, volume, 4000, 5000);
@@ -281,8 +283,8 @@ TEST_F(RenderSmoothGpu, TranslucentSurfacesAreSmooth) {
   EXPECT_NE(picture({behind, before}, Shading::smooth), picture({behind, before}, Shading::exact));
 }
 
-// draw() leaves cells below 3 px their own normals, and smooths those of 4 px and more. Still
-// pictures do so below half a pixel, and from one pixel on.
+// draw() leaves the exact normals of cells below 3 px, and smooths those of cells of 4 px or more.
+// In still pictures, these limits are 0.5 and 1 px.
 TEST_F(RenderSmoothGpu, AppliesToCellsThatAreLargeEnough) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   show_volume(*renderer_, volume, 2500, 2500);
@@ -348,9 +350,9 @@ TEST_F(RenderSmoothGpu, FirstStillPictureIsSmooth) {
   EXPECT_LT(difference(smooth), 0.2 * difference(exact));
 }
 
-// A coarse chunk that is hidden right behind fine cells below 3 px, and whose cells are larger,
-// does not change the picture: normals stay those of the fine cells. Without a threshold: nothing
-// is to differ.
+// Right behind fine cells below 3 px, a coarse chunk with larger cells is hidden. It does not
+// change the picture: the normals stay those of the fine cells. There is no threshold, since the
+// pictures must be equal.
 TEST_F(RenderSmoothGpu, HiddenCoarseCellsLeaveSmallFineCellsTheirNormals) {
   // Two sheets, at y = 63.4 and behind it at y = 64.6, in two blocks.
   const TestVolume volume = sampled_volume(

@@ -136,8 +136,8 @@ TEST_F(TilesGpu, EqualTheWholePictureWithCaps) {
   EXPECT_LT(difference(/*smooth=*/true, "caps").share, 0.005);
 }
 
-// The wall casts its shadow from the first tile far into the second, beyond the margin. There its
-// depths are those of a picture that is not moved by a part of a pixel.
+// The wall casts its shadow from the first tile far into the second one, beyond the margin. There,
+// the depths are those of a picture that is not shifted by a fraction of a pixel.
 TEST_F(TilesGpu, EqualTheWholePictureWithOcclusionAndShadows) {
   std::tie(width_, height_, tile_width_, tile_height_) = std::tuple{100, 1400, 100, 450};
   show(wall_on_plane());

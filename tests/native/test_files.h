@@ -56,13 +56,13 @@ inline std::string read_file(const std::filesystem::path& path) {
   return content.str();
 }
 
-/// The bytes of a vector of numbers, as this machine has them.
+/// The bytes of a vector of numbers, in the byte order of this machine.
 template <class T>
 std::string bytes_of(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// The folder with the real volumes; nothing where it is absent.
+/// The folder of the real volumes; nothing if it does not exist.
 inline std::optional<std::filesystem::path> volumes_folder() {
   const char* named = std::getenv("ISOSPLAT_VOLUMES");
   const std::filesystem::path folder =
@@ -75,7 +75,7 @@ inline std::optional<std::filesystem::path> volumes_folder() {
 
 }  // namespace isosplat::test
 
-/// Skips the test where the real volumes are absent; else defines `name` as their folder.
+/// Skips the test if the real volumes are absent; otherwise defines `name` as their folder.
 #define ISOSPLAT_NEEDS_VOLUMES(name)                                                          \
   const auto name##_found = isosplat::test::volumes_folder();                                 \
   if (!name##_found) {                                                                        \

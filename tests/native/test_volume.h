@@ -45,8 +45,8 @@ inline TestVolume sampled_volume(Index3 voxels, Vec3d spacing,
   return volume;
 }
 
-/// A volume on this grid whose quantized values are f at each voxel's place in the world, rounded
-/// and clamped.
+/// A volume on this grid whose quantized values are f at each voxel's position in the world,
+/// rounded and clamped.
 inline TestVolume sampled_volume(const VolumeGrid& grid, const std::function<double(Vec3d)>& f) {
   TestVolume volume =
       sampled_volume(grid.voxels, grid.spacing, [&](Vec3d index) { return f(grid.world(index)); });
@@ -54,8 +54,8 @@ inline TestVolume sampled_volume(const VolumeGrid& grid, const std::function<dou
   return volume;
 }
 
-/// A grid with these axes (of any length) and spacing about `centre`, two cells larger on each side
-/// than it takes to hold a sphere of that radius.
+/// A grid around `centre` with these axes (of any length) and this spacing. It contains a sphere of
+/// this radius with a margin of two cells on each side.
 inline VolumeGrid grid_about(Vec3d centre, double radius, Matrix3d axes, Vec3d spacing) {
   const auto inverse_length = [&](size_t axis) { return 1 / length(column(axes, axis)); };
   VolumeGrid grid;

@@ -12,7 +12,8 @@
 // Small volume files of every format, written byte by byte.
 namespace isosplat::test {
 
-/// The value at (x, y, z) of the volumes that these tests write: different everywhere up to 9³.
+/// The value at (x, y, z) of the volumes that these tests write. All values are different in a
+/// volume of up to 9³ voxels.
 inline int pattern(int64_t x, int64_t y, int64_t z) {
   return static_cast<int>(x + 9 * y + 81 * z);
 }
@@ -39,7 +40,7 @@ std::vector<T> byte_swapped(std::vector<T> values) {
   return values;
 }
 
-/// windowBits: 31 for gzip, 15 for zlib.
+/// `window_bits`: 31 for gzip, 15 for zlib.
 inline std::string deflated(const std::string& text, int window_bits = 31) {
   z_stream stream{};
   deflateInit2(&stream, 6, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY);

@@ -1,4 +1,4 @@
-// The access log: its forms, request ids, what is left out, and the file.
+// The access log: its formats, request ids, text that is left out, and the file.
 
 #include <gtest/gtest.h>
 

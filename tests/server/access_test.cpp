@@ -1,5 +1,5 @@
-// Tokens, signed links and their cookies: who may read which volume. A volume that one may not read
-// is answered exactly as one that does not exist.
+// Tokens, signed links and their cookies: who may read which volume. The response for a volume that
+// a client may not read equals that for a volume that does not exist.
 
 #include <gtest/gtest.h>
 
@@ -58,7 +58,7 @@ class Access : public ServerTest {
     return names;
   }
 
-  /// Everything of an answer except the time.
+  /// The whole response, except its time.
   static std::string without_date(Answer answer) {
     answer.headers.erase("date");
     std::string text = std::to_string(answer.status) + "\n";
@@ -148,7 +148,7 @@ TEST_F(Access, AVolumeWithoutPermissionIsNotFound) {
       }
     }
   }
-  // Without a valid token, the answer says that one is needed.
+  // Without a valid token, the response says that one is needed.
   const Answer unknown = get(port(), "/v1/volumes/beta");
   EXPECT_EQ(unknown.status, 401);
   EXPECT_EQ(unknown.header("www-authenticate"), "Bearer realm=\"isosplat\"");
@@ -175,7 +175,7 @@ TEST_F(Access, SharedCachesMayStorePublicResponsesOnly) {
   EXPECT_EQ(get(port(), "/v1/volumes", bearer(kAllToken)).header("cache-control"),
             "private, no-cache");
   EXPECT_EQ(get(port(), "/").header("cache-control"), "private, no-cache");
-  // A page of another origin asks whether it may send the field.
+  // A page of another origin requests permission to send the field.
   EXPECT_NE(Client(port())
                 .request("OPTIONS", "/v1/volumes")
                 .header("access-control-allow-headers")
@@ -189,7 +189,7 @@ TEST_F(Access, TheTokenOfAnAddressBecomesACookie) {
   const Answer moved =
       get(port(), "/?token=" + kAlphaToken + "&volume=alpha&view=1,2:3&t=a%20b%0d%22&empty");
   EXPECT_EQ(moved.status, 303);
-  // Control characters cannot be decoded: that item belongs to nobody.
+  // Control characters cannot be decoded, so this item is dropped.
   EXPECT_EQ(moved.header("location"), "?volume=alpha&view=1,2:3&empty");
   EXPECT_EQ(moved.header("set-cookie"),
             name + "=" + kAlphaToken + "; Path=/; HttpOnly; SameSite=Strict");
@@ -202,7 +202,8 @@ TEST_F(Access, TheTokenOfAnAddressBecomesACookie) {
   EXPECT_EQ(wrong.header("set-cookie"), "");
   // A valid cookie does not make another token valid.
   EXPECT_EQ(get(port(), "/?token=wrong-0123456789", cookie(kAlphaToken)).status, 401);
-  // Several of them: the first valid one, and the address keeps none.
+  // If there are several tokens, the first valid one becomes the cookie, and the address keeps
+  // none.
   for (const std::string& query : {"token=" + kAlphaToken + "&token=" + kAllToken,
                                    "token=wrong-0123456789&x&t%6Fken=" + kAlphaToken,
                                    "token=&token=" + kAlphaToken + "&token=" + kAlphaToken}) {
@@ -212,7 +213,7 @@ TEST_F(Access, TheTokenOfAnAddressBecomesACookie) {
     EXPECT_TRUE(several.header("set-cookie").starts_with(name + "=" + kAlphaToken + ";")) << query;
   }
   EXPECT_EQ(get(port(), "/?token=wrong-0123456789&token=wrong").status, 401);
-  // Data has no tokens in addresses, which logs and caches keep.
+  // Data requests accept no token in the address, since logs and caches keep addresses.
   EXPECT_EQ(get(port(), "/v1/volumes/alpha?token=" + kAlphaToken).status, 401);
 }
 
@@ -240,7 +241,7 @@ TEST_F(Access, LinksAdmitToOneVolumeUntilTheyExpire) {
         std::string("sig=x")}) {
     EXPECT_EQ(get(port(), base + "?" + query).status, 401) << query;
   }
-  // Each wrong link would be another URL of the same content, of which caches keep another copy.
+  // A wrong link would be another URL of the same content, of which caches would keep another copy.
   const std::string open = "/v1/volumes/open/" + beta.content + "/header";
   EXPECT_EQ(get(port(), open + "?" + link("open", 100)).status, 200);
   EXPECT_EQ(get(port(), open + "?" + changed).status, 401);
@@ -266,7 +267,7 @@ TEST_F(Access, ReadsTokensAgain) {
   EXPECT_TRUE(server->reload());
   EXPECT_EQ(get(port(), "/v1/volumes/alpha", bearer(kAlphaToken)).status, 401);
   EXPECT_EQ(get(port(), "/v1/volumes/alpha", bearer(kAllToken)).status, 200);
-  // What is wrong changes nothing, and the message has no token.
+  // A file with an error changes nothing, and the message contains no token.
   write_tokens("short *\n");
   const Result<void> reloaded = server->reload();
   ASSERT_FALSE(reloaded);

@@ -1,4 +1,4 @@
-// The bundle that a scene beside its stores would be: its bytes, its checksum, changed and hostile
+// The bundle of a scene with separate stores: its bytes and its checksum, and changed and hostile
 // files.
 
 #include <gtest/gtest.h>
@@ -58,7 +58,8 @@ TEST_F(BundleBytesTest, HasTheLayoutOfABundle) {
   const auto header = parse_bundle_header(std::span(bytes).first(bundle->header().header_bytes));
   ASSERT_TRUE(header) << header.error().message;
   EXPECT_EQ(header->file_bytes, bytes.size());
-  // Each part lies where BUNDLE.md says: computed here from the records alone.
+  // Each part is at the offset that BUNDLE.md defines. The test computes the offsets from the
+  // records.
   uint64_t coarse = header->header_bytes, fine = header->header_bytes + header->coarse_bytes;
   EXPECT_EQ(bundle->first_bytes(), fine);
   const std::vector<std::byte>* files[] = {&one.file, &two.file};

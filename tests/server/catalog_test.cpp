@@ -1,4 +1,4 @@
-// Many stores, in folders and subfolders: what the list says, and what happens when they change.
+// Many stores, in folders and subfolders: the list of volumes, and how it changes with the files.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ class ManyStores : public ServerTest {
     write_file(folder.path() / path, store.file);
   }
 
-  /// Stores name-0000 and so on: links to one file.
+  /// Makes stores named name-0000 and so on, which are links to one file.
   void link_stores(const std::string& below, int count) const {
     std::filesystem::create_directories(folder.path() / below);
     for (int i = 0; i < count; ++i) {
@@ -63,7 +63,7 @@ class ManyStores : public ServerTest {
   int status(const std::string& target) const { return get(port(), target).status; }
 };
 
-/// Lowers the limit of file descriptors of this program to `spare` more than are in use.
+/// Lowers the limit of file descriptors, so that `spare` more than those in use can be opened.
 class FewDescriptors {
  public:
   explicit FewDescriptors(uint64_t spare) {
@@ -72,7 +72,7 @@ class FewDescriptors {
     for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
       end = std::max<uint64_t>(end, std::stoull(entry.path().filename().string()) + 1);
     }
-    // Those below the last one that are free would be spare ones too.
+    // Free descriptors below the last one in use would be spare ones too, so they are taken first.
     set_limit(end);
     for (int file = 0; (file = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;) {
       taken_.push_back(file);
@@ -108,7 +108,7 @@ TEST(Catalog, AFolderThatIsGivenTwiceIsFollowedByBothPaths) {
   }
   ASSERT_FALSE(changes.empty());
   EXPECT_EQ(changes.front().folder, real);
-  // The server takes them for one.
+  // The server treats both paths as one folder.
   Catalog catalog({folder.path() / "real", folder.path() / "link"}, [](std::string_view) {});
   catalog.scan();
   EXPECT_EQ(catalog.snapshot()->size(), 1u);
@@ -117,7 +117,7 @@ TEST(Catalog, AFolderThatIsGivenTwiceIsFollowedByBothPaths) {
     catalog.follow(std::chrono::milliseconds(100));
   }
   EXPECT_EQ(catalog.snapshot()->size(), 2u);
-  // A renamed folder is watched by its new name.
+  // After a folder was renamed, it can be watched by its new name.
   std::filesystem::remove(folder.path() / "link");
   std::filesystem::rename(folder.path() / "real", folder.path() / "renamed");
   EXPECT_TRUE(watch.add(folder.path() / "renamed"));
@@ -258,7 +258,7 @@ TEST_F(ManyStores, AFileThatIsBeingWrittenDoesNotAppear) {
   const std::string text = text_of(beta.file);
   std::ofstream copy(folder.path() / "beta.isosplat", std::ios::binary);
   copy << text.substr(0, text.size() / 2) << std::flush;
-  // A store that comes later is there: the server has seen the events of both.
+  // A store that is added later is listed, so the server has seen the events of both.
   write_store("gamma.isosplat", make_store(3));
   EXPECT_TRUE(become({"alpha", "gamma"}));
   EXPECT_EQ(status("/v1/volumes/beta"), 404);
@@ -397,12 +397,12 @@ TEST_F(ManyStores, APoolKeepsTheLastUsedStoresOpen) {
   }
   EXPECT_EQ(metric("isosplat_stores_open"), 3);
   EXPECT_EQ(metric("isosplat_stores_opened_total"), 24) << "each once in each round";
-  // A store that was closed and replaced in the meantime has other URLs.
+  // If a closed store is replaced, its URLs change.
   write_store("s0.isosplat", make_store(99));
   const std::string old = "/v1/volumes/s0/" + stores[0].content + "/header";
   EXPECT_TRUE(eventually([&] { return status(old) == 404; }));
   EXPECT_EQ(status("/v1/volumes/s0"), 200);
-  // One that was removed or replaced is closed, so that its space becomes free.
+  // A store that is removed or replaced is closed, so that its disk space becomes free.
   for (const char* name : {"s6", "s7"}) {
     std::filesystem::remove(folder.path() / (name + std::string(".isosplat")));
   }
@@ -442,7 +442,7 @@ TEST_F(ManyStores, ATruncatedStoreIsAnErrorWhileItIsServed) {
   EXPECT_EQ(status(content("header")), 200);
   std::filesystem::resize_file(folder.path() / "alpha.isosplat", 1000);
   EXPECT_EQ(status(content("file")), 500);
-  // The header that is in memory is still that of the content id.
+  // The header in memory is still the one of the content id.
   const Answer header = get(port(), content("header"));
   EXPECT_TRUE(header.status == 500 ||
               header.body == text_of(alpha.file).substr(0, header.body.size()));
@@ -474,7 +474,7 @@ TEST_F(ManyStores, HealthAndReadinessAreCountedBefore) {
   EXPECT_EQ(names("?limit=1"), Names{"many~n01000"});
   EXPECT_EQ(names("?query=n011&limit=1000").size(), 100u);
   EXPECT_EQ(status("/readyz"), 200);
-  // What was counted follows.
+  // The counts follow the changes.
   std::filesystem::remove(folder.path() / "many/n01000.isosplat");
   EXPECT_TRUE(
       eventually([&] { return Json::parse(get(port(), "/healthz").body)["volumes"] == 199; }));
@@ -500,7 +500,8 @@ TEST_F(ManyStores, StoresAreClosedWhenDescriptorsRunOut) {
   }
   {
     const FewDescriptors none(0);
-    // Every store is closed before the server gives up; then it is busy, not broken.
+    // The server closes every store before it gives up. Then it responds that it is busy, not that
+    // the store is broken.
     const Answer answer = client.request("GET", "/v1/volumes/many~n00001/bootstrap");
     EXPECT_TRUE(answer.status == 200 || answer.status == 503) << answer.body;
   }

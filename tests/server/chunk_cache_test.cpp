@@ -54,7 +54,7 @@ TEST_F(ChunkCacheTest, AnotherStoreHasOtherChunks) {
   auto store = open();
   cache.add(store, 0, bytes_of(100));
   EXPECT_FALSE(cache.find(open(), 0)) << "of the same file, but opened again";
-  // Also where it has the address of a store that is no longer open.
+  // The same holds if it has the address of a store that is no longer open.
   const StoreFile* const address = store.get();
   for (int i = 0; i < 10; ++i) {
     store.reset();

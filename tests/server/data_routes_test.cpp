@@ -1,4 +1,4 @@
-// What lies below /v1: volumes, and the bytes of a store under URLs that never change meaning.
+// The routes below /v1: volumes, and the bytes of a store under URLs whose meaning never changes.
 
 #include <gtest/gtest.h>
 
@@ -180,7 +180,7 @@ TEST_F(DataRoutes, ConditionalRequests) {
   EXPECT_EQ(unchanged.header("etag"), etag);
   EXPECT_EQ(unchanged.header("content-length"), "");
   EXPECT_EQ(get(port(), content("chunks/0/9.9.9/0"), "If-None-Match: *\r\n").status, 404);
-  // Conditions hold for whatever has an ETag.
+  // Conditions apply to every response with an ETag.
   for (const char* volume : {"/v1/volumes", "/v1/volumes/alpha", "/v1/volumes/alpha/bootstrap"}) {
     const std::string own = get(port(), volume).header("etag");
     EXPECT_EQ(get(port(), volume, "If-Match: " + own + "\r\n").status, 200) << volume;

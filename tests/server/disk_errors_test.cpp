@@ -1,5 +1,5 @@
-// Disks that fail: each route has its defined error, the connection goes on or is closed as HTTP.md
-// says, and other stores are served.
+// Disks that fail: each route returns its defined error, the connection continues or is closed as
+// HTTP.md states, and other stores are served.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,8 @@ class DiskErrors : public ServerTest, public ::testing::WithParamInterface<const
  protected:
   DiskErrors() {
     write_file(folder.path() / (name + ".isosplat"), damaged.file);
-    // Room for two bodies of one address: more that are not given back show.
+    // Memory for two bodies of one address, so that the test fails if the memory of bodies is not
+    // released.
     options.limits.bytes_in_flight = 1 << 20;
     options.threads = 1;
   }
@@ -117,7 +118,7 @@ TEST_P(DiskErrors, EveryRouteOfAnOpenStoreHasItsError) {
     expect_others_served(client);
   }
   EXPECT_TRUE(has_metric("isosplat_faults_total " + std::to_string(faults)));
-  // What is in memory is served as before, and everything once the disk is.
+  // Bytes in memory are served as before. Once the disk works again, everything is served.
   EXPECT_EQ(client.request("GET", "/v1/volumes/" + name).body, whole.body);
   EXPECT_EQ(client.request("GET", target("header")).status, 200);
   first_bad_byte() = kNoBadBytes;
@@ -156,7 +157,7 @@ TEST_P(DiskErrors, WhatIsReadWhileItIsSentIsAnErrorIfItsFirstReadFails) {
       ++faults;
       expect_others_served(client);
     }
-    // Nothing of the body is read for its header fields.
+    // HEAD reads nothing of the body.
     EXPECT_EQ(client.request("HEAD", path).status, 200) << path;
   }
   EXPECT_TRUE(has_metric("isosplat_faults_total " + std::to_string(faults)));

@@ -1,5 +1,5 @@
-// Clients that take more than their share, of connections and of the threads that compute: others
-// are served all the same.
+// Clients that take more than their share of the connections and of the threads that compute must
+// not keep others from being served.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -146,7 +146,7 @@ class Fairness : public ServerTest {
 
   std::string large_file() const { return "/v1/volumes/large/" + large.content + "/file"; }
 
-  /// A client that has begun to read a large response, and does not go on.
+  /// A client that has begun to read a large response, and then stops reading.
   Client reader(const char* from = nullptr) {
     Client client(port(), from);
     client.set_receive_buffer(64 * 1024);
@@ -200,7 +200,7 @@ TEST_F(Fairness, ManyConnectionsOfOneAddressMakeRoomForOthers) {
     greedy.emplace_back(port(), "127.0.0.3");
     greedy.back().request("GET", "/healthz");
   }
-  // (The server may be working for all of them for a moment, and then closes none.)
+  // For a moment, the server may be working for all of them. It then closes none.
   for (int i = 0; i < 8; ++i) {
     EXPECT_TRUE(eventually([&] { return status_from("127.0.0.4") == 200; })) << i;
   }
@@ -218,7 +218,8 @@ TEST_F(Fairness, WhatATimedOutReaderDoesNotTakeIsDropped) {
   start();
   const Client slow = reader();
   EXPECT_TRUE(eventually([&] { return bytes_in_kernel() == 0; }));
-  // So is what a client does not take that ends its side, or asks for nothing more.
+  // The server also drops bytes that a client does not receive if it has closed its sending side,
+  // or sends no more requests.
   Client ends = reader();
   ends.end_sending();
   Client idle(port());
@@ -235,7 +236,7 @@ TEST_F(Fairness, AReaderThatGoesOnGetsTheEnd) {
   options.limits.idle_time = milliseconds(400);
   start();
   for (const char* const fields : {"", "Connection: close\r\n"}) {
-    // (If the test itself was delayed for that long, it is repeated.)
+    // If the test itself was delayed for that long, it is repeated.
     size_t most = 0;
     for (int attempt = 0; attempt < 20 && most < 300'000; ++attempt) {
       Client patient(port());
@@ -269,7 +270,7 @@ TEST_F(Fairness, WithoutDescriptorsWaitingConnectionsMakeRoom) {
   set_limit(end);
   for (int file = 0; (file = ::open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0;)
     taken.push_back(file);
-  set_limit(end + 5);  // two connections with both ends, and the client's end of a third
+  set_limit(end + 5);  // both ends of two connections, and the client's end of a third
   std::vector<Client> clients;
   for (int i = 0; i < 3; ++i) {
     // The server's own threads may have a file open for a moment.

@@ -7,8 +7,8 @@
 
 namespace isosplat::server::test {
 
-/// Where reads of files named "slow…" wait, as for a slow disk. Without waiting, their bytes are
-/// never there. Nor are those of files named "cold…", which are on a disk that is quick.
+/// Reads of files named "slow…" wait here, as for a slow disk. Reads that must not wait never find
+/// their bytes in memory. The same holds for files named "cold…", which are on a fast disk.
 class Gate {
  public:
   void close() { close_after(0); }
@@ -35,12 +35,12 @@ class Gate {
     }
     --waiting_;
   }
-  /// How many reads came so far.
+  /// The number of reads so far.
   int reads() {
     const std::lock_guard lock(mutex_);
     return reads_;
   }
-  /// Waits until as many reads wait.
+  /// Waits until this many reads wait.
   void await(int reads) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return waiting_ >= reads; });
@@ -52,7 +52,7 @@ class Gate {
   bool is_open_ = true;  // guarded by mutex_
   int waiting_ = 0;      // guarded by mutex_
   int reads_ = 0;        // guarded by mutex_
-  int allowed_ = 0;      // guarded by mutex_; these pass though it is closed
+  int allowed_ = 0;      // guarded by mutex_; reads that still pass the closed gate
 };
 
 /// The gate of this program.

@@ -1,4 +1,5 @@
-// Many chunks in one answer: which, in what order, how large, and what happens to broken ones.
+// Several chunks in one response: which ones, in what order, of what size, and what happens to
+// broken ones.
 
 #include <gtest/gtest.h>
 
@@ -145,7 +146,7 @@ TEST_F(Frames, BatchInTheOrderAsked) {
   std::shuffle(expected.begin(), expected.end(), std::mt19937(5));
   ASSERT_GE(expected.size(), 60u);
   expected.resize(60);
-  expected.push_back(expected.front());  // twice is twice
+  expected.push_back(expected.front());  // a chunk that is requested twice is sent twice
   std::string list;
   for (const KnownChunk* chunk : expected) append(list, place_of(*chunk));
   const Answer answer = get(port(), content("batch?chunks=" + list));

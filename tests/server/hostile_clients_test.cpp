@@ -1,4 +1,4 @@
-// Requests that no good client sends, and clients that take their time.
+// Invalid requests, and clients that are slow.
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ using std::chrono::milliseconds;
 
 class HostileClients : public ServerTest {
  protected:
-  /// Sends the bytes; the one answer must have the status, and the connection must close after it.
-  /// A request hidden in a body must not be answered.
+  /// Sends the bytes. The only response must have this status, and the connection must close after
+  /// it. A request that is hidden in a body must get no response.
   void expect_refused(const std::string& bytes, int status) {
     Client client(port());
     client.send(bytes);
@@ -204,7 +204,7 @@ TEST_F(HostileClients, HalfARequestIsDisconnected) {
   Client client(port());
   client.send("GET /healthz HT");
   EXPECT_TRUE(client.is_closed());
-  // The time is for the whole header: a byte now and then does not prolong it.
+  // The limit is for the whole header: single bytes do not prolong it.
   Client slow(port());
   slow.send("GET /healthz HTTP/1.1\r\n");
   bool closed = false;
@@ -221,7 +221,8 @@ TEST_F(HostileClients, IdleConnectionsAreDisconnected) {
   start();
   Client silent(port());
   EXPECT_TRUE(silent.is_closed());
-  // After an answer, too. (A test that is held up for idle_time finds the connection closed.)
+  // The same after a response. (If the test itself is delayed for idle_time, the connection is
+  // closed.)
   int status = 0;
   for (int attempt = 0; attempt < 100 && status == 0; ++attempt) {
     Client client(port());
@@ -242,7 +243,7 @@ TEST_F(HostileClients, AClientThatDoesNotReadIsDisconnected) {
   client.send("GET /v1/volumes/large/" + large.content +
               "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
   size_t received = client.read(12).size();
-  // Until it is gone it holds the only connection.
+  // Until this client is closed, it has the only connection.
   EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; }));
   for (std::string part; !(part = client.read(1 << 20)).empty();) received += part.size();
   EXPECT_LT(received, large.file.size());
@@ -253,8 +254,8 @@ TEST_F(HostileClients, AClientThatReadsSlowlyGetsEverything) {
   write_file(folder.path() / "large.isosplat", large.file);
   options.limits.write_time = milliseconds(1000);
   start();
-  // All of it takes longer than write_time, each piece does not. (If the test itself was delayed
-  // for that long, it is tried again.)
+  // The whole body takes longer than write_time, but each piece does not. (If the test itself was
+  // delayed for that long, it is repeated.)
   size_t most = 0;
   for (int attempt = 0; attempt < 20 && most < 2'000'000; ++attempt) {
     Client patient(port());
@@ -275,7 +276,7 @@ TEST_F(HostileClients, BusyConnectionsAreLimited) {
   const KnownStore large = make_store(3, {128, 128, 128}, 8'000'000);
   write_file(folder.path() / "large.isosplat", large.file);
   options.limits.connections = 4;
-  options.is_public = true;  // so that other pages read why, too
+  options.is_public = true;  // so that other pages can read the reason, too
   start();
   std::vector<Client> clients;
   for (int i = 0; i < 4; ++i) {
@@ -301,7 +302,7 @@ TEST_F(HostileClients, IdleConnectionsMakeRoom) {
   std::vector<Client> idle;
   for (int i = 0; i < 8; ++i) {
     idle.emplace_back(port());
-    // Some have never sent a request, some have sent a part of one, some have had a response.
+    // Some have sent no request, some a part of one, and some have received a response.
     if (i % 4 == 1) idle.back().send("GET /healthz HT");
     if (i % 4 < 2) continue;
     EXPECT_EQ(idle.back().request("GET", "/healthz").status, 200);
@@ -312,7 +313,7 @@ TEST_F(HostileClients, IdleConnectionsMakeRoom) {
     honest.emplace_back(port());
     EXPECT_EQ(honest.back().request("GET", "/healthz").status, 200) << i;
   }
-  // Which have waited longest, depends on when the server accepted them: four of the eight.
+  // The server closes four of the eight. Which ones depends on when it accepted them.
   size_t closed = 0;
   EXPECT_TRUE(eventually([&] {
     closed = 0;
@@ -332,12 +333,12 @@ TEST_F(HostileClients, ABusyConnectionIsNotClosedForAnother) {
   busy.set_receive_buffer(64 * 1024);
   busy.send("GET /v1/volumes/large/" + large.content + "/file HTTP/1.1\r\nHost: localhost\r\n\r\n");
   EXPECT_EQ(busy.read(12), "HTTP/1.1 200");
-  // While the one before is ending, there is no room, and none that waits: 503.
+  // While the previous connection is ending, the server is full, and no connection waits: 503.
   for (int i = 0; i < 20; ++i) {
     EXPECT_TRUE(eventually([&] { return get(port(), "/healthz").status == 200; })) << i;
   }
   size_t rest = 0;
-  // The rest of the header makes up for the last bytes of the body.
+  // Bytes of the header count here instead of the last bytes of the body.
   while (rest < large.file.size()) {
     const std::string part = busy.read(std::min<size_t>(1 << 16, large.file.size() - rest));
     if (part.empty()) break;

@@ -369,7 +369,7 @@ TEST_F(Identities, AServerCanFetchTheKeys) {
   const std::string fields =
       "Authorization: Bearer " + token_of(kEs256, claims(now), p256()) + "\r\n";
   EXPECT_EQ(statuses(fields), (std::vector{200, 200, 200}));
-  // A provider that is away takes nothing away.
+  // If the provider does not respond, the previous keys stay valid.
   provider->reset();
   EXPECT_TRUE(server->reload());
   EXPECT_TRUE(eventually([&] { return log_mentions("those from before stay"); }));
@@ -395,7 +395,7 @@ TEST_F(Identities, FieldsOfATrustedProxyAdmit) {
   EXPECT_EQ(statuses("X-Forwarded-User: bob\r\nX-Forwarded-Groups: staff , radiology\r\n"),
             (std::vector{404, 200, 200}));
   EXPECT_EQ(statuses("X-Forwarded-Groups: radiology\r\n"), (std::vector{401, 401, 401}));
-  // Of two fields, one may be the client's.
+  // If there are two fields, the client may have sent one of them.
   EXPECT_EQ(statuses("X-Forwarded-User: bob\r\nX-Forwarded-User: alice\r\n"),
             (std::vector{401, 401, 401}));
   EXPECT_EQ(statuses("X_Forwarded_User: alice\r\n"), (std::vector{401, 401, 401}));
@@ -454,7 +454,7 @@ TEST_F(RevokedLinks, EndOneByOne) {
   EXPECT_EQ(status(kFirst), 401);
   EXPECT_EQ(status(kSecond), 401);
   EXPECT_EQ(status(kThird), 200);
-  // The cookie of a link that was opened before.
+  // The cookie of a link that was opened before it was revoked.
   EXPECT_EQ(get(port(), "/v1/volumes/alpha",
                 "Cookie: isosplat-" + std::to_string(port()) + "-link-alpha=" + kFirst + "." +
                     signature(kFirst) + "\r\n")

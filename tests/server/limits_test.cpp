@@ -25,7 +25,7 @@ TEST(RateLimits, ABucketOfRequestsEmptiesAndFills) {
   EXPECT_FALSE(limit.take_request("b", start));
   EXPECT_FALSE(limit.take_request("a", start + milliseconds(500)));
   EXPECT_EQ(limit.take_request("a", start + milliseconds(999)), 1u);
-  // Never more than a full bucket.
+  // However long it waits, a client has at most a full bucket.
   for (int i = 0; i < 20; ++i) EXPECT_FALSE(limit.take_request("a", start + seconds(1000))) << i;
   EXPECT_TRUE(limit.take_request("a", start + seconds(1000)));
 }
@@ -163,7 +163,7 @@ TEST_F(Limits, BodiesAboveTheMemoryAreRefused) {
   write_file(folder.path() / "large.isosplat", large.file);
   options.limits.bytes_in_flight = 1;
   start();
-  // A client that does not read on keeps the memory of its response until it leaves.
+  // If a client stops reading, its response keeps memory until the connection ends.
   auto slow = std::make_unique<Client>(port());
   slow->set_receive_buffer(64 * 1024);
   slow->send("GET /v1/volumes/large/" + large.content +

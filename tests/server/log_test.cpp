@@ -1,4 +1,4 @@
-// The logs of the server: no fault of a log delays a request or ends the program, and no file name
+// The logs of the server: no error of a log delays a request or ends the program, and no file name
 // can add a line to a log.
 
 #include <fcntl.h>
@@ -68,7 +68,7 @@ class Logs : public ServerTest {
     return std::stoull(text.substr(at + name.size()));
   }
 
-  /// Requests until lines of the access log are dropped; all of them are answered.
+  /// Sends requests until lines of the access log are dropped. All of them must get a response.
   void request_until_dropped() {
     const std::string target = "/none?" + std::string(4000, 'x');
     Client client(port());
@@ -107,11 +107,11 @@ TEST_F(Logs, APipeThatBlocksDelaysNoRequestAndNoStop) {
   start();
   request_until_dropped();
   EXPECT_EQ(get(port(), content("header")).status, 200);
-  server.reset();  // returns
+  server.reset();  // must return
 }
 
 TEST_F(Logs, ABlockingWriteDelaysNoStop) {
-  // As a standard error that is a pipe: without O_NONBLOCK.
+  // A standard error that is a pipe without O_NONBLOCK.
   int ends[2];
   ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
   const int saved = ::dup(STDERR_FILENO);

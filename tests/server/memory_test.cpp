@@ -1,4 +1,4 @@
-// A process that gets no more memory: requests are answered 503, and the server goes on.
+// If the process gets no more memory, requests get 503, and the server continues.
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -26,7 +26,7 @@ namespace {
 
 constexpr uint64_t kMiB = 1 << 20;
 
-/// Limits the address space of this process, like ulimit -v, to its present size plus `more` bytes.
+/// Limits the address space of this process, like ulimit -v, to its current size plus `more` bytes.
 class MemoryLimit {
  public:
   explicit MemoryLimit(uint64_t more) {
@@ -87,7 +87,7 @@ TEST_F(LittleMemory, RequestsAreRefusedAndLaterServed) {
     const MemoryLimit limit(4 * kMiB);
     for (const std::string& target : targets()) {
       const Answer answer = client.request("GET", target);
-      // What is small may have what was freed before.
+      // Small allocations may succeed, since they can use freed memory.
       EXPECT_TRUE(answer.status == 503 || (answer.status == 200 && target != samples)) << target;
       if (answer.status == 200) continue;
       EXPECT_EQ(answer.header("retry-after"), "1");

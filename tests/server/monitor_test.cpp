@@ -1,4 +1,4 @@
-// /metrics and /readyz: who may read them, and that the numbers are those of what happened.
+// /metrics and /readyz: who may read them, and whether the numbers count what happened.
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 namespace isosplat::server::test {
 namespace {
 
-/// The samples of a text in the format of Prometheus, by name and labels as they are written.
-/// Checks the grammar on the way: each sample has a type declared before, values are numbers.
+/// The samples of a text in the format of Prometheus, by name and labels as written. Also checks
+/// the grammar: the type of each sample is declared before it, and values are numbers.
 std::map<std::string, double> samples_of(const std::string& text) {
   std::map<std::string, double> samples;
   std::map<std::string, std::string> types;
@@ -77,7 +77,7 @@ TEST_F(Monitoring, CountsRequestsByRouteAndStatus) {
   EXPECT_TRUE(second.is_closed());
 
   std::map<std::string, double> found;
-  // Until the closed connection is no longer counted, and all headers were read.
+  // Waits until the closed connection is no longer counted, and all headers were read.
   EXPECT_TRUE(eventually([&] {
     found = samples(client);
     return found["isosplat_connections_open"] == 1 &&
@@ -229,7 +229,7 @@ TEST_F(Monitoring, MetricsAreForTokensOfAllVolumes) {
   EXPECT_EQ(get(port(), "/metrics", proxy + "Authorization: Bearer " + one + "\r\n").status, 401);
   EXPECT_EQ(get(port(), "/metrics", proxy + "Authorization: Bearer " + all + "\r\n").status, 200);
   EXPECT_EQ(get(port(), "/metrics").status, 200);
-  // Nobody's secrets or names are in it.
+  // It contains no secrets and no names.
   const std::string text = get(port(), "/metrics").body;
   for (const std::string& secret : {all, one, std::string("alpha"), std::string("192.0.2.1")}) {
     EXPECT_EQ(text.find(secret), std::string::npos) << secret;

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// What a request over a socket was answered with.
+/// A request over a socket, and the expected response.
 struct Row {
   const char* target;
   const char* headers;  ///< with Host
@@ -95,7 +95,7 @@ TEST_F(Origins, ALocalServerIsReadByItsOwnPageOnly) {
   expect({{kList, own.c_str(), 200},
           {kList, "Host: localhost:8080\r\nSec-Fetch-Site: same-origin\r\n", 200},
           {kList, "Host: localhost:8080\r\nSec-Fetch-Site: none\r\n", 200},
-          // A proxy may change the Host: then the browser's word counts.
+          // A proxy may change the Host: then the fields of the browser decide.
           {kList, "Host: localhost\r\nOrigin: http://a.example\r\nSec-Fetch-Site: same-origin\r\n",
            200},
           {kList, "Host: localhost\r\nOrigin: https://LOCALHOST:443\r\n", 200},

@@ -80,7 +80,7 @@ TEST_F(Page, IndexIsRevalidated) {
 TEST_F(Page, EveryFileHasThePolicy) {
   start();
   const std::string policy = get(port(), "/").header("content-security-policy");
-  // Workers and pages of their own have the policy of their own response.
+  // A worker, or a file that is opened as a page, has the policy of its own response.
   for (const char* url : {"/assets/index-Ab3_x-9Z.js", "/assets/plain.js", "/empty.txt", "/none"}) {
     EXPECT_EQ(get(port(), url).header("content-security-policy"), policy) << url;
   }

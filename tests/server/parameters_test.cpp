@@ -1,5 +1,5 @@
-// The query of each route: what the table of routes does not name is refused, so that each resource
-// has one URL, and a cache in front of the server one copy of it.
+// The query of each route. Parameters that the table of routes does not name are refused, so that
+// each resource has one URL, and a cache in front of the server keeps one copy of it.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ class RouteParameters : public ServerTest {
     return path;
   }
 
-  /// A query with what the route requires.
+  /// A query with the required parameters of the route.
   static std::string query_of(const Route& route) {
     std::string query;
     for (const QueryParameter& parameter : route.parameters) {
@@ -71,7 +71,7 @@ TEST_F(RouteParameters, OthersThanThoseOfTheTableAreRefusedOnEveryRoute) {
       EXPECT_EQ(answer.header("cache-control"), "no-store");
       EXPECT_EQ(nlohmann::json::parse(answer.body)["status"], "invalid_argument");
     }
-    // What means nothing, and an escape that no client needs.
+    // Characters without meaning, and escapes that no client needs.
     for (const std::string& same :
          query.empty() ? std::vector<std::string>{path + "?", path + "?&", path + "?&&"}
                        : std::vector<std::string>{path + query + "&", path + query + "&&",
@@ -118,7 +118,7 @@ TEST_F(RouteParameters, HashedFilesOfThePageHaveNone) {
             "public, max-age=31536000, immutable");
   EXPECT_EQ(ask("/assets/app-0123abcd.js?r=1").status, 400);
   EXPECT_EQ(ask("/%61ssets/app-0123abcd.js").status, 400);
-  // Revalidated: the query of the page is for its program.
+  // These files are revalidated, and the program of the page interprets the query.
   EXPECT_EQ(ask("/?r=1&&%zz").status, 200);
   EXPECT_EQ(ask("/viewer.js?v=2").status, 200);
 }

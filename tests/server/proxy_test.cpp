@@ -1,5 +1,5 @@
-// The client's address behind a proxy: what trusted proxies say counts for limits, rates and logs,
-// and what others say does not.
+// The client's address behind a proxy: limits, rates and logs use the address that a trusted proxy
+// states, and ignore addresses that others state.
 
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ TEST(TrustedProxy, TakesTheRightmostAddressThatIsNotTrusted) {
   EXPECT_EQ(client_of(field, "10.0.0.1", "192.0.2.7:1234"), "192.0.2.7");
   EXPECT_EQ(client_of(field, "10.0.0.1", "[2001:db8::7]:1234"), "2001:db8::7");
   EXPECT_EQ(client_of(field, "10.0.0.1", "2001:db8::7"), "2001:db8::7");
-  // What is no address ends the search at the proxy that added it.
+  // An item that is not an address ends the search: the proxy that added it counts as the client.
   for (const char* item : {"unknown", "_hidden", "1.2.3.4.5", "1.2.3.4:", "1.2.3.4:x", "[::1",
                            "[1.2.3.4]", "[::1]x", "\"", "1.1.1.1, ,"}) {
     EXPECT_EQ(client_of(field, "10.0.0.1", item), "10.0.0.1") << item;
@@ -95,7 +95,7 @@ TEST(TrustedProxy, ReadsForwardedFromTheRight) {
   EXPECT_EQ(client_of(field, "10.0.0.1", "for=192.0.2.7;proto=https;by=10.0.0.1"), "192.0.2.7 tls");
   EXPECT_EQ(client_of(field, "10.0.0.1", "For=\"[2001:db8::7]:4711\"; Proto=http"), "2001:db8::7");
   EXPECT_EQ(client_of(field, "10.0.0.1", "for=1.1.1.1, for=192.0.2.7, for=10.0.0.2"), "192.0.2.7");
-  // A quote that the client left open does not reach the item of the proxy.
+  // A quote that the client does not close does not extend into the item of the proxy.
   EXPECT_EQ(client_of(field, "10.0.0.1", "for=\"evil, for=192.0.2.7"), "192.0.2.7");
   EXPECT_EQ(client_of(field, "10.0.0.1", "for=1.1.1.1;x=\", for=192.0.2.7;proto=https"),
             "192.0.2.7 tls");
@@ -191,7 +191,7 @@ class BehindProxy : public ServerTest {
       logged.emplace_back(line.substr(0, line.find(' ')));
     };
   }
-  ~BehindProxy() override { server.reset(); }  // it logs until then
+  ~BehindProxy() override { server.reset(); }  // it logs until its end
 
   /// The address in the log of the latest response.
   std::string last_logged(size_t responses) {
@@ -295,7 +295,7 @@ TEST_F(BehindBalancer, TheHeaderNamesTheClient) {
   EXPECT_EQ(last_logged(1), "192.0.2.7");
   EXPECT_EQ(client.request("GET", "/metrics").status, 403);
   Client binary(port());
-  // In parts, and with a request behind it.
+  // The header is sent byte by byte, and a request follows it.
   for (const char byte : version_2(0x21, 0x11, kV4)) binary.send({&byte, 1});
   EXPECT_EQ(binary.request("GET", "/healthz").status, 200);
   EXPECT_EQ(last_logged(3), "192.0.2.7");

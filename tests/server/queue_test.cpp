@@ -1,5 +1,5 @@
-// Turns of the threads that compute: nobody who asks for much keeps others waiting, and nothing is
-// computed for clients that have left.
+// The order of clients on the threads that compute: a client with many requests does not make
+// others wait, and nothing is computed for clients that have disconnected.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(FairQueues, CountWhatTurnsCost) {
   EXPECT_EQ(serve(queue, 20), "a1");
   EXPECT_EQ(serve(queue, 8), "b1");
   EXPECT_EQ(serve(queue, 8), "b2");
-  // A new client has no credit from the time before it came.
+  // A new client has no credit for the time before its first request.
   for (const std::string* item : {&c1, &c2}) queue.push("c", item);
   EXPECT_EQ(serve(queue, 10), "c1");
   EXPECT_EQ(serve(queue, 8), "b3");
@@ -146,7 +146,8 @@ class SampleQueue : public ServerTest {
 TEST_F(SampleQueue, OneAddressDoesNotKeepTheThreads) {
   start();
   ASSERT_NO_FATAL_FAILURE(hold_threads());
-  // As many as one client may have, and more: those are refused, and another client is not.
+  // The maximum number of requests of one client, and more: the additional ones are refused, and a
+  // request of another client is not.
   const size_t most = size_t{options.limits.waiting_computations_of_one} * threads();
   std::vector<Client> greedy = clients_from("127.0.0.3", most);
   ASSERT_TRUE(has(kWaiting, threads() + most));
@@ -182,7 +183,8 @@ TEST_F(SampleQueue, AnotherIsServedWhileOneAddressAsksAllTheTime) {
   for (int i = 0; i < kAnswers; ++i) {
     EXPECT_EQ(client.request("GET", target_of["points"]).status, 200) << i;
   }
-  // In turns: each answer takes two, and between two of them are some of the others, not all 40.
+  // Clients take turns: each response takes two turns. Between them, only some of the other
+  // requests are served, not all 40.
   EXPECT_LT(greedy - before, uint64_t{kAnswers} * 10);
   is_over = true;
   for (std::thread& loop : loops) loop.join();
@@ -220,7 +222,7 @@ TEST_F(SampleQueue, WhoLeavesIsTakenOut) {
     EXPECT_TRUE(has(kWaiting, threads()));
     EXPECT_EQ(metric("isosplat_work_cancelled_total"), by_reset ? count : 2 * count);
   }
-  // Requests that are reset at once hold no places.
+  // Requests whose connection is reset at once take no places in the queue.
   const size_t most = size_t{options.limits.waiting_computations_of_one} * threads();
   for (size_t i = 0; i < 3 * most; ++i) clients_from("127.0.0.3", 1)[0].reset();
   EXPECT_TRUE(has(kWaiting, threads()));
@@ -250,7 +252,7 @@ TEST_F(SampleQueue, TokensCountForThemselves) {
   start();
   ASSERT_NO_FATAL_FAILURE(hold_threads());
   const size_t most = size_t{options.limits.waiting_computations_of_one} * threads();
-  // From one address: everyone without a token, and two tokens.
+  // One address has three clients: requests without a token, and two tokens.
   std::vector<std::vector<Client>> waiting;
   waiting.push_back(clients_from("127.0.0.3", most));
   ASSERT_TRUE(has(kWaiting, threads() + most));

@@ -1,5 +1,5 @@
-// Clients that reset their connection, at every stage: descriptors, connections and the memory of
-// bodies are given back. (tls_test.cpp: the stages of TLS.)
+// Clients that reset their connection at any stage: descriptors, connections and the memory of
+// bodies are released. (tls_test.cpp tests the stages of TLS.)
 
 #include <gtest/gtest.h>
 
@@ -16,8 +16,8 @@ class Resets : public ServerTest {
   Resets() {
     write_file(folder.path() / "large.isosplat", large.file);
     write_file(folder.path() / "slow.isosplat", alpha.file);
-    options.limits.bytes_in_flight = 1 << 20;    // two bodies: more that stay show
-    options.limits.connections_per_address = 3;  // so do connections
+    options.limits.bytes_in_flight = 1 << 20;    // two bodies: the test fails if they stay
+    options.limits.connections_per_address = 3;  // the same for connections
     options.scan_interval = std::chrono::hours(1);
   }
   ~Resets() override { gate().open(); }
@@ -28,7 +28,7 @@ class Resets : public ServerTest {
   std::string large_file() const { return "/v1/volumes/large/" + large.content + "/file"; }
   std::string slow_file() const { return "/v1/volumes/slow/" + alpha.content + "/file"; }
 
-  /// Whether the server has ended all connections, and counts none.
+  /// Whether the server has ended all other connections, and no longer counts them.
   bool has_released(size_t descriptors) const {
     return open_descriptors() <= descriptors &&
            get(port(), "/metrics").body.find("\nisosplat_connections_open 1\n") !=

@@ -38,7 +38,7 @@ TEST(RoutedCalls, AskOnceWhoSendsTheRequest) {
   };
   RoutedCall call = router.route(request, admit);
 
-  // Nobody may read anything from now on, but this request was admitted.
+  // From now on, new requests without the token may read nothing; this request was admitted before.
   const auto rules = std::make_shared<AccessRules>();
   ASSERT_TRUE(rules->add_lines("0123456789abcdef0123456789abcdef *\n"));
   router.set_access(rules);

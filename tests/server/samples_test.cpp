@@ -192,7 +192,8 @@ TEST_F(Samples, AreAnArrayOfNumPy) {
 
 TEST_F(Samples, OfBoxesSideBySideAreThoseOfTheWhole) {
   const std::string all = get(port(), samples(kAllFields)).body;
-  // Eight octants around a point of the surface's middle; the outer ends are beyond the volume.
+  // Eight boxes around a point in the middle of the surface. Their outer faces are outside of the
+  // volume.
   const std::array<std::array<std::string, 3>, 3> cuts = {
       {{"-900", "-21.5", "900"}, {"-900", "99.25", "900"}, {"-900", "61", "900"}}};
   std::string together;
@@ -250,7 +251,7 @@ TEST_F(Samples, AreComputedByThreadsOfTheirOwn) {
   const std::string name = "\nisosplat_computations_total ";
   const size_t at = metrics.find(name);
   ASSERT_NE(at, std::string::npos) << metrics;
-  // At least the count, and a piece.
+  // At least two turns: one to count the points, and one for a piece of the body.
   EXPECT_GE(std::stoul(metrics.substr(at + name.size())), 2u);
 }
 

@@ -17,7 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-/// Beside the store alpha: the folder run with a scene of two stores, and the same as a bundle.
+/// Beside the store alpha, there is the folder run with a scene of two stores, and the same scene
+/// as a bundle.
 class SceneRoutes : public ServerTest {
  protected:
   SceneRoutes() {
@@ -38,7 +39,7 @@ class SceneRoutes : public ServerTest {
     return json.dump();
   }
 
-  /// A scene of one layer with a step per store.
+  /// A scene of one layer, with one store for each step of time.
   static std::string series(const std::vector<std::string>& stores) {
     Json json = {{"format", "isosplat-scene"}, {"version", 1}};
     json["layers"] = {{{"stores", stores}}};
@@ -46,7 +47,7 @@ class SceneRoutes : public ServerTest {
     return json.dump();
   }
 
-  /// The bytes of the bundle that a scene would be.
+  /// The bytes of the bundle of a scene.
   std::vector<std::byte> bundle_of(const std::string& path) const {
     const auto scene = SceneFile::open(folder.path() / path);
     EXPECT_TRUE(scene) << scene.error().message;
@@ -167,7 +168,7 @@ TEST_F(SceneRoutes, TheBootstrapIsTheBeginningOfTheBundle) {
     ASSERT_TRUE(size);
     const auto header = parse_bundle_header(bytes.first(*size));
     ASSERT_TRUE(header) << header.error().message;
-    // Both stores are visible at first in run; only the first one in the others.
+    // In run, both stores are visible at first; in the other scenes, only the first one.
     const uint64_t coarse = name.starts_with("run") && name.find("series") == std::string::npos
                                 ? header->coarse_bytes
                                 : header->stores[0].coarse_bytes();
@@ -328,8 +329,8 @@ TEST_F(SceneRoutes, AppendedStepsAreServed) {
               text_of(bundle_of("run/series.scene.json")));
 }
 
-/// A response never has bytes of two contents: it ends early instead. That of a bundle, which stays
-/// open, is completed from the file with which it began.
+/// A response never mixes the bytes of two contents: it ends early instead. The response of a
+/// bundle, which stays open, is completed from the file with which it began.
 TEST_F(SceneRoutes, AResponseEndsEarlyIfAStoreIsReplacedMeanwhile) {
   const KnownStore large = make_store(31, {800, 600, 400}, 60'000);
   ASSERT_GT(large.file.size(), size_t{16} << 20);
@@ -379,7 +380,7 @@ class SceneAccess : public SceneRoutes {
 };
 
 TEST_F(SceneAccess, ALinkOpensOneKindOnly) {
-  write_file(folder.path() / "run.isosplat", one.file);  // a volume of the scene's name
+  write_file(folder.path() / "run.isosplat", one.file);  // a volume with the name of the scene
   options.link_key = kKey;
   start();
   const std::string scene = link(ServedKind::scene, "run"),
@@ -405,7 +406,7 @@ TEST_F(SceneAccess, ALinkOpensOneKindOnly) {
   std::string forged = cookie;
   forged.replace(forged.find("-scene-"), 7, "-link-");
   EXPECT_EQ(status("/v1/volumes/run", "Cookie: " + forged + "\r\n"), 401);
-  // A list with the link has the scene alone.
+  // A client with the link finds only this scene in the list.
   const Answer list = get(port(), "/v1/scenes", "Cookie: " + cookie + "\r\n");
   EXPECT_EQ(Json::parse(list.body)["total"], 1);
   EXPECT_EQ(Json::parse(get(port(), "/v1/volumes", "Cookie: " + cookie + "\r\n").body)["total"], 0);

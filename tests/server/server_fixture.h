@@ -64,7 +64,7 @@ class ServerTest : public ::testing::Test {
     return false;
   }
 
-  /// Those of this program: of the server, and of the test's clients.
+  /// The number of open descriptors of this program: those of the server and of the test's clients.
   static size_t open_descriptors() {
     size_t count = 0;
     for ([[maybe_unused]] const auto& each : std::filesystem::directory_iterator("/proc/self/fd")) {

@@ -1,4 +1,4 @@
-// SIGHUP and SIGTERM while clients are busy: no wrong byte, no request lost.
+// SIGHUP and SIGTERM while clients are busy: all bytes are correct, and no request is lost.
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ class Signals : public ServerTest {
     return std::string("Authorization: Bearer ") + token + "\r\n";
   }
 
-  /// Clients that ask for files and headers on one connection each, until is_over, or until the
-  /// server closes their connection between two responses, which may_close allows.
+  /// Starts clients, each with one connection, that request files and headers until is_over. If
+  /// may_close, a client also stops when the server closes its connection between two responses.
   void start_clients(bool may_close) {
     for (size_t i = 0; i < kClients; ++i) {
       threads.emplace_back([this, i, may_close] {
@@ -123,7 +123,7 @@ TEST_F(Signals, TerminationCompletesWhatIsInProgress) {
     gate().await(i + 1);
   }
   std::raise(SIGTERM);
-  // The clients between two requests are let go, or have their last response.
+  // The server closes connections between two requests, and completes the responses in progress.
   for (std::thread& thread : threads) thread.join();
   threads.clear();
   gate().open();

@@ -22,7 +22,7 @@ namespace {
 class SlowDisk : public ServerTest {
  protected:
   SlowDisk() {
-    options.threads = 1;  // the other connections are of the same thread
+    options.threads = 1;  // so the other connections use the same thread
     options.disk_threads = 2;
     write_file(folder.path() / "slow.isosplat", slow.file);
   }
@@ -47,7 +47,7 @@ class SlowDisk : public ServerTest {
   static std::string request_for(const std::string& target) {
     return "GET " + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
   }
-  /// A chunk; with `skipped` another one.
+  /// A chunk of the store with cells: the first one after `skipped` others.
   const KnownChunk& chunk_of(const KnownStore& store, int skipped = 0) const {
     for (const KnownChunk& chunk : store.chunks) {
       if (chunk.cells > 0 && skipped-- == 0) return chunk;
@@ -126,7 +126,7 @@ TEST_F(SlowDisk, OpeningAStoreDelaysNobodyElse) {
   EXPECT_EQ(get(port(), "/v1/volumes/alpha").status, 200);
   ASSERT_TRUE(eventually([&] { return log_mentions("volume slow: "); }));
   gate().close();
-  // Its header is read when somebody asks for it.
+  // The server reads its header when a client requests it.
   Client waiting(port());
   waiting.send(request_for(slow_content("header")));
   gate().await(1);
@@ -209,8 +209,7 @@ TEST_F(SlowDisk, ComputationsAreRefusedWhenManyWait) {
   EXPECT_EQ(get(port(), target).status, 200) << "its directory page is in memory";
   const int before = gate().reads();
   EXPECT_EQ(Client(port()).request("HEAD", target).status, 200);
-  // A thread for disks reads the chunks, and then a thread that computes reads them, which waits
-  // here.
+  // A thread for disks reads the chunks. Then a thread that computes reads them, and waits here.
   const int chunks = (gate().reads() - before) / 2;
   ASSERT_GT(chunks, 0);
   std::vector<Client> computing;
@@ -271,7 +270,7 @@ TEST_F(SlowDisk, ASearchReadsFewHeadersAtATime) {
       EXPECT_LE(gate().reads() - before, static_cast<int>(kHeadersPerTurn) * reads_of_header);
       ++turns;
     } while (turn.is_unfinished && turns < 100);
-    // Each request retries the failed headers once.
+    // Each request tries once more to read the headers that failed.
     EXPECT_EQ(turns, is_search ? (kStores + kDamaged + 15) / 16 : 1);
     const std::string total = std::to_string(kStores + (is_search ? 0 : kDamaged));
     EXPECT_TRUE(response.text.starts_with("{\"total\":" + total + ",")) << response.text;
@@ -374,7 +373,7 @@ TEST_F(SlowDisk, PointsWhoseFirstChunkCannotBeReadAreAnError) {
   EXPECT_EQ(whole.status, 200);
   const int before = gate().reads();
   EXPECT_EQ(Client(port()).request("HEAD", target).status, 200);
-  gate().close_after(gate().reads() - before);  // those that count the points
+  gate().close_after(gate().reads() - before);  // these reads count the points
   Client client(port());
   client.send(request_for(target));
   gate().await(1);

@@ -39,7 +39,7 @@ class Stop : public ServerTest {
     }
   }
 
-  KnownStore large;  ///< larger than what socket buffers take
+  KnownStore large;  ///< larger than the buffers of sockets
 };
 
 TEST_F(Stop, ResponsesInProgressEndAndIdleConnectionsClose) {
@@ -74,7 +74,7 @@ TEST_F(Stop, ASignalDuringATransfer) {
 }
 
 TEST_F(Stop, ASecondSignalDropsResponsesInProgress) {
-  std::signal(SIGINT, SIG_DFL);  // a background job of a shell ignores it, and so would the server
+  std::signal(SIGINT, SIG_DFL);  // shells make background jobs ignore it
   options.handle_signals = true;
   options.limits.stop_time = seconds(600);
   start_with_large_store();
@@ -94,7 +94,7 @@ TEST_F(Stop, TheDeadlineDropsResponsesInProgress) {
   Client half(port());
   half.send("GET /hea");
   server->stop();
-  server->wait();  // though the client takes nothing: without a deadline this would not return
+  server->wait();  // needs a deadline, since the client receives nothing
   size_t received = 12;
   for (std::string part; !(part = client.read(1 << 20)).empty();) received += part.size();
   EXPECT_LT(received, large.file.size());

@@ -1,4 +1,4 @@
-// Stores that come, change, break and go while the server runs; and StoreFile itself.
+// Stores that are added, changed, damaged and removed while the server runs; and StoreFile.
 
 #include <gtest/gtest.h>
 
@@ -71,7 +71,7 @@ TEST_F(Stores, AStoreOverwrittenInPlaceIsNotServed) {
     EXPECT_EQ(answer.status, 500) << rest;
     EXPECT_NE(answer.body.find("changed after it was opened"), std::string::npos) << answer.body;
   }
-  // When its writer closes it, the server looks at it again.
+  // When the writer closes the file, the server examines it again.
   file.close();
   EXPECT_TRUE(eventually([&] { return volume("alpha").contains("error"); }));
   EXPECT_EQ(volume("alpha")["error"]["status"], "malformed_header");
@@ -109,7 +109,7 @@ TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
   }
   EXPECT_EQ(Json::parse(get(port(), "/v1/volumes").body)["volumes"].size(), 7u);
   EXPECT_EQ(Json::parse(get(port(), "/healthz").body)["broken"], 6);
-  // Repaired, it is served.
+  // Once the file is repaired, it is served.
   write_file(folder.path() / "half.isosplat", alpha.file);
   EXPECT_TRUE(eventually([&] { return volume("half")["contentId"] == alpha.content; }));
 }
@@ -242,8 +242,8 @@ TEST_F(Stores, ThePageThatIsUsedMostRecentlyStaysInTheDirectory) {
   }
   ASSERT_TRUE(is_there(hot));
 
-  // From here on no page can be read any more: those that are still known were kept. The file's
-  // size and time stay, so that it counts as unchanged.
+  // From now on, pages cannot be read from the file, so pages that are available were kept in
+  // memory. The size and time of the file stay the same, so that it counts as unchanged.
   const auto time = std::filesystem::last_write_time(path);
   {
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);

@@ -138,7 +138,7 @@ TEST(Target, Chunks) {
                            "0/1.2.3/65536", "0/1.2.3/4,"}) {
     EXPECT_FALSE(parse_chunks(text)) << text;
   }
-  // What a client sent comes back shortened.
+  // Messages shorten the text that a client has sent.
   EXPECT_LT(parse_chunks(std::string(5000, 'x')).error().message.size(), 200u);
 }
 

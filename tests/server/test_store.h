@@ -12,7 +12,7 @@
 
 namespace isosplat::server::test {
 
-/// A chunk that a test store holds.
+/// A chunk of a test store.
 struct KnownChunk {
   BlockKey block;
   uint32_t band = 0;
@@ -22,7 +22,7 @@ struct KnownChunk {
   std::vector<std::byte> bytes;
 };
 
-/// A store with chunks of random bytes (a server never decodes them), and what it holds.
+/// A store with chunks of random bytes (a server never decodes them), and a list of its content.
 struct KnownStore {
   std::vector<std::byte> file;
   StoreInfo info;
@@ -31,8 +31,8 @@ struct KnownStore {
 
   const KnownChunk& at(BlockKey block, uint32_t band) const;
 
-  /// By brute force: every chunk of the level with bytes whose band meets [low, high] (quantized
-  /// isovalues).
+  /// Finds by brute force every chunk of the level that has bytes, and whose band overlaps [low,
+  /// high] (quantized isovalues).
   std::vector<const KnownChunk*> meeting(uint32_t level, float low, float high) const;
 };
 
@@ -41,7 +41,7 @@ struct KnownStore {
 KnownStore make_store(uint32_t seed, Index3 voxels = {200, 140, 70}, uint32_t largest_chunk = 3000,
                       std::string_view metadata = "");
 
-/// A folder of its own that is removed at the end.
+/// A new folder, which is removed at the end.
 class TemporaryFolder {
  public:
   TemporaryFolder();

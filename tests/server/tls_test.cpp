@@ -1,5 +1,5 @@
-// TLS: versions, ALPN, resumption, certificates that are read again, and clients that speak
-// something else.
+// TLS: versions, ALPN, resumption, certificates that are read again, and clients that do not speak
+// TLS.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ void write_certificate(const std::filesystem::path& folder, const std::string& n
 /// A client that checks no certificate. Null pointers and empty texts: the defaults.
 struct TlsClient {
   struct Options {
-    int least = TLS1_2_VERSION, most = 0;  ///< 0: the newest
+    int least = TLS1_2_VERSION, most = 0;  ///< 0: the newest version
     std::string_view protocols = {};       ///< ALPN: each after its length
     SSL_SESSION* session = nullptr;
     const char* ciphers = nullptr;
@@ -62,7 +62,7 @@ struct TlsClient {
   TlsClient(uint16_t port, const Options& options) : context(SSL_CTX_new(TLS_client_method())) {
     SSL_CTX_set_min_proto_version(context.get(), options.least);
     SSL_CTX_set_max_proto_version(context.get(), options.most);
-    // Old versions and ciphers are allowed here, so that it is the server that refuses them.
+    // The client admits old versions and ciphers, so that only the server can refuse them.
     SSL_CTX_set_cipher_list(context.get(), options.ciphers ? options.ciphers : "ALL:@SECLEVEL=0");
     ssl.reset(SSL_new(context.get()));
     if (!options.protocols.empty()) {
@@ -169,7 +169,7 @@ TEST_F(Tls, OldVersionsAndCiphersAreRefused) {
   for (const int version : {TLS1_VERSION, TLS1_1_VERSION}) {
     EXPECT_FALSE(TlsClient(port(), {.least = version, .most = version}).is_open) << version;
   }
-  // Without forward secrecy, and without authenticated encryption.
+  // Ciphers without forward secrecy, or without authenticated encryption.
   for (const char* cipher : {"AES128-GCM-SHA256", "ECDHE-ECDSA-AES128-SHA"}) {
     EXPECT_FALSE(TlsClient(port(), {.most = TLS1_2_VERSION, .ciphers = cipher}).is_open) << cipher;
   }
@@ -196,7 +196,7 @@ TEST_F(Tls, ResumesSessions) {
     EXPECT_FALSE(first.get("/healthz").empty());
     EXPECT_EQ(SSL_session_reused(first.ssl.get()), 0);
     const Owned<SSL_SESSION, SSL_SESSION_free> session(SSL_get1_session(first.ssl.get()));
-    // With other options of the client the session would not be reused.
+    // The session would not be reused if the client had other options.
     TlsClient second(port(), {.least = version, .most = version, .session = session.get()});
     ASSERT_TRUE(second.is_open);
     EXPECT_EQ(SSL_session_reused(second.ssl.get()), 1) << version;
@@ -212,7 +212,8 @@ TEST_F(Tls, ReadsCertificatesAgain) {
   EXPECT_TRUE(server->reload());
   EXPECT_EQ(TlsClient(port()).name_of_server(), "two");
   EXPECT_TRUE(before.get("/healthz").starts_with("HTTP/1.1 200")) << "open connections go on";
-  // A key of another certificate, and half a file: the old ones stay.
+  // If the key does not match the certificate, or a file is truncated, the previous files stay in
+  // use.
   std::filesystem::copy_file(certificates.path() / "one.key", options.tls_key,
                              std::filesystem::copy_options::overwrite_existing);
   EXPECT_FALSE(server->reload());
@@ -253,7 +254,7 @@ std::string client_hello() {
   const Owned<SSL, SSL_free> ssl(SSL_new(context.get()));
   BIO* const sent = BIO_new(BIO_s_mem());
   SSL_set_bio(ssl.get(), BIO_new(BIO_s_mem()), sent);  // takes both
-  SSL_connect(ssl.get());                              // waits for an answer that never comes
+  SSL_connect(ssl.get());  // returns, since the response is not there yet
   char* bytes = nullptr;
   const long size = BIO_get_mem_data(sent, &bytes);
   return {bytes, static_cast<size_t>(size)};
@@ -274,7 +275,8 @@ TEST_F(Tls, StalledHandshakesMakeRoom) {
   std::vector<Client> stalled;
   for (int round = 0; round < 4; ++round) {
     for (int i = 0; i < 20; ++i) {
-      // One sends nothing, the next the half of its first message, and the next all of it.
+      // The first client sends nothing, the next one half of its first message, and the next one
+      // all of it.
       stalled.emplace_back(port(), "127.0.0.3");
       stalled.back().send(hello.substr(0, hello.size() * static_cast<size_t>(i % 3) / 2));
     }
@@ -377,7 +379,8 @@ TEST_F(Tls, PlainRequestsAreRedirected) {
             "https://localhost" + port_text + "//evil.example/");
   EXPECT_EQ(location("GET /<\"\xc3\xbc HTTP/1.1\r\nHost: localhost"),
             "https://localhost" + port_text + "/%3C%22%C3%BC");
-  // Never to a host that the server does not know, and no data, whoever asks.
+  // The server never redirects to a host that it does not know, and this port sends no data to
+  // anyone.
   Client client(plain);
   client.send("GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n");
   EXPECT_EQ(client.receive().status, 403);

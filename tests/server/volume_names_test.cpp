@@ -1,5 +1,5 @@
-// Rights never move to another store: the name of a volume follows from the path of its store
-// alone.
+// Rights never apply to another store, because the name of a volume depends only on the path of its
+// store.
 
 #include "server/catalog/volume_names.h"
 
@@ -141,7 +141,7 @@ class Rights : public ServerTest {
     return "(none)";
   }
 
-  /// The contents that the token, and a link for `name`, admit to.
+  /// The contents to which the token, or a link for `name`, grants access.
   std::set<std::string> readable(const std::string& name) const {
     std::set<std::string> contents;
     const std::string expires = "4000000000";
@@ -182,7 +182,7 @@ TEST_F(Rights, DoNotMoveToAStoreWhoseNameWouldBecomeTheSame) {
     restart();
     EXPECT_EQ(name_of(other), followed) << twin;
     EXPECT_EQ(readable("a-b"), Contents{mine.content}) << twin;
-    // The first one goes: its name means nothing.
+    // After the first store is removed, its name has no meaning.
     std::filesystem::remove(folder.path() / "a-b.isosplat");
     restart();
     EXPECT_EQ(name_of(other), followed) << twin;
@@ -204,7 +204,7 @@ TEST_F(Rights, OfAnAlteredNameAreOfThisFileAlone) {
   write_store("a?b.isosplat", third);
   restart();
   EXPECT_EQ(readable(name), Contents{mine.content});
-  // A file that is called as the name.
+  // A file whose name equals the name of the volume.
   std::filesystem::remove(folder.path() / "a b.isosplat");
   write_store(name + ".isosplat", other);
   restart();
@@ -259,7 +259,7 @@ TEST_F(Rights, OfAPathAreOfThisStore) {
   grant((folder.path() / "ct/head.isosplat").string());
   restart();
   EXPECT_EQ(readable("-"), Contents{mine.content});
-  // Also if the sources change.
+  // The same if the sources change.
   options.stores = {folder.path() / "mr", folder.path() / "ct"};
   restart();
   EXPECT_EQ(readable("-"), Contents{mine.content});
@@ -311,7 +311,8 @@ TEST_F(Rights, LinksOutOfTheFolderAreNotFollowedIfTheOperatorSaysSo) {
   restart();
   EXPECT_EQ(listed(kAll), (Names{"ct~head", "inside"}));
   EXPECT_TRUE(log_mentions("outside.isosplat: not served: it is a link out of the folder"));
-  // A link that is turned to the outside while it is served, by a link in the middle.
+  // While a link is served, another link in its chain is changed so that it leads out of the
+  // folder.
   link(elsewhere.path() / "secret.isosplat", "ct/step.isosplat");
   link("ct/step.isosplat", "inside.isosplat");
   EXPECT_TRUE(eventually([&] { return listed(kAll) == Names{"ct~head"}; }));

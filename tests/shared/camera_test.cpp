@@ -71,7 +71,8 @@ TEST(Camera, OrthographicShowsTheWholeVolumeWithinTheDepthRange) {
   }
 }
 
-// The plane through the target has the same size in both; parallel rays keep sizes behind it.
+// The plane through the target has the same size in both projections. With parallel rays, sizes are
+// the same behind it.
 TEST(Camera, OrthographicKeepsTheSizeAtTheTarget) {
   const VolumeGrid g = grid();
   const BoundingSphere sphere = bounding_sphere(g);
@@ -97,7 +98,8 @@ TEST(Camera, PanningFollowsThePointerWithParallelRays) {
   EXPECT_NEAR(ndc.y, 20 / 150.0, 1e-9);
 }
 
-// Of a sheared volume the diagonals differ: the sphere holds all corners, and touches two.
+// The diagonals of a sheared volume have different lengths: the sphere contains all corners, and
+// touches two.
 TEST(Camera, DefaultShowsAllOfAShearedVolume) {
   for (const double tilt : {0.8, -0.8}) {
     VolumeGrid g = grid();

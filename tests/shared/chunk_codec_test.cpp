@@ -10,7 +10,7 @@
 namespace isosplat {
 namespace {
 
-/// The same numbers with every standard library.
+/// Random numbers that are the same with every standard library.
 struct Random {
   uint32_t state;
   uint32_t operator()() {
@@ -205,7 +205,7 @@ TEST(ChunkCodec, RejectsEveryTruncationAndEveryExtraByte) {
     std::vector<std::byte> behind = chunk.bytes;
     behind.push_back(std::byte{0});
     EXPECT_NE(decode_both(decoder, behind, chunk.shape), Status::ok);
-    // Elsewhere a byte may happen to be read as part of the header.
+    // In other chunks, a byte may happen to be read as part of the header.
     for (size_t at = 0; at < chunk.bytes.size(); ++at) {
       std::vector<std::byte> longer = chunk.bytes;
       longer.insert(longer.begin() + ptrdiff_t(at), std::byte{0});

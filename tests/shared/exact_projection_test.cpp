@@ -71,7 +71,7 @@ TEST(ExactProjection, LandsOnTheIsosurfaceToAHundredThousandthOfACell) {
     const Vec3f unit = gradient * static_cast<float>(1 / slope);
     const auto expected = scan(corners, kCentre, unit, isovalue);
     const auto t = nearest_root_in_cell(f, kCentre, gradient, isovalue);
-    // A pair of roots closer than the scan's step escapes the scan, never the solver.
+    // The scan may miss a pair of roots closer than its step; the solver must not.
     if (expected) {
       ASSERT_TRUE(t) << n;
       EXPECT_LE(std::abs(*t) * slope, *expected + 1e-5) << n;
@@ -79,7 +79,7 @@ TEST(ExactProjection, LandsOnTheIsosurfaceToAHundredThousandthOfACell) {
     if (!t) continue;
     ++found;
     EXPECT_TRUE(inside(kCentre, gradient, *t)) << n;
-    // The root is bracketed within 1e-5 of a cell, or f is as good as the isovalue there.
+    // The root is within 1e-5 of a cell, or f at the root is as close to the isovalue.
     const double before = along(corners, kCentre, gradient, *t - 1e-5 / slope) - isovalue;
     const double after = along(corners, kCentre, gradient, *t + 1e-5 / slope) - isovalue;
     const double residual = along(corners, kCentre, gradient, *t) - isovalue;
@@ -92,7 +92,8 @@ TEST(ExactProjection, LandsOnTheIsosurfaceToAHundredThousandthOfACell) {
 }
 
 TEST(ExactProjection, TakesTheNearestOfThreeRoots) {
-  // Along the diagonal f − 1000 is odd about the centre, falls there, and rises towards both ends.
+  // Along the diagonal, f − 1000 is an odd function about the centre. It falls at the centre, and
+  // rises towards both ends.
   const std::array<float, 8> corners{500, 2000, 2000, 0, 2000, 0, 0, 1500};
   const Trilinear f(corners);
   const Vec3f diagonal{1, 1, 1};
@@ -100,7 +101,7 @@ TEST(ExactProjection, TakesTheNearestOfThreeRoots) {
   const auto centre = nearest_root_in_cell(f, kCentre, diagonal, 1000);
   ASSERT_TRUE(centre);
   EXPECT_NEAR(*centre, 0, 1e-7);
-  // From near each end the nearest root is another one.
+  // Near each end, another root is the nearest one.
   const auto low = nearest_root_in_cell(f, {0.1f, 0.1f, 0.1f}, diagonal, 1000);
   const auto high = nearest_root_in_cell(f, {0.9f, 0.9f, 0.9f}, diagonal, 1000);
   ASSERT_TRUE(low && high);
@@ -110,7 +111,7 @@ TEST(ExactProjection, TakesTheNearestOfThreeRoots) {
   EXPECT_NEAR(value(0.9 + *high), 1000, 1e-2);
 }
 
-// A triple root: the derivative vanishes where the root is, so Newton's steps alone crawl.
+// A triple root: the derivative is 0 at the root, so Newton's method alone converges slowly.
 TEST(ExactProjection, FindsATripleRoot) {
   // f = (2x − 1)(2y − 1)(2z − 1): along the diagonal (2s − 1)³.
   std::array<float, 8> corners;
@@ -147,7 +148,7 @@ TEST(ExactProjection, TakesDirectionsOfAnyLength) {
   }
 }
 
-// Along the gradient from the centre of an active cell there may be no root: say how often.
+// From the centre of an active cell, there may be no root along the gradient. Reports how often.
 TEST(ExactProjection, FailsOnFewSmoothCells) {
   RandomCells random(22);
   int active = 0, met = 0;
@@ -166,7 +167,8 @@ TEST(ExactProjection, FailsOnFewSmoothCells) {
     const Trilinear f(corners);
     met += project_exactly(f, kCentre, f.at(kCentre).gradient, isovalue).has_value();
   }
-  // Where the plane cuts off only a corner of the cell, the normal through the centre misses it.
+  // If the plane cuts off only a corner of the cell, the line along the normal through the centre
+  // does not meet the plane in the cell.
   EXPECT_GT(met, active * 80 / 100);
 }
 

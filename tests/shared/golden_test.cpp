@@ -26,7 +26,7 @@ TEST(Golden, StoresOfEveryVersionDecodeToTheSameValues) {
   }
 }
 
-/// Reads the header and all pages; the status of the first that is refused.
+/// Reads the header and all pages. Returns the status of the first one that is refused.
 Status open_directory(std::span<const std::byte> store) {
   auto reader = StoreReader::open(store);
   if (!reader) return reader.error().status;

@@ -82,8 +82,8 @@ TEST(VolumeGrid, MapsVoxelsToTheWorld) {
   EXPECT_EQ(grid.world({0, 0, 1}), (Vec3d{-2, 11, 13}));
 }
 
-// The gradient of a function is what its differences along world axes say, whatever the spacing
-// and direction.
+// The gradient of a function equals its differences along the world axes, for any spacing and
+// direction.
 TEST(VolumeGrid, GradientsFollowTheWorld) {
   VolumeGrid grid;
   grid.voxels = {10, 10, 10};
@@ -112,7 +112,7 @@ TEST(VolumeGrid, GradientsFollowTheWorldOnShearedGrids) {
   const Vec3d gradient = grid.world_gradient(
       {f({1, 0, 0}) - f({0, 0, 0}), f({0, 1, 0}) - f({0, 0, 0}), f({0, 0, 1}) - f({0, 0, 0})});
   EXPECT_LT(length(gradient - slope), 1e-12);
-  // The transposed dual takes the world to voxels.
+  // The transposed dual matrix maps a vector in the world to voxels.
   const Vec3d index = multiply_transposed(grid.dual_edges(), grid.world({4, 5, 6}) - grid.origin);
   EXPECT_LT(length(index - Vec3d{4, 5, 6}), 1e-12);
 }
@@ -151,7 +151,7 @@ TEST(ValueMapping, AnIsovalueOnAValueIsItsQuantizedValue) {
     for (const double offset : {0.0, -1024.0, -32768.0, -32768 * scale, 1234.5678, 1e6}) {
       const ValueMapping mapping{.offset = offset, .scale = scale};
       const double infinity = std::numeric_limits<double>::infinity();
-      // Single precision tells values apart only where the offset is not too large for the scale.
+      // Single precision distinguishes values only if the offset is not too large for the scale.
       const bool singles = std::abs(offset) + 65536 * scale < 0x1p21 * scale;
       for (int quantized = 0; quantized < 65536; quantized += quantized < 300 ? 1 : 997) {
         const auto c = static_cast<float>(quantized);
@@ -163,7 +163,7 @@ TEST(ValueMapping, AnIsovalueOnAValueIsItsQuantizedValue) {
         if (singles) {
           const auto single = static_cast<float>(value);
           ASSERT_EQ(mapping.quantized_isovalue(static_cast<double>(single)), c);
-          // Next to 0 there are numbers that only the rounding of others makes.
+          // Next to 0 there are numbers that only arise from the rounding of others.
           if (std::abs(value) > 0x1p-25 * (std::abs(offset) + 65536 * scale)) {
             ASSERT_LT(
                 mapping.quantized_isovalue(static_cast<double>(std::nextafter(single, -HUGE_VALF))),
@@ -173,8 +173,8 @@ TEST(ValueMapping, AnIsovalueOnAValueIsItsQuantizedValue) {
                 c);
           }
         }
-        // Clearly beside it, but closer than single precision can resolve at large quantized
-        // values.
+        // The isovalue differs clearly from the value, but by less than single precision can
+        // resolve at large quantized values.
         const double near = std::max({scale * 1e-6, std::abs(value) * 1e-6 * singles,
                                       (std::abs(offset) + 65536 * scale) * 0x1p-49});
         if (near > scale / 8) continue;

@@ -169,7 +169,7 @@ TEST(LabelField, TilesAgreeWithTheWhole) {
   for (std::size_t i = 0; i < labels.size(); ++i) {
     turned[(i % 330 * 24 + i / (330UL * 20)) * 20 + i / 330 % 20] = labels[i];
   }
-  // Along z there are other bands, which are read in slabs.
+  // The bands along z differ, and are read in slabs.
   const auto along_z = field_of(turned, {20, 24, 330}, 1, {{-2, -2, -2}, {24, 28, 334}}, 65);
   const auto middle = field_of(labels, size, 1, {{60, -2, -2}, {210, 24, 28}}, 28);
   int different = 0;
@@ -196,7 +196,7 @@ TEST(LabelField, MemoryIsBounded) {
   EXPECT_LT(bytes({2000, 2000, 4000}), 200'000'000);
 }
 
-/// The field of the rest is the negative one, also for voxels without any order.
+/// The field of the other voxels is the negative field, also for voxels in random order.
 TEST(LabelField, IsOdd) {
   std::mt19937 random(12);
   TestLabels volume(20);
@@ -354,7 +354,7 @@ double roughness(double slope) {
   const auto gradient = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     Vec3<double> sum{};
     for (int i = 0; i < 8; ++i) {
-      // A cell around the voxel. Those that the surface does not cross do not count.
+      // The cells around the voxel. Only cells that the surface crosses count.
       const std::uint32_t cx = x - (i & 1), cy = y - (i >> 1 & 1), cz = z - (i >> 2);
       int inside = 0;
       for (std::uint32_t k = 0; k < 8; ++k)

@@ -1,5 +1,5 @@
-// Triangles: each cell against the trilinear function on a fine lattice, whole volumes against what
-// closed surfaces must be.
+// Triangles. Compares each cell with the trilinear function on a fine lattice, and checks that
+// whole volumes have closed surfaces.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -272,7 +272,8 @@ TEST(BlockMesh, NoiseHasAClosedManifoldSurfaceAcrossBlocks) {
   const Index3 voxels{15, 14, 13};
   RandomCells random(3);
   std::vector<QuantizedValue> noise(size_t(voxels.x) * size_t(voxels.y) * size_t(voxels.z));
-  // Few values: faces whose saddle is on the isosurface, and voxels on it, are frequent.
+  // There are few different values, so that faces with the saddle on the isosurface, and voxels on
+  // it, are frequent.
   for (auto& v : noise) v = static_cast<QuantizedValue>(random.integer(6));
   const Scene scene{voxels, [&](int x, int y, int z) -> double {
                       const bool inside = x > 0 && y > 0 && z > 0 && x < voxels.x - 1 &&

@@ -44,8 +44,8 @@ TEST(PackedSample, KeepsCornersOfEverySpan) {
   }
 }
 
-// At coarse levels the interval is that of the cells below, which the corners may exceed or not
-// reach.
+// At coarse levels, the interval is that of the finer cells. The corners may exceed it, or not
+// reach its ends.
 TEST(PackedSample, ClampsCornersIntoAForeignInterval) {
   const CellCorners corners{5, 10, 15, 20, 25, 30, 35, 40};
   const UnpackedSample narrow = unpack_sample(pack_sample({0, 0, 0}, {12, 33}, corners));

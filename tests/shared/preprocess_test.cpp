@@ -1,4 +1,4 @@
-// The steps from voxels to blocks, against brute force: natively and as WebAssembly.
+// The steps from voxels to blocks, compared with brute force: natively and as WebAssembly.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace isosplat {
 namespace {
 
-/// Level 0 of a volume of noise, in blocks that the volume's end cuts.
+/// Level 0 of a volume of noise whose last blocks are not full.
 class Noise : public ::testing::TestWithParam<uint8_t> {
  protected:
   Noise() : quantized_values_(size_t{75} * 70 * 68) {

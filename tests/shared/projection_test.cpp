@@ -52,8 +52,9 @@ TEST(Projection, ErrorOnASphereIsQuadraticInTheDistance) {
   }
 }
 
-// The same from voxels: as the grid is refined a sphere looks more like a plane in each cell, and
-// the largest distance of projected samples from it falls with the square of the cell's size.
+// The same, computed from voxels. On a finer grid, the part of a sphere in a cell is closer to a
+// plane. The largest distance of projected samples from the sphere decreases with the square of the
+// cell's size.
 TEST(Projection, SamplesOfASphereConvergeQuadratically) {
   double previous = 0;
   for (const int n : {16, 32, 64}) {
@@ -92,7 +93,7 @@ TEST(Projection, SamplesOfASphereConvergeQuadratically) {
 TEST(Projection, HasNoDirectionWhereTheGradientVanishes) {
   EXPECT_FALSE(project({0.5f, 0.5f, 0.5f}, 10, {0, 0, 0}, 12));
   EXPECT_FALSE(project({0.5f, 0.5f, 0.5f}, 10, {std::nanf(""), 0, 0}, 12));
-  // A saddle has its centre there: corners 0 and 1 in a checkerboard.
+  // A saddle has a gradient of 0 at its centre: a checkerboard of corners 0 and 1.
   const Sample saddle = centre_sample({0, 9, 9, 0, 9, 0, 0, 9}, {0, 9});
   EXPECT_EQ(saddle.gradient, (Vec3f{0, 0, 0}));
   EXPECT_FALSE(project(saddle.position, saddle.value, saddle.gradient, 3));
@@ -101,7 +102,8 @@ TEST(Projection, HasNoDirectionWhereTheGradientVanishes) {
 TEST(Projection, ThresholdIsHalfTheCellsDiagonal) {
   EXPECT_DOUBLE_EQ(displacement_threshold(kIdentity3), std::sqrt(3) / 2);
   EXPECT_DOUBLE_EQ(displacement_threshold(scale_columns(kIdentity3, {2, 3, 6})), 3.5);
-  // Sheared, the diagonals differ: no corner is further from the centre than half the longest.
+  // In a sheared cell, the diagonals have different lengths: no corner is farther from the centre
+  // than half the longest one.
   EXPECT_DOUBLE_EQ(displacement_threshold({1, 1, 0, 0, 1, 0, 0, 0, 2}), 1.5);
   EXPECT_DOUBLE_EQ(displacement_threshold({1, -1, 0, 0, 1, 0, 0, 0, 2}), 1.5);
 }

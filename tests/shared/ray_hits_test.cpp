@@ -38,7 +38,7 @@ TEST(SurfacePick, BothSidesOfAWallInOneCell) {
   const PackedSample wall[] = {pack_sample({0, 0, 0}, {0, 400}, {0, 400, 0, 0, 0, 400, 0, 0})};
   PickRay ray{{-1, -1, 0.5}, {1, 1, 0}, 0, 10};
   expect_near(hits_in(ray, 0, wall, 64), {1.2, 1.8});
-  // What begins between them, as after a clip plane, has only the second.
+  // A ray that begins between them, as after a clip plane, has only the second hit.
   ray.begin = 1.3;
   expect_near(hits_in(ray, 0, wall, 64), {1.8});
   ray.begin = 0;
@@ -73,7 +73,7 @@ TEST(SurfacePick, ThreeIntersectionsInOneCell) {
   expect_near(hits_in(ray, 0, cell, 1000), {1.2});
 }
 
-// A sheet of one voxel at level 1: no corner reaches the isovalue, and yet it is drawn.
+// A sheet of one voxel at level 1: it is drawn although no corner reaches the isovalue.
 TEST(SurfacePick, FindsASheetThinnerThanCoarseCells) {
   std::vector<PackedSample> samples;
   for (int32_t i = 0; i < 100; ++i) {
@@ -88,14 +88,14 @@ TEST(SurfacePick, FindsASheetThinnerThanCoarseCells) {
       EXPECT_NEAR(found.front(), 11, 0.6);
     }
   }
-  // Its cells end at y = 20; inactive cells have nothing.
+  // The cells of the sheet end at y = 20. Inactive cells have no hits.
   EXPECT_TRUE(hits_in({{0, 25, 5}, {1, 0, 0}, 0, 100}, 1, samples, 300).empty());
   EXPECT_TRUE(hits_in({{0, 5, 5}, {1, 0, 0}, 0, 100}, 1, samples, 400).empty());
-  // Nor is there a thin structure at level 0.
+  // Level 0 has no thin structures.
   EXPECT_TRUE(hits_in({{0, 5, 5}, {1, 0, 0}, 0, 100}, 0, samples, 300).empty());
 }
 
-// A line through the middle of cells is found near it, and not where it is not.
+// Rays hit a line through the middle of cells if they pass near it, and only then.
 TEST(SurfacePick, FindsALineThinnerThanCoarseCells) {
   std::vector<PackedSample> samples;
   for (int32_t x = 0; x < 10; ++x) {

@@ -8,7 +8,7 @@
 
 namespace isosplat {
 
-/// Random cells, the same natively and as WebAssembly: the standard defines the numbers of its
+/// Random cells, the same natively and as WebAssembly: the C++ standard defines the numbers of its
 /// engines exactly, but not those of its distributions.
 class RandomCells {
  public:

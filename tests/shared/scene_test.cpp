@@ -307,8 +307,8 @@ TEST(Bundle, AHeaderReadsAsItWasWritten) {
   }
 }
 
-/// Changes every field, and corrects the checksum. The result is one defined error, or a header
-/// whose ranges are consistent.
+/// Changes every field, and corrects the checksum. The result must be a defined error, or a header
+/// with consistent ranges.
 TEST(Bundle, HostileHeadersAreRefused) {
   const auto valid = encode_bundle_header(sample_bundle());
   std::mt19937_64 random(5);

@@ -15,8 +15,8 @@ namespace {
 
 using CellId = std::tuple<int, int, int>;
 
-/// What a renderer would answer, by brute force: a cell of level 0 is seen if its centre is the
-/// nearest in its pixel.
+/// The result that a renderer would return, by brute force: a cell of level 0 is visible if its
+/// centre is the nearest one in its pixel.
 class SelectVisibilityTest : public SelectTest {
  protected:
   static std::set<CellId> seen_cells(const StoreReader& store, const SelectionView& view) {
@@ -98,7 +98,7 @@ TEST_F(SelectVisibilityTest, FetchesVisibleChunksOnlyAndLeavesNoHole) {
     }
     EXPECT_EQ(fetched, seen_blocks);
 
-    // All of it, for comparison.
+    // For comparison: without occlusion.
     SelectionView everything = view;
     everything.occlusion = false;
     EXPECT_GT(selector.select(everything)->load.size(), 0u);
@@ -123,7 +123,7 @@ TEST_F(SelectVisibilityTest, RequestsNoFineChunksBeforeVisibilityIsKnown) {
   ASSERT_TRUE(selector.set_visibility(nothing));
   EXPECT_TRUE(selector.select(view)->complete());
 
-  // Another camera: what was hidden may be seen.
+  // Another camera: hidden blocks may be visible.
   SelectionView other = view_from(260, 0.4, 0.4, 100.5f, 1024);
   other.occlusion = true;
   EXPECT_GT(selector.select(other)->undecided, 0u);
@@ -187,9 +187,9 @@ TEST(VisibilityMapTest, DerivesTheVisibilityOfCoarserAndFinerBlocks) {
   seen.insert({1, 0, 2});
   visibility.add({4, {1, 0, 0}}, RegionMask::all(), seen);
   EXPECT_EQ(visibility.of({1, {9, 0, 2}}), Visibility::visible);  // the region's own block
-  EXPECT_EQ(visibility.of({2, {4, 0, 1}}), Visibility::visible);  // what it is a part of
+  EXPECT_EQ(visibility.of({2, {4, 0, 1}}), Visibility::visible);  // the block that contains it
   EXPECT_EQ(visibility.of({5, {0, 0, 0}}), Visibility::visible);
-  EXPECT_EQ(visibility.of({0, {18, 1, 4}}), Visibility::ancestor_visible);  // a part of it
+  EXPECT_EQ(visibility.of({0, {18, 1, 4}}), Visibility::ancestor_visible);  // a part of this block
   EXPECT_EQ(visibility.of({1, {8, 0, 2}}), Visibility::hidden);
   EXPECT_EQ(visibility.of({0, {16, 0, 4}}), Visibility::hidden);
   EXPECT_EQ(visibility.of({3, {3, 1, 1}}), Visibility::hidden);

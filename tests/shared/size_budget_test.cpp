@@ -94,7 +94,7 @@ TEST(SizeBudget, ChoosesTheGreatestStorageWeightIfNothingFits) {
 TEST(SizeBudget, AdaptsToTheSizesOfWrittenBlocks) {
   const SizeForecast forecast = noisy_forecast();
   const double most = 1.2 * (forecast.all(false)[4] + forecast.all(true)[4]);
-  // Blocks that take as forecast, more, and less, with the λ that they were granted.
+  // Blocks that take the forecast number of bytes, more, and fewer, at the λ that they were given.
   const auto storage_weight_after = [&](double ratio) {
     SizeBudget budget(forecast, most, 0);
     for (int32_t x = 0; x < 3; ++x) {

@@ -1,5 +1,5 @@
-// A build whose blocks are encoded in place, and one whose blocks travel as messages: the same
-// store, natively and as WebAssembly.
+// Compares a build whose blocks are encoded in place with a build whose blocks travel as messages:
+// both yield the same store, natively and as WebAssembly.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace isosplat {
 namespace {
 
-/// A ball in noise: several blocks, levels and bands, in blocks that the volume's end cuts.
+/// A ball in noise, with several levels and bands, and with blocks that are not full.
 class Ball : public VolumeSource {
  public:
   explicit Ball(Index3 voxels) {
@@ -51,7 +51,8 @@ struct Built {
   BuildReport report;
 };
 
-/// Builds with `encoders` encoders. As messages, blocks are added in another order than they began.
+/// Builds with `encoders` encoders. If blocks travel as messages, they are added in an order that
+/// differs from the order in which they began.
 Built build_store(bool as_messages, size_t encoders,
                   std::optional<double> only_isovalue = std::nullopt) {
   Ball source(kVoxels);

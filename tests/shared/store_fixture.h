@@ -129,8 +129,8 @@ inline std::vector<std::byte> make_store(const std::vector<Level>& levels, uint3
   return std::move(sink.bytes);
 }
 
-/// A ball with a rough surface, computed with integers so that all languages get the same numbers.
-/// Quantized values fall from 600 at the centre with the squared distance, plus a hash as noise.
+/// A ball with a rough surface, computed with integers, so that all languages get the same numbers.
+/// Quantized values decrease from 600 at the centre with the squared distance; a hash adds noise.
 inline QuantizedValue rough_ball(Index3 voxels, int32_t x, int32_t y, int32_t z) {
   const int32_t dx = 2 * x - voxels.x, dy = 2 * y - voxels.y, dz = 2 * z - voxels.z;
   const int32_t smallest = std::min({voxels.x, voxels.y, voxels.z});

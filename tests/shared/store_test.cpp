@@ -248,7 +248,7 @@ TEST(Store, EveryFlippedBitAndTruncationOfAPageIsRefused) {
 
 TEST(Store, InconsistentHeadersAreRefused) {
   const Written store = random_store({200, 80, 70}, 9);
-  // Any field of any section changed, with a checksum that matches: either it is a field that can
+  // Changes any field of any section, and corrects the checksum: either it is a field that can
   // have any value (a spacing, the metadata), or it is malformed; nothing else, and no crash.
   std::mt19937 random(10);
   for (size_t at = 8; at < store.info.header_bytes - 8; ++at) {
@@ -330,7 +330,7 @@ TEST(Store, UnknownSectionsAreSkippedOnlyIfOptional) {
 }
 
 TEST(Store, InconsistentPagesAreRefused) {
-  // Every byte of a page changed, with checksums that match.
+  // Changes every byte of a page, and corrects the checksums.
   const Written store = random_store({200, 80, 70}, 13);
   const auto header = parse_store_header(store.bytes);
   ASSERT_TRUE(header);
@@ -349,7 +349,7 @@ TEST(Store, InconsistentPagesAreRefused) {
         ASSERT_TRUE(reader);
         const auto added = reader->add_page(p, std::span(bytes).subspan(page.offset, page.bytes));
         if (added) {
-          ++accepted;  // a checksum, an offset, a size, a band's end: consistent in themselves
+          ++accepted;  // a checksum, an offset, a size or a band's end: any value is consistent
         } else {
           ++refused;
           EXPECT_EQ(added.error().status, Status::malformed_page) << at;
@@ -430,7 +430,7 @@ TEST(Store, CountsBeyondTheFileAllocateNothing) {
       EXPECT_LE(reader->pages().size(), bytes.size());
     }
   }
-  // A count that is believed would take at least 256 MB.
+  // If the count were trusted, it would take at least 256 MB.
   EXPECT_LT(peak_bytes() - before, int64_t{64} << 20);
 }
 

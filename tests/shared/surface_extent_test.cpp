@@ -13,7 +13,7 @@
 namespace isosplat {
 namespace {
 
-/// Sums of the isosurface of f at 30000, block by block. f: of the place in the world.
+/// The sums over the isosurface of f at 30000, block by block. f: of the position in the world.
 SurfaceExtent extent_of(const VolumeGrid& grid, const std::function<double(Vec3d)>& f) {
   BlockMesher mesher;
   BlockMesh mesh;
@@ -83,13 +83,13 @@ TEST(SurfaceExtent, SpheresHaveTheirAreaAndVolume) {
     const double bound = 1 / (r * r);
     EXPECT_NEAR(extent.area() / (4 * kPi * r * r), 1, bound) << r;
     EXPECT_NEAR(extent.volume_above() / (4 * kPi / 3 * r * r * r), 1, bound) << r;
-    // The same sphere as a hole.
+    // The same sphere, as a hole in a solid.
     const SurfaceExtent hole = extent_of(grid, sphere(centre, r, -1));
     EXPECT_NEAR((hole.grid_volume() - hole.volume_above()) / (4 * kPi / 3 * r * r * r), 1, bound);
   }
 }
 
-// The faces of the grid close what they cut: a sphere about a corner, an edge and a face.
+// The faces of the grid close surfaces that they cut: spheres around a corner, an edge and a face.
 TEST(SurfaceExtent, FacesOfTheGridCloseWhatTheyCut) {
   const double r = 13;
   const VolumeGrid grid = grid_of({36, 34, 38});
@@ -137,7 +137,7 @@ TEST(SurfaceExtent, WithoutASurfaceAllIsOnOneSide) {
   EXPECT_EQ(above.volume_above(), above.grid_volume());
 }
 
-// However small the other side is, at the last voxel too.
+// However small the part on the other side is, also at the last voxel.
 TEST(SurfaceExtent, OneVoxelOnTheOtherSide) {
   const VolumeGrid grid = grid_of({70, 67, 68});
   for (const Vec3d lone : {Vec3d{30, 30, 30}, Vec3d{0, 0, 0}, Vec3d{69, 66, 67}, Vec3d{69, 0, 67},

@@ -15,11 +15,11 @@ const isThere = (program: string) => spawnSync(program, ["version"]).error === u
 export const hasCaddy = isThere("caddy") && isThere("openssl");
 
 export interface Caddy {
-  /** Of TCP and UDP. */
+  /** The port for TCP and UDP. */
   port: number;
   /** The certificate of volumes.example, in PEM. */
   certificate: Buffer;
-  /** Of Chromium: accept this certificate, and find volumes.example here. */
+  /** Arguments that make Chromium accept this certificate, and find volumes.example here. */
   chromiumArguments: string[];
   stop(): Promise<void>;
 }
@@ -28,7 +28,7 @@ export interface Caddy {
 export async function startCaddy(folder: string, serverPort: number): Promise<Caddy> {
   const port = await freePort();
   const { certificate, key } = makeCertificate(folder, "volumes.example");
-  // Only ports, addresses and the certificate differ from what the packages have.
+  // Only ports, addresses and the certificate differ from the configuration in the packages.
   const site = readFileSync(join(root, "native/packaging/Caddyfile"), "utf8")
     .replace("127.0.0.1:8080", `127.0.0.1:${serverPort}`)
     .replace("volumes.example {", `volumes.example {\n\ttls ${certificate} ${key}`);

@@ -20,7 +20,7 @@ export function makeCertificate(folder: string, host: string): CertificateFiles 
   return files;
 }
 
-/** Of Chromium: accept this certificate, and find its host on this machine. */
+/** Arguments that make Chromium accept this certificate, and find its host on this machine. */
 export function chromiumArgumentsFor(certificate: Buffer, host: string): string[] {
   const hash = createHash("sha256")
     .update(new X509Certificate(certificate).publicKey.export({ type: "spki", format: "der" }))

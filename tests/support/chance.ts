@@ -1,4 +1,4 @@
-/** Numbers in [0, 1): mulberry32, by Tommy Ettinger (public domain). The same seed gives the same ones. */
+/** Numbers in [0, 1) by mulberry32 (Tommy Ettinger, public domain). A seed always gives the same numbers. */
 export class Chance {
   #state: number;
 

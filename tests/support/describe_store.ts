@@ -2,8 +2,8 @@ import type { VolumeDescription, VoxelType } from "../../web/builder/index.ts";
 import { type Core, maxHeaderBytes } from "../../web/core/index.ts";
 
 /**
- * The description of the volume from which the program has built a store: with it and the same voxels,
- * web/builder builds the same bytes. `slope` and `intercept` are those of the volume's file.
+ * The description of the volume from which the program has built a store. With this description and the
+ * same voxels, web/builder builds the same bytes. `slope` and `intercept` are those of the volume's file.
  */
 export function describeStore(
   core: Core,

@@ -35,7 +35,7 @@ function runLengths(pixels: Uint16Array): Uint8Array {
   return Buffer.concat([head, even(high), even(low)]);
 }
 
-/** An element with one item, or several, each of the elements that are given. */
+/** A sequence. Each of `items` has the elements of one item. */
 function sequence(tag: number, ...items: Uint8Array[][]): Buffer {
   return element(
     tag,

@@ -10,7 +10,7 @@ export class LabelVolume {
     this.labels = new Uint16Array(size[0] * size[1] * size[2]);
   }
 
-  /** Voxels within an ellipsoid, also over other labels. */
+  /** Sets the voxels within an ellipsoid, also those with other labels. */
   addEllipsoid(label: number, centre: Triple, radii: Triple): void {
     this.#fill(label, centre, radii, (x, y, z) => x * x + y * y + z * z <= 1);
   }

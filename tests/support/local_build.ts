@@ -85,7 +85,7 @@ export async function localPrograms(): Promise<LocalPrograms> {
   return { importer: await importProgram(), builder, encoders: [await localEncoder(builder)] };
 }
 
-/** The store of a volume among files, as the browser builds it. An error of the reader is thrown as it is. */
+/** The store of a volume among files, as the browser builds it. Throws the error of the reader unchanged. */
 export async function buildFrom(
   { importer, builder, encoders }: LocalPrograms,
   files: readonly InputFile[],

@@ -16,7 +16,7 @@ export function importProgram(): Promise<CompiledModule> {
   return compileImport(readFileSync(wasm));
 }
 
-/** A file on disk, or bytes, that are read as a Blob is by FileReaderSync. */
+/** A file on disk, or bytes, for FileReaderSync: it reads them like a Blob. */
 class SyncBlob {
   readonly lastModified = 0;
   constructor(
@@ -37,7 +37,7 @@ export function fileOf(path: string, bytes: Uint8Array): InputFile {
   return { path, file: blob as unknown as Blob };
 }
 
-/** A file that begins with these bytes; what follows is 0. */
+/** A file that begins with these bytes; all other bytes are 0. */
 export function sparseFile(path: string, beginning: Uint8Array, size: number): InputFile {
   const read = (begin: number, end: number): Uint8Array => {
     const bytes = new Uint8Array(end - begin);
@@ -47,7 +47,7 @@ export function sparseFile(path: string, beginning: Uint8Array, size: number): I
   return { path, file: new SyncBlob(read, 0, size) as unknown as Blob };
 }
 
-/** The files of a folder and its subfolders, as a drop of the folder's content has them. */
+/** The files of a folder and its subfolders, as if the content of the folder was dropped onto the page. */
 export function filesOf(folder: string, inside = ""): InputFile[] {
   return readdirSync(join(folder, inside), { withFileTypes: true }).flatMap((entry) => {
     const path = inside ? `${inside}/${entry.name}` : entry.name;

@@ -14,11 +14,11 @@ const root = fileURLToPath(new URL("../..", import.meta.url));
 export const hasPackagedNginx = hasNginx && spawnSync("openssl", ["version"]).error === undefined;
 
 export interface PackagedNginxOptions {
-  /** The configuration for several servers, which are on these ports. Default: that for one. */
+  /** Uses the configuration for several servers, with these ports. Default: the one for a single server. */
   cluster?: readonly [string, string, string];
-  /** Most bytes of the cache, as nginx writes sizes. Default: as the packages have it. */
+  /** Maximum size of the cache, in nginx's notation. Default: that of the packages. */
   cacheSize?: string;
-  /** A file for a line of JSON per request: see ProxyLine. */
+  /** A file to which a line of JSON is written for each request: see ProxyLine. */
   accessLog?: string;
 }
 
@@ -30,16 +30,16 @@ export interface ProxyLine {
   target: string;
   range: string;
   encoding: string;
-  /** Of the body. */
+  /** Bytes of the body. */
   bytes: string;
 }
 
 export interface PackagedNginx {
   port: number;
-  /** Of volumes.example, in PEM. */
+  /** The certificate of volumes.example, in PEM. */
   certificate: Buffer;
   cacheFolder: string;
-  /** Of Chromium: accept this certificate, and find volumes.example here. */
+  /** Arguments that make Chromium accept this certificate, and find volumes.example here. */
   chromiumArguments: string[];
   stop(): Promise<void>;
 }
@@ -103,7 +103,7 @@ export async function startPackagedNginx(
   };
 }
 
-/** Only paths, ports and what `options` say differ from what the packages have. */
+/** The configuration of the packages; only paths, ports and the values of `options` differ. */
 function configuration(
   folder: string,
   { certificate, key }: CertificateFiles,

@@ -6,11 +6,11 @@ export interface VisibleText {
   text: string;
 }
 
-/** Attributes whose values are read. */
+/** Attributes whose values a visitor may read. */
 const readAttributes =
   /\s(?:label|summary|title|alt|placeholder|hint|aria-(?:label|description|roledescription|valuetext))=(?:"([^"]*)"|'([^']*)')/g;
 
-/** In place of an expression of a template. */
+/** Stands for an expression of a template. */
 const hole = "\u0001";
 
 /**

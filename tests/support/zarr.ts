@@ -10,7 +10,7 @@ export interface ZarrArrayOptions {
   version: 2 | 3;
   shape: readonly number[];
   chunks: readonly number[];
-  /** Of voxels of type uint16; by the indices along all axes. */
+  /** The value of a voxel (uint16) by its indices along all axes. */
   value(index: readonly number[]): number;
   isCompressed?: boolean;
   /** Compression by Blosc in place of gzip. */

@@ -1,4 +1,4 @@
-/** ZIPs, written from APPNOTE.TXT of PKWARE, good ones and hostile ones. */
+/** Writes valid and hostile ZIP files, from APPNOTE.TXT of PKWARE. */
 import { crc32, deflateRawSync } from "node:zlib";
 
 export interface ZipEntry {
@@ -8,7 +8,7 @@ export interface ZipEntry {
   method?: number;
   /** General purpose bits: 1 is encryption. */
   flags?: number;
-  /** False values that the headers state. */
+  /** Wrong values for the headers. */
   bytes?: number;
   crc?: number;
 }

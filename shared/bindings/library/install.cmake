@@ -1,5 +1,5 @@
 # `cmake --install BUILD --component library`: headers, archives and the CMake package isosplat.
-# Nothing in them names the place where they were built or installed first.
+# None of them contains the path of the folder in which it was built or first installed.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 

@@ -114,7 +114,7 @@ class StoreBuild {
   std::vector<VolumeStatistics> values_;  // per thread of the executor: of quantized values
   std::vector<PendingLevel> pending_;     // per level
 
-  int32_t z_ = 0;  // of the present layer, in blocks
+  int32_t z_ = 0;  // of the current layer, in blocks
   Layer layer_;
   CoarserLayer coarser_;
   std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slice before it

@@ -146,7 +146,7 @@ uint32_t ambiguous_faces(CornerSigns signs) {
   return faces;
 }
 
-/// Gathers the bits of `bits` at the places of the set bits of `mask`.
+/// Gathers the bits of `bits` at the positions of the set bits of `mask`.
 uint32_t gather_bits(uint32_t bits, uint32_t mask) {
   uint32_t result = 0;
   for (int place = 0; mask != 0; mask &= mask - 1, ++place) {

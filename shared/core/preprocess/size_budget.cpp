@@ -15,7 +15,8 @@ constexpr double kGuard = 0.98, kCaution = 0.05;
 /// of these shares of the smallest forecast, and of the allowed bytes.
 constexpr double kTrust = 0.03, kTrustOfMax = 0.003;
 
-/// No volume measured takes more than this times its forecast; the worst, a sheared CT, takes 3.3.
+/// The upper limit of a volume's size relative to its forecast. The largest measured ratio is 3.3,
+/// of a sheared CT.
 constexpr double kWorstError = 3.5;
 
 }  // namespace

@@ -65,7 +65,7 @@ Result<void> BlockVerifier::check_interval(const ChunkRef& chunk, size_t decoded
   const bool is_from_before = interval.min < chunk.band_begin;
   if (is_from_before ? last_band_[at] != chunk.band || intervals_[at] != interval
                      : last_band_[at] != 0) {
-    return malformed(chunk, "a cell is missing in the band before, or another there");
+    return malformed(chunk, "a cell's interval contradicts the cells of the previous band");
   }
   last_band_[at] = static_cast<uint16_t>(chunk.band + 1);
   intervals_[at] = interval;

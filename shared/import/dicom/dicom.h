@@ -17,7 +17,7 @@ inline constexpr size_t kDicomBeginning = 256;
 /// Whether the first bytes of a file, up to kDicomBeginning of them, are those of DICOM.
 bool is_dicom(std::string_view beginning);
 
-/// Whether the file at a path begins so. False if it cannot be read.
+/// Whether the file at a path begins as DICOM. False if it cannot be read.
 bool is_dicom_file(const std::filesystem::path& path);
 
 /// Opens a file with several frames. Errors: those of open_volume.

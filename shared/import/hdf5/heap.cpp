@@ -105,7 +105,7 @@ Result<void> Hdf5Heap::read_blocks(Hdf5File& file, uint64_t address, uint64_t of
         blocks_.push_back({offset, bytes, child});
         continue;
       }
-      // Its rows have as many bytes as the place that it takes.
+      // The rows of the indirect block contain as many bytes as the block takes in its parent.
       const uint64_t inner = log2_of(bytes / first_block_bytes_ / width_) + 1;
       if (auto read = read_blocks(file, child, offset, inner, depth + 1); !read) return read;
     }

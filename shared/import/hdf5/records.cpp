@@ -77,7 +77,7 @@ class Tree {
   }
 
   uint64_t count_bytes() const { return bytes_for(depths_[0].most); }
-  /// Of the number of all records below a child of a node of this depth.
+  /// The bytes of a number of records: all records below a child of a node of this depth.
   uint64_t total_bytes(uint64_t depth) const {
     return depth > 1 ? bytes_for(depths_[static_cast<size_t>(depth) - 1].most_below) : 0;
   }

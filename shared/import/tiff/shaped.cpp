@@ -72,8 +72,8 @@ Result<TiffSeries> array_of(const std::filesystem::path& path, std::string_view 
     axes.erase(at, 1);
     return true;
   };
-  // From the last axis on: optionally samples, then x, y, then optionally slices of one page, and
-  // samples.
+  // The axes, beginning with the last one: samples, if they are the fastest; x; y; slices of one
+  // page, if there are several; samples, if they are not the fastest.
   const bool several = kind.samples > 1;
   const size_t n = shape.size();
   const bool samples_last = several && n >= 3 &&
@@ -199,8 +199,8 @@ TiffSeriesList shaped_series(const std::filesystem::path& path, const TiffPages&
     if (!is_shaped(text)) {
       return fail(Status::malformed_volume,
                   fmt::format("{}: expected a description like that of the first page in page {}, "
-                              "which is none of those that it describes: write it again with "
-                              "tifffile",
+                              "since no earlier description includes this page: write it again "
+                              "with tifffile",
                               path.string(), page));
     }
     auto series = array_of(path, text, entry.kind);

@@ -8,7 +8,7 @@
 namespace isosplat::import {
 namespace {
 
-/// Units of strangers go into documents.
+/// Units come from strangers, and are copied to documents.
 constexpr size_t kMaxUnitBytes = 32;
 
 /// Rounds to seven digits of `unit`. Only powers of ten up to 10²² are exact, so units below 10⁻¹⁵

@@ -27,8 +27,8 @@ SplatPass pass_of(SplatKind kind) {
   return SplatPass::exact;
 }
 
-/// u_scalar of shaders/splat.glsl: weights of 1, the gradient's length, and the projection error in
-/// the scalar that the colour map is read at.
+/// u_scalar of shaders/splat.glsl: the weights of 1, of the gradient's length, and of the
+/// projection error. The weighted sum is the position in the colour map.
 std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueMapping& mapping,
                                     double frame_unit, double isovalue, uint32_t level) {
   const double range = settings.colour_high - settings.colour_low;
@@ -50,7 +50,7 @@ std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueM
   return {0, 0, 0};
 }
 
-/// Whether the finest drawn cells would be large enough for smooth normals in the place of this
+/// Whether the finest drawn cells would be large enough for smooth normals at the position of this
 /// item.
 bool has_smooth_normals(const DrawItem& item, uint32_t finest_level, SmoothSizes sizes) {
   const int finer = static_cast<int>(item.chunk->block.level - finest_level);
@@ -308,7 +308,7 @@ Result<void> SplatPasses::draw_gradients(const DrawContext& context, const Splat
 
 /// Sets the uniforms of gradients that depend on the level. A cell's weight is proportional to the
 /// inverse of its volume: where levels meet, coarse cells then change normals within about one fine
-/// cell. Whether a cell contributes depends on the size of the finest cells at its place: an
+/// cell. Whether a cell contributes depends on the size of the finest cells at its position: an
 /// occluded coarse cell must not determine the normals of visible cells that are too small to
 /// contribute. Sums stay below 65504, the largest 16-bit float: at most eight gradients of 65535
 /// quantized values per unit.

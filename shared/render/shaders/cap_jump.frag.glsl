@@ -1,9 +1,9 @@
-// One step of jump flooding (G. Rong, T.-S. Tan, I3D 2006): the nearest tile with states, x | y << 16,
-// among those found by nine tiles at this distance; 0xffffffff: none. Tiles without states of cells count
-// only if no other is known.
+// One step of jump flooding (G. Rong, T.-S. Tan, I3D 2006). The nine tiles at this distance have
+// found tiles with states; this shader writes the nearest of these as x | y << 16, or 0xffffffff if
+// there are none. Tiles without states that follow from cells are used only if there are no others.
 uniform highp usampler2D u_tiles;    // cap_tiles.frag.glsl
 uniform highp usampler2D u_nearest;  // of the last step
-uniform int u_step;                  // 0 in the first step: each tile knows itself
+uniform int u_step;                  // 0 in the first step: each tile with states writes itself
 layout(location = 0) out uint o_nearest;
 
 void main() {

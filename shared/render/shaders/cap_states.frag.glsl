@@ -1,8 +1,9 @@
-// The state of the point at which each pixel's ray enters the part that is shown. 0: there is no such
-// point. 1: nothing is known. Otherwise it is 2 more than the number of isovalues that are reached there,
-// with CAP_BY_CELL if a cell gives the state. The number follows from the values of the cell there; from
-// the first surface behind it, of any layer, since the volume's function is continuous and crosses no
-// isovalue before; or from the face of an active cell beside it.
+// The state of the point at which each pixel's ray enters the part that is shown. 0: there is no
+// such point. 1: nothing is known. Otherwise it is 2 more than the number of isovalues that are
+// reached there, with CAP_BY_CELL if a cell gives the state. The number follows from one of these:
+// the values of the cell at the point; the first surface of any layer behind the point, since the
+// volume's function is continuous, and crosses no isovalue before this surface; or the face of an
+// active cell beside the point.
 uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
 uniform highp usampler2D u_cut_cells;  // cut_cells.frag.glsl

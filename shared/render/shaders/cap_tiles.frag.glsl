@@ -1,8 +1,8 @@
-// For each tile of states (cap_states.frag.glsl): the known state that is nearest to each of its corners
-// and the middle of each of its edges, four bits each, in rows from the lower left one; 0: there is none
-// in the tile or beside it. Only states given by cells at the face count, if there are some (y is 1): other
-// surfaces may be drawn a pixel beyond their outlines. Where a tile has none of cells, the isovalue is not
-// crossed in it, and all of it is like the nearest tile's edge.
+// For each tile of states (cap_states.frag.glsl): the known states nearest to its corners and to
+// the middles of its edges, four bits each, in rows from the lower left one; 0: there is none in
+// the tile or beside it. If cells at the face give some states, only these count (y is 1), since
+// surfaces may be drawn a pixel beyond their outlines. If cells give no state in a tile, the
+// isovalue is not crossed in it, and the whole tile has the state of the nearest tile's edge.
 uniform highp usampler2D u_states;
 layout(location = 0) out uvec2 o_tile;
 

@@ -14,7 +14,8 @@ uniform int u_isosurfaces[MAX_ISOSURFACES];  // of the volume: their numbers
 uniform float u_cap_scalar[MAX_ISOSURFACES];
 layout(location = 0) out uvec4 o_pixel;
 
-// The nearest known state of those not farther than any in the pixel's tile may be.
+// The nearest known state. Searches up to the largest distance at which a state of the pixel's tile
+// can be.
 uint nearest_around(ivec2 at) {
   const int kReach = CAP_TILE_PX - 1, kSide = 2 * kReach + 1;
   ivec2 end = textureSize(u_states, 0);
@@ -45,9 +46,9 @@ uint filled(ivec2 at) {
   return texelFetch(u_tiles, there, 0).x >> (4 * (k < 4 ? k : k - 1)) & 15u;
 }
 
-// The state that a surface gives, or the state of the pixels around it if these have another one: a single
-// splat may miss the surface, or be drawn beyond its outline. Where the isovalue is crossed, cells give the
-// state.
+// The state that a surface gives, or another one if most of the pixels around have another one: a single
+// splat may miss the surface, or be drawn beyond its outline. Cells give the state where the isovalue is
+// crossed.
 uint without_outliers(uint state, ivec2 at) {
   ivec2 last = textureSize(u_states, 0) - 1;
   uint other = state;

@@ -15,7 +15,8 @@ void main() {
   int plane = entry(gl_FragCoord.xy, z);
   if (plane < 0) discard;
   vec3 p = (point_at(gl_FragCoord.xy, z) - v_low) / v_size;
-  // A pixel's size on the face, up to two of those across the view.
+  // The size of a pixel on the face. On oblique faces it is larger than across the view; limited to
+  // twice.
   vec3 normal = normalize(row_to_view(u_clip_plane[plane].xyz));
   float facing = max(abs(dot(normal, eye_from(gl_FragCoord.xy))), 0.5);
   vec3 reach_of_unit = u_reach_of_unit.xyz;

@@ -4,8 +4,8 @@
 // voxels.
 uniform float u_gradient_weight;
 uniform float u_finest_side_px;  // side of the finest cells, at distance 1
-uniform vec2 u_smooth_px;        // x: side up to which cells keep their own normals; y: 1 / the difference to
-                                 // that from which on they do not
+uniform vec2 u_smooth_px;        // x: side up to which cells keep their exact normals; y: 1 / (side from
+                                 // which on they are smooth - x)
 flat out vec3 v_low;            // the cell's low corner
 flat out vec4 v_lower, v_upper; // its values, weighted
 flat out float v_fade;          // 0 where cells are too small for smooth normals, up to 1

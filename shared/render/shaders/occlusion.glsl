@@ -34,7 +34,7 @@ bool find_beyond_tile(vec2 px, int layer, out vec3 position) {
 }
 #endif
 
-// Of the surface in the pixel that contains this place; false where there is none. There is none
+// The position of the surface in the pixel that contains px; false if there is none. There is none
 // outside of the image: repeating its edge would darken it.
 bool find_surface(vec2 px, int layer, out vec3 position) {
   position = vec3(0.0);
@@ -69,7 +69,7 @@ float horizon(vec3 position, vec3 to_eye, int layer, vec2 direction, float radiu
   float highest = lowest;
   for (int i = 0; i < AMBIENT_STEPS; ++i) {
     float t = (float(i) + offset) / float(AMBIENT_STEPS);
-    // Steps grow: near occluders matter most. Nearer than a pixel is the pixel itself.
+    // Steps grow, since near occluders matter most. They begin beyond the pixel itself.
     vec3 there;
     if (find_surface(gl_FragCoord.xy + direction * (1.2 + t * t * radius_px), layer, there)) {
       vec3 to_there = there - position;

@@ -1,7 +1,7 @@
-// The place of the surface at each pixel, for gradients.frag.glsl. xyz: bits of the position in frame
-// space (frame.glsl). w: the normal of the surface pixel, 14 bits for each of its two components, and
-// the isosurface's place among those of the volume. Pixels without a surface of the volume have a place
-// far from all cells.
+// The position of the surface at each pixel, for gradients.frag.glsl. xyz: bits of the position in
+// frame space (frame.glsl). w: the normal of the surface pixel, 14 bits for each of its two
+// components, and the isosurface's index among those of the volume. Pixels without a surface of the
+// volume have a position far from all cells.
 uniform highp usampler2DArray u_surfaces;
 uniform highp sampler2DArray u_depths;
 uniform int u_layer;

@@ -10,8 +10,9 @@ void main() {
   v_a = f.a;
   v_b = f.b;
   vec3 centre = v_low + 0.5 * v_size, reach = (0.5 + CUT_MARGIN_CELLS) * v_size;
-  // The plane from the centre, and the bounds of the part of the cell that it cuts. The bounds along an
-  // axis are where the coordinates along the other axes can still reach the plane.
+  // The distance of the plane from the cell's centre, and the bounds of the part of the cell that
+  // the plane cuts. Along each axis, the bounds are the coordinates from which the plane can be
+  // reached along the other axes.
   float away = u_slice.w - dot(u_slice.xyz, centre);
   vec3 steps = abs(u_slice.xyz) * reach, slope = max(abs(u_slice.xyz), 1e-6);
   float most = steps.x + steps.y + steps.z;

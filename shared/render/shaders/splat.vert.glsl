@@ -76,9 +76,9 @@ void place_ellipse(vec3 centre, vec3 size, vec3 displacement, vec3 normal, vec3 
   facing = facing < 0.0 ? min(facing, -ELLIPSE_MIN_FACING) : max(facing, ELLIPSE_MIN_FACING);
   vec2 slope = -in_view.xy / facing;
   float px = w_at(z) * u_per_focal_px;  // size of a pixel there
-  // Bounds of the tangent plane's part inside of the cell's box: for any c, it extends no further along
-  // r than the box along r - c n. The more curved the surface is, by the mixed second derivatives, the
-  // smaller is c.
+  // Bounds the part of the tangent plane inside of the cell's box. For any c, this part extends no
+  // further along r than the box extends along r - c n. c is smaller the more curved the surface
+  // is, according to the mixed second derivatives.
   vec2 aside = aside_of(position, z);
   vec3 right = u_right.xyz - u_forward.xyz * aside.x, up = u_up.xyz - u_forward.xyz * aside.y;
   vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
