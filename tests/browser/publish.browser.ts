@@ -28,8 +28,8 @@ test.afterEach(async () => {
 });
 
 /** Requests that nginx answered: path and status. */
-const answers = () =>
-  host.accessLog().map((line) => /"GET (\S+) [^"]*" (\d+)/.exec(line)?.slice(1) ?? []);
+const answers = async () =>
+  (await host.accessLog()).map((line) => /"GET (\S+) [^"]*" (\d+)/.exec(line)?.slice(1) ?? []);
 
 test("the page lists the volumes of the site, and opens them by ranges of bytes", async ({
   page,
@@ -45,7 +45,7 @@ test("the page lists the volumes of the site, and opens them by ranges of bytes"
   await bucky.click();
   await complete(page);
   await expect(page).toHaveURL(/volume=bucky.*isovalue=/);
-  const found = answers();
+  const found = await answers();
   expect(found.filter(([path]) => path?.startsWith("/v1"))).toEqual([]);
   const ofStores = found.filter(([path]) => /^\/stores\/.*\.isosplat$/.test(path ?? ""));
   expect(ofStores.length).toBeGreaterThan(3);
@@ -78,11 +78,12 @@ test("a scene of the site is listed, and read by ranges of its bundle alone", as
   await expect(page).toHaveURL(/scene=balls~scene/);
   await expect(page).toHaveTitle("Two balls · Isosplat");
   await complete(page);
-  const ofBundle = answers().filter(([path]) => /^\/stores\/.*\.isobundle$/.test(path ?? ""));
+  const found = await answers();
+  const ofBundle = found.filter(([path]) => /^\/stores\/.*\.isobundle$/.test(path ?? ""));
   expect(ofBundle.length).toBeGreaterThan(1);
   expect(ranges[0]).toBe("bytes=0-65535");
   expect(ofBundle.filter(([, status]) => status !== "206" && status !== "304")).toEqual([]);
-  expect(answers().filter(([path]) => path?.endsWith(".isosplat"))).toEqual([]);
+  expect(found.filter(([path]) => path?.endsWith(".isosplat"))).toEqual([]);
 });
 
 test("a volume that the site does not have", async ({ page }) => {

@@ -125,9 +125,9 @@ test("plays, loops without further requests, and stays where it is paused", asyn
     expect(shown.size).toBe(values.length);
   }).toPass({ intervals: [30], timeout: 30_000 });
   await expect(async () => {
-    const before = host.accessLog().length;
+    const before = (await host.accessLog()).length;
     await page.waitForTimeout(1500);
-    expect(host.accessLog().length).toBe(before);
+    expect((await host.accessLog()).length).toBe(before);
   }).toPass({ timeout: 20_000 });
   await page.getByRole("button", { name: "Pause (K)" }).click();
   await settled(page);
@@ -140,7 +140,7 @@ test("plays, loops without further requests, and stays where it is paused", asyn
 test("a link opens its step alone; a document with its stores plays as well", async ({ page }) => {
   await open(page, "&time=2.1", "scene.json");
   await expect(value(page)).toHaveText("2 ms");
-  const log = host.accessLog().join("\n");
+  const log = (await host.accessLog()).join("\n");
   expect(log).toContain("moves3.isosplat");
   // Not the first steps; two steps are fetched in advance.
   expect(log).not.toMatch(/moves[012]\.isosplat/);

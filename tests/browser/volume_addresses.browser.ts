@@ -186,13 +186,11 @@ test("a scale of an OME-Zarr image is chosen, built and kept; a link to it opens
   await settled(page);
   await expect(page.locator(".volume-name")).toHaveText("ball");
   expect(new URL(page.url()).searchParams.get("src")).toBe(`${address}/0`);
-  const before = host.accessLog().length;
+  const before = (await host.accessLog()).length;
   await page.reload();
   await complete(page);
-  const chunks = host
-    .accessLog()
-    .slice(before)
-    .filter((line) => line.includes("/c/"));
+  const requests = (await host.accessLog()).slice(before);
+  const chunks = requests.filter((line) => line.includes("/c/"));
   expect(chunks).toEqual([]);
   rmSync(join(zarr, "1", "zarr.json"));
   await open(page, address);

@@ -155,7 +155,7 @@ test("a store on a static host, by ?src=", async () => {
     // The whole volume is in view, with background around it.
     expect(covered).toBeGreaterThan(0.05 * width * height);
     expect(covered).toBeLessThan(0.95 * width * height);
-    expect(host.accessLog().some((line) => line.includes(" 206 "))).toBe(true);
+    expect((await host.accessLog()).some((line) => line.includes(" 206 "))).toBe(true);
   } finally {
     await host.stop();
   }

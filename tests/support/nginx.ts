@@ -1,5 +1,6 @@
 /** nginx as a typical static host: only the folder and a few settings are configured. */
 import { type ChildProcess, spawn, spawnSync } from "node:child_process";
+import { randomUUID } from "node:crypto";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import type { AddressInfo } from "node:net";
 import { createServer } from "node:net";
@@ -33,8 +34,8 @@ export interface NginxOptions {
 export interface Nginx {
   /** With a slash at the end. */
   url: string;
-  /** The lines of its access log so far. */
-  accessLog(): string[];
+  /** The lines of its access log, with those of all responses that were received before the call. */
+  accessLog(): Promise<string[]>;
   stop(): Promise<void>;
 }
 
@@ -83,10 +84,28 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
   }
   return {
     url,
-    // The first line is the request that checks whether nginx has started.
-    accessLog: () => readFileSync(join(folder, "access"), "utf8").trim().split("\n").slice(1),
+    accessLog: () => writtenLog(url, join(folder, "access")),
     stop: () => stopped(server, folder),
   };
+}
+
+/**
+ * The lines of the access log, without the first (the request that checks whether nginx has
+ * started). nginx writes a line after it has sent the response, so the client may have the response
+ * before the log has its line. But it writes the lines in order: once the log has that of a last
+ * request, it has those of all earlier responses.
+ */
+async function writtenLog(url: string, path: string): Promise<string[]> {
+  const last = `log-${randomUUID()}`;
+  await (await fetch(url + last, { headers: { connection: "close" } })).arrayBuffer();
+  for (let attempt = 0; attempt < 200; ++attempt) {
+    const lines = readFileSync(path, "utf8").trim().split("\n").slice(1);
+    if (lines.some((line) => line.includes(last))) {
+      return lines.filter((line) => !/ \/log-[-0-9a-f]{36} /.test(line));
+    }
+    await new Promise((next) => setTimeout(next, 50));
+  }
+  throw new Error(`${path} has no line of ${last}`);
 }
 
 async function stopped(server: ChildProcess, folder: string): Promise<void> {

@@ -31,7 +31,7 @@ describe.skipIf(!hasNginx)("a store on nginx", () => {
       await harness.complete();
       expect(harness.errors).toEqual([]);
       expect(harness.progress?.finestLevel).toBe(0);
-      const ranges = server.accessLog().filter((line) => line.includes('" 206 '));
+      const ranges = (await server.accessLog()).filter((line) => line.includes('" 206 '));
       expect(ranges.length).toBe(source.requests);
       expect(source.requests).toBeLessThan(harness.resident.size);
     } finally {

@@ -98,7 +98,7 @@ test("scripts of another origin, with the policy that the README states for them
   await open(page, policy, other.url);
   await isDrawn(page);
   expect(found).toEqual([]);
-  expect(other.accessLog().join("\n")).toContain("decode_worker.js");
+  expect((await other.accessLog()).join("\n")).toContain("decode_worker.js");
 });
 
 const enough = () => policies()[0] ?? "";
@@ -159,7 +159,7 @@ test("setAssetBase: workers and WebAssembly come from a copy", async ({ page }) 
   await open(page, enough()); // for the listener of faults
   await page.goto(`${own.url}based.html`);
   await isDrawn(page);
-  const log = other.accessLog().join("\n");
+  const log = (await other.accessLog()).join("\n");
   for (const file of ["isosplat-renderer.wasm", "decode_worker.js"]) {
     expect(log).toContain(`/node_modules/isosplat/assets/${file}`);
   }
