@@ -1,15 +1,12 @@
-import type { Source } from "../stream/source.ts";
+import { type ByteRange, ranges } from "../stream/range_source.ts";
+import type { FileRange, Source } from "../stream/source.ts";
 
 /** Two ranges with at most this many bytes between them are fetched together, with these bytes. */
 const maxGap = 16 * 1024;
-/** Ranges are merged into one request of at most this size. A single range may be larger. */
-const maxBytes = 1024 * 1024;
 
 type Arrived = (part: Uint8Array, offset: number) => void;
 
-interface Wanted {
-  offset: number;
-  end: number;
+interface Wanted extends FileRange {
   signal: AbortSignal;
   arrived: Arrived;
   resolve: () => void;
@@ -34,23 +31,18 @@ export class MergedRanges {
 
   /** As Source.range. Rejects with the error of the request, or with the signal's reason. */
   range(offset: number, bytes: number, signal: AbortSignal, arrived: Arrived): Promise<void> {
-    return new Promise((resolve, reject) => {
-      if (signal.aborted) {
+    if (signal.aborted) return Promise.reject(signal.reason);
+    let aborted = (): void => {};
+    return new Promise<void>((resolve, reject) => {
+      const wanted: Wanted = { offset, bytes, signal, arrived, resolve, reject };
+      aborted = () => {
+        this.#waiting = this.#waiting.filter((each) => each !== wanted);
         reject(signal.reason);
-        return;
-      }
-      const wanted: Wanted = { offset, end: offset + bytes, signal, arrived, resolve, reject };
+      };
+      signal.addEventListener("abort", aborted);
       this.#waiting.push(wanted);
-      signal.addEventListener(
-        "abort",
-        () => {
-          this.#waiting = this.#waiting.filter((each) => each !== wanted);
-          reject(signal.reason);
-        },
-        { once: true },
-      );
       this.#begin();
-    });
+    }).finally(() => signal.removeEventListener("abort", aborted));
   }
 
   /** Starts requests in a microtask, so that ranges requested in the same task can be merged. */
@@ -59,49 +51,33 @@ export class MergedRanges {
     this.#begins = true;
     queueMicrotask(() => {
       this.#begins = false;
-      while (this.#waiting.length > 0 && this.#running < this.#file.concurrency) {
-        void this.#fetch(this.#next());
+      while (this.#running < this.#file.concurrency) {
+        const next = this.#next();
+        if (!next) return;
+        void this.#fetch(next);
       }
     });
   }
 
-  /** Removes the range that has waited longest, and those close to it. Returns them by offset. */
-  #next(): Wanted[] {
+  /** Removes the range that has waited longest, and those that are fetched with it. */
+  #next(): ByteRange<Wanted> | undefined {
     const [oldest] = this.#waiting;
-    if (!oldest) return [];
-    const sorted = [...this.#waiting].sort((a, b) => a.offset - b.offset);
-    const at = sorted.indexOf(oldest);
-    let { offset: begin, end } = oldest;
-    const group = [oldest];
-    for (const next of sorted.slice(at + 1)) {
-      if (next.offset - end > maxGap || next.end - begin > maxBytes) break;
-      end = Math.max(end, next.end);
-      group.push(next);
-    }
-    for (const before of sorted.slice(0, at).reverse()) {
-      if (begin - before.end > maxGap || end - before.offset > maxBytes) break;
-      begin = Math.min(begin, before.offset);
-      group.unshift(before);
-    }
-    const taken = new Set(group);
+    if (!oldest) return undefined;
+    const next = ranges(this.#waiting, maxGap).find(({ chunks }) => chunks.includes(oldest));
+    const taken = new Set(next?.chunks);
     this.#waiting = this.#waiting.filter((each) => !taken.has(each));
-    return group;
+    return next;
   }
 
-  async #fetch(group: readonly Wanted[]): Promise<void> {
-    const [first] = group;
-    if (!first) return;
+  async #fetch({ offset, bytes, chunks: group }: ByteRange<Wanted>): Promise<void> {
     ++this.#running;
     const ending = new AbortController();
     const endIfUnwanted = (): void => {
-      if (group.every(({ signal }) => signal.aborted)) ending.abort(first.signal.reason);
+      if (group.every(({ signal }) => signal.aborted)) ending.abort(group[0]?.signal.reason);
     };
-    for (const { signal } of group) signal.addEventListener("abort", endIfUnwanted, { once: true });
-    const end = Math.max(...group.map((each) => each.end));
+    for (const { signal } of group) signal.addEventListener("abort", endIfUnwanted);
     try {
-      await this.#file.range(first.offset, end - first.offset, ending.signal, (part, offset) =>
-        handOut(group, part, offset),
-      );
+      await this.#file.range(offset, bytes, ending.signal, (part, at) => handOut(group, part, at));
       for (const { resolve } of group) resolve();
     } catch (error) {
       for (const { reject } of group) reject(error);
@@ -115,9 +91,9 @@ export class MergedRanges {
 
 /** Passes to each reader the bytes of a part that lie in its range. */
 function handOut(group: readonly Wanted[], part: Uint8Array, offset: number): void {
-  for (const { offset: begin, end, signal, arrived } of group) {
+  for (const { offset: begin, bytes, signal, arrived } of group) {
     const from = Math.max(begin, offset);
-    const to = Math.min(end, offset + part.length);
+    const to = Math.min(begin + bytes, offset + part.length);
     if (from < to && !signal.aborted) arrived(part.subarray(from - offset, to - offset), from);
   }
 }
