@@ -174,7 +174,7 @@ export class ChunkQueue {
     const { free } = this.#requests;
     const groups = free > 0 ? this.#groupsOf(queued) : [];
     if (groups.length === 0 || groups.length > free) this.#requests.wait();
-    for (const chunks of groups.slice(0, Math.max(0, free))) {
+    for (const chunks of groups.slice(0, free)) {
       if (this.#backoff.waiting) {
         this.#pumpWhenReady();
         return;

@@ -29,6 +29,8 @@ export class CoarseTail {
   readonly #store: Store;
   readonly #backoff: Backoff;
   readonly #maxBytes: number;
+  /** The levels that are fetched first. */
+  readonly #first: CoarseRange;
 
   /** `maxBytes`: StreamOptions.coarseBytes. */
   constructor(source: Source, store: Store, backoff: Backoff, maxBytes = defaultBytes) {
@@ -36,27 +38,13 @@ export class CoarseTail {
     this.#store = store;
     this.#backoff = backoff;
     this.#maxBytes = maxBytes;
-  }
-
-  /** The levels that are fetched first: those that the source has ready, if it has whole levels. */
-  #first(): CoarseRange {
-    const { ready } = this.#source;
-    const first = this.#store.bootstrapRange();
-    if (!ready || ready.offset <= first.offset) return first;
-    const end = ready.offset + ready.bytes;
-    for (let bytes = ready.bytes; bytes >= 1; bytes /= 2) {
-      const { firstLevel, offset, ...tail } = this.#store.coarseRange(bytes);
-      if (offset < ready.offset || offset + tail.bytes > end) continue;
-      return { firstLevel, offset, bytes: end - offset };
-    }
-    return first;
+    this.#first = firstRange(source, store);
   }
 
   /** The levels that `load` may fetch. */
   #range(): CoarseRange {
-    const first = this.#first();
     const all = this.#store.coarseRange(this.#maxBytes);
-    return all.firstLevel < first.firstLevel ? all : first;
+    return all.firstLevel < this.#first.firstLevel ? all : this.#first;
   }
 
   /** The finest level that `load` may fetch. */
@@ -74,7 +62,7 @@ export class CoarseTail {
     signal: AbortSignal,
     arrived: (chunks: CoarseChunk[]) => Promise<void>,
   ): Promise<number> {
-    const first = this.#first();
+    const first = this.#first;
     const firstEnd = first.offset + first.bytes;
     const firstPart = await this.#fetch(first.offset, first.bytes, signal);
     const coarsest = this.#chunks(first.firstLevel, this.#store.info.levels, firstPart);
@@ -172,6 +160,19 @@ export class CoarseTail {
 interface Part {
   offset: number;
   bytes: Uint8Array;
+}
+
+/** The levels that the source has ready, if these are whole; otherwise the bootstrap range. */
+function firstRange({ ready }: Source, store: Store): CoarseRange {
+  const bootstrap = store.bootstrapRange();
+  if (!ready || ready.offset <= bootstrap.offset) return bootstrap;
+  const end = ready.offset + ready.bytes;
+  for (let most = ready.bytes; most >= 1; most /= 2) {
+    const { firstLevel, offset, bytes } = store.coarseRange(most);
+    const isReady = offset >= ready.offset && offset + bytes <= end;
+    if (isReady) return { firstLevel, offset, bytes: end - offset };
+  }
+  return bootstrap;
 }
 
 function countSamples(chunks: readonly Chunk[]): number {

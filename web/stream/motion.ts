@@ -1,3 +1,4 @@
+import { sameNumbers } from "./same_numbers.ts";
 import type { CameraView } from "./types.ts";
 
 /** A change that follows another within this time is part of a movement (ms). */
@@ -139,10 +140,4 @@ function copyOf(view: CameraView): CameraView {
     viewProjection: Array.from(view.viewProjection),
     isovalues: [...view.isovalues],
   };
-}
-
-function sameNumbers(a: ArrayLike<number>, b: ArrayLike<number>): boolean {
-  if (a.length !== b.length) return false;
-  for (let i = 0; i < a.length; ++i) if (a[i] !== b[i]) return false;
-  return true;
 }

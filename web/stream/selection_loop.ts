@@ -9,6 +9,7 @@ import type { Motion } from "./motion.ts";
 import type { OcclusionQueries } from "./occlusion_queries.ts";
 import type { PageLoader } from "./page_loader.ts";
 import { Prefetch } from "./prefetch.ts";
+import { sameNumbers } from "./same_numbers.ts";
 import type { SourceCheck } from "./source_check.ts";
 import type { CameraView, StreamEvents } from "./types.ts";
 
@@ -194,7 +195,7 @@ export class SelectionLoop {
   }
 
   #show({ drawn, regions }: CoreSelection): void {
-    if (isSame(drawn, this.#visible) && isSame(regions, this.#regions)) return;
+    if (sameNumbers(drawn, this.#visible) && sameNumbers(regions, this.#regions)) return;
     if (this.#visible.length === 0) this.#parts.mark("isosplat:surface");
     this.#parts.occlusion.pictureChanged();
     this.#visible = drawn;
@@ -205,8 +206,4 @@ export class SelectionLoop {
 
 function cellBudget(budget: number, pinnedSamples: number): number {
   return Math.max(0, (budget - pinnedSamples) * targetShare);
-}
-
-function isSame(a: Uint32Array, b: Uint32Array): boolean {
-  return a.length === b.length && a.every((word, i) => word === b[i]);
 }

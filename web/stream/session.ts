@@ -31,6 +31,7 @@ export class StreamSession {
   readonly #parts: SessionParts;
   readonly #progress: ProgressReporter;
   readonly #closing = new AbortController();
+  /** As `#closing.signal.aborted`, which is slow if it is read for each of many layers. */
   #isClosed = false;
   /** Selects after changes of the resident chunks. A change of the camera view selects at once. */
   readonly #selecting = new CoalescedTask(() => this.#select());

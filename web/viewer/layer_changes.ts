@@ -1,13 +1,6 @@
 import { CoalescedTask } from "../stream/coalesced_task.ts";
-import type { LayerList } from "./layer_list.ts";
+import { type LayerList, manyLayers } from "./layer_list.ts";
 import type { OpenVolume } from "./open_volume.ts";
-
-/**
- * Maximum number of layers that are tested for occlusion. They are tested one after the other, and again when
- * another layer has changed the picture, which takes long for many layers. If there are more layers, occluded
- * chunks are fetched as well.
- */
-const maxTested = 16;
 
 /**
  * Notifies the layers of changes of other layers. Many layers of a scene may change at the same time, so their
@@ -25,8 +18,9 @@ export class LayerChanges {
     this.#list = list;
     this.#opened = new CoalescedTask(() => {
       const { sessions } = list;
-      for (const session of sessions) session.sceneChanged();
-      if (sessions.length > maxTested) for (const session of sessions) session.fetchOccluded();
+      if (sessions.length > 1) for (const session of sessions) session.sceneChanged();
+      // Layers are tested one after the other, and again when another one has changed the picture.
+      if (sessions.length > manyLayers) for (const session of sessions) session.fetchOccluded();
       opened();
     });
   }

@@ -8,6 +8,12 @@ import { placed } from "./transform.ts";
 import type { Camera } from "./types.ts";
 import type { OpenOptions } from "./viewer_events.ts";
 
+/**
+ * If there are more layers, what each of them would do for itself takes too long: occlusion queries, and
+ * loading coarse levels for other isovalues in advance.
+ */
+export const manyLayers = 16;
+
 /** A layer with its volume, and the viewer's state for it. */
 export interface LayerEntry {
   readonly layer: Layer;

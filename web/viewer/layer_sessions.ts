@@ -2,12 +2,9 @@ import type { Decoder } from "../stream/decoder.ts";
 import { RequestLimit } from "../stream/request_limit.ts";
 import type { SessionOptions } from "../stream/session_parts.ts";
 import { WorkerPool } from "../stream/worker_pool.ts";
-import type { LayerEntry } from "./layer_list.ts";
+import { type LayerEntry, manyLayers } from "./layer_list.ts";
 import { compiledRenderer } from "./renderer_program.ts";
 import type { ViewerOptions } from "./viewer_events.ts";
-
-/** In scenes with more layers, no layer loads its coarse levels for other isovalues in advance. */
-const maxLayersInAdvance = 16;
 
 /** The workers and the limit of requests that the sessions of all layers share. */
 export class LayerSessions {
@@ -42,9 +39,8 @@ export class LayerSessions {
       ...(firstIsovalues.length > 0 ? { firstIsovalues } : {}),
       ...(targetCellPixels ? { targetCellPixels } : {}),
       ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
-      ...(layers > maxLayersInAdvance ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
       // Instead of other isovalues, other steps are fetched in advance.
-      ...(steps ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
+      ...(steps || layers > manyLayers ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
     };
   }
 

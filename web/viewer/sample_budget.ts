@@ -1,4 +1,5 @@
 import type { StoreInfo } from "../core/types.ts";
+import { sameNumbers } from "../stream/same_numbers.ts";
 import type { LayerEntry, LayerList } from "./layer_list.ts";
 import { type SampleNeed, shareSamples } from "./sample_shares.ts";
 import { coverage, type Transform, viewProjectionOf } from "./transform.ts";
@@ -47,7 +48,8 @@ export class SampleBudget {
 
   /** Sets the view that is drawn at rest. Layers that cover more of it get more of the sample budget. */
   viewed(viewProjection: Float64Array): void {
-    if (!isSame(viewProjection, this.#viewProjection)) this.#coverages = new WeakMap();
+    const isOther = !this.#viewProjection || !sameNumbers(viewProjection, this.#viewProjection);
+    if (isOther) this.#coverages = new WeakMap();
     this.#viewProjection = viewProjection;
     if (this.#list.entries.length > 1) this.share();
   }
@@ -105,8 +107,4 @@ export class SampleBudget {
       entry.volume.session?.setSampleBudget(entry.samples - samplesOfOthers(entry));
     });
   }
-}
-
-function isSame(a: Float64Array, b: Float64Array | null): boolean {
-  return b !== null && a.every((number, i) => number === b[i]);
 }
