@@ -9,6 +9,7 @@
 #include "shared/import/dicom/dicom.h"
 #include "shared/import/slices/slice_files.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/text/name_list.h"
 #include "shared/import/volume/refusals.h"
 
 namespace isosplat::import::dicom {
@@ -87,13 +88,11 @@ constexpr size_t kMaxNames = 4;
 
 /// "a.txt, b.txt and 3 more".
 std::string names_of(const std::vector<std::string>& files) {
-  std::string text;
-  for (size_t i = 0; i < std::min(files.size(), kMaxNames); ++i) {
-    if (i > 0) text += ", ";
-    text += std::filesystem::path(files[i]).filename().string();
+  std::vector<std::string> names;
+  for (const std::string& file : files) {
+    names.push_back(std::filesystem::path(file).filename().string());
   }
-  if (files.size() > kMaxNames) text += fmt::format(" and {} more", files.size() - kMaxNames);
-  return text;
+  return name_list(names, kMaxNames);
 }
 
 Result<Collection> collect_file(const std::filesystem::path& path) {

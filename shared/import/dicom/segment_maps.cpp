@@ -17,6 +17,7 @@
 #include "shared/import/dicom/step_frames.h"
 #include "shared/import/dicom/values.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/text/name_list.h"
 #include "shared/import/volume/volume_name.h"
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/slice_range.h"
@@ -46,12 +47,9 @@ std::string name_of(const SegmentDescription& segment) {
 }
 
 std::string names_of(const std::vector<SegmentDescription>& segments) {
-  std::string text;
-  for (size_t i = 0; i < std::min(segments.size(), kMaxNames); ++i) {
-    text += (i > 0 ? ", " : "") + name_of(segments[i]);
-  }
-  if (segments.size() > kMaxNames) text += fmt::format(" and {} more", segments.size() - kMaxNames);
-  return text;
+  std::vector<std::string> names;
+  for (const SegmentDescription& segment : segments) names.push_back(name_of(segment));
+  return name_list(names, kMaxNames);
 }
 
 /// Keeps the segments that the option chooses: by number, or else by label; all if it is empty.
