@@ -245,9 +245,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
             call->has_labels = true;
             call->labels = kind;
           },
-          "A scene with a smooth surface for each label or segment of a segmentation; raw: with "
-          "the "
-          "stairs of its voxels")
+          "A scene with a smooth surface for each label or segment of a segmentation; raw: "
+          "with the stairs of its voxels")
       ->expected(0, 1)
       ->type_name("[raw]");
   command->add_option("--label-table", call->label_table,

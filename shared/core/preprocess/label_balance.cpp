@@ -48,9 +48,8 @@ PointCounts count_points(const Corners& corners) {
   std::array<std::array<int16_t, kP>, 4> along_x;
   for (size_t edge = 0; edge < 4; ++edge) {
     for (size_t i = 0; i < kP; ++i) {
-      const auto of_high = static_cast<int16_t>(2 * i + 1);
-      along_x[edge][i] = static_cast<int16_t>((2 * kPoints - of_high) * corners[2 * edge] +
-                                              of_high * corners[2 * edge + 1]);
+      between<1>(&corners[2 * edge], &corners[2 * edge + 1], static_cast<int32_t>(i),
+                 &along_x[edge][i]);
     }
   }
   std::array<std::array<int16_t, kP * kP>, 2> along_y;
@@ -131,7 +130,6 @@ class Bricks {
     return {std::clamp(low, 0, bricks - 1), std::clamp(low + 1, 0, bricks - 1),
             from_first % kBrick};
   }
-  int32_t across() const { return size_.x; }
 
  private:
   static int32_t along(int32_t voxels) { return (voxels - 2) / kBrick + 1; }
