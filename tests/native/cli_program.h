@@ -88,6 +88,28 @@ inline std::string ball(int n) {
   return voxels;
 }
 
+/// A cube of n³ voxels as raw bytes. `voxel`: the value by index, x fastest.
+template <class T>
+std::string cube(int n, const std::function<double(int)>& voxel) {
+  std::string voxels;
+  for (int i = 0; i < n * n * n; ++i) {
+    const auto value = static_cast<T>(voxel(i));
+    voxels.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  return voxels;
+}
+
+/// Writes a cube of n³ voxels as NRRD, and returns its path. `type`: NRRD's name of their type.
+inline std::string write_cube(const TempFolder& folder, const std::string& name,
+                              const std::string& type, int n, const std::string& voxels) {
+  const std::string path = folder / name;
+  write_file(path, fmt::format("NRRD0004\ntype: {1}\ndimension: 3\nsizes: {0} {0} {0}\n"
+                               "encoding: raw\nendian: little\n\n",
+                               n, type) +
+                       voxels);
+  return path;
+}
+
 inline std::string write_ball(const TempFolder& folder, int n, const std::string& name = "ball") {
   const std::string path = folder / (name + ".nrrd");
   write_file(path, fmt::format("NRRD0004\ntype: uint8\ndimension: 3\nsizes: {} {} {}\n"

@@ -13,10 +13,8 @@ namespace isosplat {
 namespace {
 
 using test::Ended;
-using test::read_file;
 using test::run;
 using test::TempFolder;
-using test::write_file;
 
 constexpr int kEdge = 20;
 
@@ -25,17 +23,7 @@ class CliRange : public ::testing::Test {
   template <class T>
   std::string write(const std::string& name, const std::string& type,
                     const std::function<double(int)>& voxel) {
-    const std::string path = folder / name;
-    std::string voxels;
-    for (int i = 0; i < kEdge * kEdge * kEdge; ++i) {
-      const T value = static_cast<T>(voxel(i));
-      voxels.append(reinterpret_cast<const char*>(&value), sizeof value);
-    }
-    write_file(path, fmt::format("NRRD0004\ntype: {1}\ndimension: 3\nsizes: {0} {0} {0}\n"
-                                 "encoding: raw\nendian: little\n\n",
-                                 kEdge, type) +
-                         voxels);
-    return path;
+    return test::write_cube(folder, name, type, kEdge, test::cube<T>(kEdge, voxel));
   }
 
   StoreInfo info_of(const std::string& path) {

@@ -39,12 +39,7 @@ std::string distances(double factor) {
 class CliSeries : public ::testing::Test {
  protected:
   std::string write_step(const std::string& name, double factor) {
-    const std::string path = folder / name;
-    write_file(path, fmt::format("NRRD0004\ntype: float\ndimension: 3\nsizes: {0} {0} {0}\n"
-                                 "encoding: raw\nendian: little\n\n",
-                                 kEdge) +
-                         distances(factor));
-    return path;
+    return test::write_cube(folder, name, "float", kEdge, distances(factor));
   }
 
   static Scene scene_of(const std::filesystem::path& path) {

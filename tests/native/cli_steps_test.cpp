@@ -22,26 +22,11 @@ using test::write_file;
 
 constexpr int kEdge = 20;
 
-/// A cube of n³ 16-bit integers.
-std::string integers(const std::function<int(int)>& voxel) {
-  std::string voxels;
-  for (int i = 0; i < kEdge * kEdge * kEdge; ++i) {
-    const auto value = static_cast<uint16_t>(voxel(i));
-    voxels.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  return voxels;
-}
-
 class CliSteps : public ::testing::Test {
  protected:
   std::string write_nrrd(const std::string& name, const std::function<int(int)>& voxel,
                          const std::string& type = "uint16") {
-    const std::string path = folder / name;
-    write_file(path, fmt::format("NRRD0004\ntype: {1}\ndimension: 3\nsizes: {0} {0} {0}\n"
-                                 "encoding: raw\nendian: little\n\n",
-                                 kEdge, type) +
-                         integers(voxel));
-    return path;
+    return test::write_cube(folder, name, type, kEdge, test::cube<uint16_t>(kEdge, voxel));
   }
 
   std::string write_nifti(const std::string& name, float slope) {
@@ -54,7 +39,7 @@ class CliSteps : public ::testing::Test {
     put(108, std::array<float, 3>{352, slope, 0});
     put(344, std::array<char, 4>{'n', '+', '1', '\0'});
     const std::string path = folder / name;
-    write_file(path, header + integers([](int i) { return i % 700; }));
+    write_file(path, header + test::cube<uint16_t>(kEdge, [](int i) { return i % 700; }));
     return path;
   }
 

@@ -1,13 +1,12 @@
 #include <algorithm>
 
-#include "tests/native/dicom_files.h"
+#include "tests/native/dicom_segmentation.h"
 
 // Segmentations: 1-bit, fractional and label maps.
 namespace isosplat::import {
 namespace {
 
 using test::BallSeries;
-using test::dicom_numbers;
 using test::dicom_sequence;
 using test::dicom_text;
 using test::dicom_u16;
@@ -15,7 +14,7 @@ using test::DicomItem;
 using test::DicomWriter;
 using test::expect_note;
 
-enum class Type { binary, fractional, labels };
+using Type = test::SegmentType;
 
 /// A segmentation of the three balls: segment 1 (label "low") has values from 300 on, segment 2
 /// ("high") those from 1200 on, so that they overlap.
@@ -52,56 +51,23 @@ struct SegmentFile {
     return pixels;
   }
 
-  static DicomItem segment(int number, const std::string& label) {
-    return {{0x00620004, dicom_u16(static_cast<uint16_t>(number))},
-            {0x00620005, dicom_text("LO", label)}};
-  }
-
   DicomItem data() const {
-    DicomItem data = series.common();
-    data[0x00080016] = dicom_text("UI", type == Type::labels ? "1.2.840.10008.5.1.4.1.1.66.7"
-                                                             : "1.2.840.10008.5.1.4.1.1.66.4");
-    data[0x00080018] = dicom_text("UI", "1.2.3.4.77");
-    data[0x00080060] = dicom_text("CS", "SEG");
-    const int bits = type == Type::binary ? 1 : 8;
-    data[0x00280100] = data[0x00280101] = dicom_u16(static_cast<uint16_t>(bits));
-    data[0x00280102] = dicom_u16(static_cast<uint16_t>(bits - 1));
-    data[0x00620001] = dicom_text("CS", type == Type::binary       ? "BINARY"
-                                        : type == Type::fractional ? "FRACTIONAL"
-                                                                   : "LABELMAP");
-    data[0x00620002] = dicom_sequence({segment(1, "low"), segment(2, "high")});
-    if (type == Type::fractional) {
-      data[0x0062000e] = dicom_u16(200);
-      data[0x00620010] = dicom_text("CS", "PROBABILITY");
-    }
-    if (type == Type::labels) data[0x00280120] = dicom_u16(0);
     DicomItem measures{{0x00280030, series.pixel_spacing_value()}};
     if (states_distance) measures[0x00180088] = dicom_text("DS", "2");
-    data[0x52009229] =
-        dicom_sequence({{{0x00209116, dicom_sequence({{{0x00200037, series.orientation_value()}}})},
-                         {0x00289110, dicom_sequence({measures})}}});
-    std::vector<DicomItem> groups;
-    std::vector<uint8_t> pixels;
+    test::Segmentation made(
+        series, type, {test::segment_description(1, "low"), test::segment_description(2, "high")},
+        std::move(measures));
     for (int segment = 1; segment <= (type == Type::labels ? 1 : 2); ++segment) {
       for (const int z : slices) {
-        const auto some = frame(z, segment);
-        if (omits_empty && std::all_of(some.begin(), some.end(), [](int v) { return v == 0; })) {
-          continue;
-        }
-        pixels.insert(pixels.end(), some.begin(), some.end());
-        DicomItem group{{0x00209113, dicom_sequence({{{0x00200032, series.position_value(z)}}})}};
-        if (type != Type::labels) {
-          group[0x0062000a] =
-              dicom_sequence({{{0x0062000b, dicom_u16(static_cast<uint16_t>(segment))}}});
-        }
-        groups.push_back(std::move(group));
+        const auto pixels = frame(z, segment);
+        const bool is_empty =
+            std::all_of(pixels.begin(), pixels.end(), [](int v) { return v == 0; });
+        if (!is_empty || !omits_empty) made.add(series.position_value(z), pixels, segment);
       }
     }
-    data[0x00280008] = dicom_text("IS", std::to_string(groups.size()));
-    data[0x52009230] = dicom_sequence(std::move(groups));
-    if (type != Type::binary && pixels.size() % 2) pixels.push_back(0);
-    data[0x7fe00010] =
-        type == Type::binary ? test::dicom_bits(pixels) : dicom_numbers("OB", pixels);
+    DicomItem data = made.data();
+    if (type == Type::fractional) data[0x00620010] = dicom_text("CS", "PROBABILITY");
+    if (type == Type::labels) data[0x00280120] = dicom_u16(0);
     return data;
   }
 };
@@ -270,7 +236,7 @@ TEST_F(DicomSegments, OmittedFramesAreOutsideTheSegment) {
 TEST_F(DicomSegments, TheOnlySegmentNeedsNoChoice) {
   SegmentFile file;
   DicomItem data = file.data();
-  data[0x00620002] = dicom_sequence({SegmentFile::segment(1, "low")});
+  data[0x00620002] = dicom_sequence({test::segment_description(1, "low")});
   auto& frames = data[0x52009230].items;
   std::erase_if(frames, [](DicomItem& frame) {
     return frame[0x0062000a].items[0][0x0062000b].bytes[0] == 2;
@@ -288,7 +254,7 @@ TEST_F(DicomSegments, TheOnlySegmentNeedsNoChoice) {
   expect_segment(volume, file, 1);
   EXPECT_TRUE(volume.notes.empty()) << ::testing::PrintToString(volume.notes);
   // A segment that is described, but has no frame.
-  data[0x00620002].items.push_back(SegmentFile::segment(5, "nothing"));
+  data[0x00620002].items.push_back(test::segment_description(5, "nothing"));
   test::expect_open_error(write(data), {"--segment 5 or \"nothing\", 0 frames"});
   test::expect_open_error(write(data), {"has no frames: it is empty"}, choosing("nothing"));
 }

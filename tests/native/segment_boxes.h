@@ -1,8 +1,6 @@
 #pragma once
 
-#include <optional>
-
-#include "tests/native/dicom_files.h"
+#include "tests/native/dicom_segmentation.h"
 
 namespace isosplat::test {
 
@@ -22,8 +20,6 @@ struct SegmentBox {
            static_cast<uint64_t>(high.z - low.z + 1);
   }
 };
-
-enum class SegmentType { binary, fractional, labels };
 
 /// A DICOM segmentation of boxes, with slices 2 mm apart from (0, 0, 0) on, and pixels of 1 × 1.5
 /// mm. It has no frames where a segment has no pixels. In label maps, later boxes replace earlier
@@ -67,8 +63,7 @@ struct SegmentBoxes {
   }
 
   static DicomItem description(const SegmentBox& box) {
-    DicomItem item{{0x00620004, dicom_u16(static_cast<uint16_t>(box.number))},
-                   {0x00620005, dicom_text("LO", box.label)}};
+    DicomItem item = segment_description(box.number, box.label);
     if (!box.meaning.empty()) {
       DicomItem code{{0x00080100, dicom_text("SH", "64033007")},
                      {0x00080104, dicom_text("LO", box.meaning)}};
@@ -84,51 +79,22 @@ struct SegmentBoxes {
   DicomItem data() const {
     BallSeries series;
     series.size = size;
-    DicomItem data = series.common();
-    const bool are_labels = type == SegmentType::labels;
-    data[0x00080016] = dicom_text(
-        "UI", are_labels ? "1.2.840.10008.5.1.4.1.1.66.7" : "1.2.840.10008.5.1.4.1.1.66.4");
-    data[0x00080018] = dicom_text("UI", "1.2.3.4.77");
-    data[0x00080060] = dicom_text("CS", "SEG");
-    const int bits = type == SegmentType::binary ? 1 : 8;
-    data[0x00280100] = data[0x00280101] = dicom_u16(static_cast<uint16_t>(bits));
-    data[0x00280102] = dicom_u16(static_cast<uint16_t>(bits - 1));
-    data[0x00620001] = dicom_text("CS", type == SegmentType::binary       ? "BINARY"
-                                        : type == SegmentType::fractional ? "FRACTIONAL"
-                                                                          : "LABELMAP");
     std::vector<DicomItem> descriptions;
     for (const SegmentBox& box : boxes) descriptions.push_back(description(box));
-    data[0x00620002] = dicom_sequence(std::move(descriptions));
-    if (type == SegmentType::fractional) data[0x0062000e] = dicom_u16(200);
-    if (are_labels) data[0x00280120] = dicom_u16(static_cast<uint16_t>(background));
-    const DicomItem measures{{0x00280030, dicom_text("DS", "1.5\\1")},
-                             {0x00180088, dicom_text("DS", "2")}};
-    data[0x52009229] =
-        dicom_sequence({{{0x00209116, dicom_sequence({{{0x00200037, series.orientation_value()}}})},
-                         {0x00289110, dicom_sequence({measures})}}});
-    std::vector<DicomItem> groups;
-    std::vector<uint8_t> pixels;
-    const auto add = [&](int z, const std::vector<uint8_t>& some, std::optional<int> segment) {
-      pixels.insert(pixels.end(), some.begin(), some.end());
-      DicomItem group{
-          {0x00209113,
-           dicom_sequence({{{0x00200032, dicom_text("DS", dicom_decimals({0, 0, 2.0 * z}))}}})}};
-      if (segment) {
-        group[0x0062000a] =
-            dicom_sequence({{{0x0062000b, dicom_u16(static_cast<uint16_t>(*segment))}}});
-      }
-      groups.push_back(std::move(group));
+    Segmentation made(
+        series, type, std::move(descriptions),
+        {{0x00280030, dicom_text("DS", "1.5\\1")}, {0x00180088, dicom_text("DS", "2")}});
+    const auto add = [&](int z, const std::vector<uint8_t>& pixels, int segment) {
+      made.add(dicom_text("DS", dicom_decimals({0, 0, 2.0 * z})), pixels, segment);
     };
-    for (int z = 0; z < size.z && are_labels; ++z) add(z, labels(z), std::nullopt);
+    const bool are_labels = type == SegmentType::labels;
+    for (int z = 0; z < size.z && are_labels; ++z) add(z, labels(z), 0);
     for (const SegmentBox& box : boxes) {
       for (int z = box.low.z; z <= box.high.z && !are_labels; ++z)
         add(z, frame(z, box), box.number);
     }
-    data[0x00280008] = dicom_text("IS", std::to_string(groups.size()));
-    data[0x52009230] = dicom_sequence(std::move(groups));
-    if (type != SegmentType::binary && pixels.size() % 2) pixels.push_back(0);
-    data[0x7fe00010] =
-        type == SegmentType::binary ? dicom_bits(pixels) : dicom_numbers("OB", pixels);
+    DicomItem data = made.data();
+    if (are_labels) data[0x00280120] = dicom_u16(static_cast<uint16_t>(background));
     return data;
   }
 
