@@ -23,14 +23,14 @@ const faultPause = 12_000;
 /** Number of concurrent requests. */
 const maxConcurrency = 4;
 
-/** Bytes fetched for other isovalues so far, and in all. */
+/** Bytes fetched for other isovalues so far, and bytes planned in all. */
 export interface Preparation {
   bytes: number;
   bytesPlanned: number;
 }
 
 export interface BackgroundLoaderEvents {
-  /** Bytes of these chunks need not be fetched. */
+  /** Whether a chunk is resident, so that it need not be fetched. */
   isResident(handle: number): boolean;
   /** Reserves memory that nothing else needs. Returns false if there is none. */
   admit(chunk: Chunk): boolean;
@@ -39,13 +39,13 @@ export interface BackgroundLoaderEvents {
   decoded(chunk: Chunk, decoded: DecodedChunk): void;
   /** Resolves when everything decoded so far has been uploaded. */
   uploaded(): Promise<void>;
-  /** `preparation` has changed, or a chunk of `isArriving` is damaged. */
+  /** `preparation` has changed, or a chunk for which `isArriving` was true is damaged. */
   changed(): void;
   /** All chunks that fit are resident. Called once. */
   ended(): void;
 }
 
-/** The default limit of bytes to fetch; 0 if the browser's data saver is on. */
+/** The default limit of bytes to fetch, for a store of this size. */
 export function defaultBackgroundBytes(fileBytes: number): number {
   return Math.min(maxBytes, maxShare * fileBytes);
 }
@@ -98,7 +98,10 @@ export class BackgroundLoader {
     this.#bytesPlanned = budget;
   }
 
-  /** The state of loading; null if nothing is being fetched, or will be without another `start`. */
+  /**
+   * The state of loading. Null if nothing is being fetched, and nothing will be before another
+   * `start`.
+   */
   get preparation(): Preparation | null {
     if (!this.#running) return null;
     return { bytes: this.#bytes, bytesPlanned: this.#bytesPlanned };
@@ -114,7 +117,10 @@ export class BackgroundLoader {
     return this.#decoding.has(handle);
   }
 
-  /** A view of these isovalues is complete. `finestLoaded`: the finest level resident as a whole. */
+  /**
+   * A view of these isovalues is complete. `finestLoaded`: the finest level whose chunks are all
+   * resident.
+   */
   start(isovalues: readonly number[], finestLoaded: number): void {
     if (this.#isDone || this.#running || performance.now() < this.#notBefore) return;
     const running = new AbortController();
@@ -251,7 +257,10 @@ export class BackgroundLoader {
     this.#events.changed();
   }
 
-  /** The bytes to fetch in all, as far as the directory pages are known. */
+  /**
+   * Computes the bytes to fetch in all. If directory pages are missing, it assumes the whole
+   * budget.
+   */
   #plan(level: number): void {
     let bytes = this.#bytes;
     for (let l = level; l > 0; --l) {

@@ -66,7 +66,7 @@ export class Backoff {
     this.#faults = 0;
     this.#until = 0;
     this.#hasBeenHastened = false;
-    this.#tell(undefined);
+    this.#setTrouble(undefined);
     this.#wakeAll();
   }
 
@@ -75,17 +75,17 @@ export class Backoff {
     const random = 1 + Math.random() / 4;
     const soon = Math.min(longestWait, firstWait * 2 ** this.#faults) * random;
     const wait = isSlow ? slowWait(this.#faults) : soon;
-    const asked = error instanceof TransferError ? error.retryAfter : 0;
+    const requestedWait = error instanceof TransferError ? error.retryAfter : 0;
     // Concurrent requests fail together. They count as one fault.
     if (this.#until <= Date.now()) ++this.#faults;
-    this.#until = Math.max(this.#until, Date.now() + Math.max(wait, asked));
-    if (isSlow || this.#faults >= faultsUntilOffline) this.#tell(error);
+    this.#until = Math.max(this.#until, Date.now() + Math.max(wait, requestedWait));
+    if (isSlow || this.#faults >= faultsUntilOffline) this.#setTrouble(error);
     if (isSlow) this.#events.slow?.(error);
   }
 
   /** Replaces the present fault by its cause. */
   explain(error: StreamError): void {
-    if (this.#trouble) this.#tell(error);
+    if (this.#trouble) this.#setTrouble(error);
   }
 
   /**
@@ -107,7 +107,7 @@ export class Backoff {
     for (const wake of [...this.#wake]) wake();
   }
 
-  #tell(error: StreamError | undefined): void {
+  #setTrouble(error: StreamError | undefined): void {
     if (error?.kind === this.#trouble?.kind) return;
     this.#trouble = error;
     this.#events.trouble(error);
@@ -128,7 +128,7 @@ export class Backoff {
           reject(signal.reason);
         };
         const left = this.#until - Date.now();
-        // Resolved when the request in flight ends.
+        // Without a timer, the promise resolves when the request in flight ends.
         const timer = left > 0 ? setTimeout(done, left + 1) : undefined;
         this.#wake.add(done);
         signal.addEventListener("abort", aborted, { once: true });
@@ -138,8 +138,8 @@ export class Backoff {
   }
 
   /**
-   * Repeats an attempt until it succeeds or fails with a fault that is not retried soon; with
-   * `slowly`, with a fault that is never retried.
+   * Repeats an attempt until it succeeds, or fails with a fault that is not retried soon. With
+   * `slowly`, it also repeats after faults that are retried slowly.
    */
   async retry<T>(
     signal: AbortSignal,

@@ -18,7 +18,7 @@ export class BlobSource implements Source {
   #requests = 0;
   #bytesReceived = 0;
 
-  /** name: for messages, such as the file's. */
+  /** `name`: for messages; the name of the file, for example. */
   constructor(blob: Blob, name: string) {
     this.#blob = blob;
     this.name = name;

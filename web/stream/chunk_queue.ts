@@ -48,7 +48,10 @@ export interface QueueEvents {
   decoded(chunk: Chunk, decoded: DecodedChunk): void;
   /** An admitted chunk will not be decoded: its memory is free. */
   released(chunk: Chunk): void;
-  /** A chunk is damaged. `isFirst`: it is the first damaged chunk that is needed, and has not failed before. */
+  /**
+   * A chunk is damaged. `isFirst`: no other needed chunk is damaged, and this one has not failed
+   * before.
+   */
   failed(error: StreamError, isFirst: boolean): void;
   changed(): void;
 }
@@ -263,7 +266,7 @@ export class ChunkQueue {
       for (const entry of group.entries) {
         if (++entry.tries >= maxTries) this.#fail(entry, reason);
       }
-      // A browser may drop the end of an incomplete response, which names the damaged chunk.
+      // A browser may drop the last bytes of an incomplete response. These name the damaged chunk.
       if (first && first.tries > 1) first.alone = true;
       this.#backoff.failed(reason);
     }

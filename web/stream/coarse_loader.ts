@@ -84,7 +84,7 @@ export class CoarseLoader {
         const decodeAll = (some: CoarseChunk[]): Promise<void>[] =>
           some.map((chunk) => {
             const decoding = this.#decode(chunk, signal);
-            // Awaited below, unless loading has failed before.
+            // The promise is awaited below. If loading fails earlier, its error is ignored.
             decoding.catch(() => {});
             return decoding;
           });

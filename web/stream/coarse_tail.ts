@@ -19,10 +19,10 @@ export interface CoarseChunk {
 }
 
 /**
- * Fetches the coarse tail of the store for every isovalue: first the coarsest levels, in one request,
- * then the finer levels that fit. In the file, the chunks of a level precede those of the coarser
- * levels, and its pages follow theirs. So the second step fetches one range before and one after the
- * first.
+ * Fetches the coarse tail of the store for every isovalue: first the coarsest levels, in one
+ * request, then the finer levels that fit. In the file, finer chunks precede coarser chunks, and
+ * the pages of finer levels follow those of coarser levels. So the second step fetches one range
+ * before the first range and one after it.
  */
 export class CoarseTail {
   readonly #source: Source;
@@ -53,9 +53,9 @@ export class CoarseTail {
   }
 
   /**
-   * `arrived` is called at most twice: with the chunks of the coarsest levels, and with the others.
-   * The others are requested after the promise of the first call has resolved. `sampleBudget` limits
-   * how many levels are fetched. Resolves with the finest fetched level.
+   * `arrived` is called at most twice: first with the chunks of the coarsest levels, then with the
+   * others. The others are requested after the promise of the first call has resolved.
+   * `sampleBudget` limits how many levels are fetched. Resolves with the finest fetched level.
    */
   async load(
     sampleBudget: number,
@@ -162,7 +162,10 @@ interface Part {
   bytes: Uint8Array;
 }
 
-/** The levels that the source has ready, if these are whole; otherwise the bootstrap range. */
+/**
+ * The range of the coarse levels that `ready` contains completely. Returns the bootstrap range if
+ * `ready` contains no whole level, and also if it contains the whole bootstrap range.
+ */
 function firstRange({ ready }: Source, store: Store): CoarseRange {
   const bootstrap = store.bootstrapRange();
   if (!ready || ready.offset <= bootstrap.offset) return bootstrap;

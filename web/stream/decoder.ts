@@ -28,7 +28,7 @@ export class InlineDecoder implements Decoder {
   }
 
   async decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<DecodedChunk> {
-    // Other tasks run between two chunks.
+    // Let other tasks run between two chunks.
     await new Promise((resolve) => setTimeout(resolve));
     signal.throwIfAborted();
     return this.#core.decodeChunk(job, bytes);

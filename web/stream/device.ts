@@ -1,4 +1,4 @@
-/** Whether this is a phone or a tablet: it is touched, and has no pointer that can hover. */
+/** Whether this is a phone or a tablet: its pointer is a finger, and cannot hover. */
 export function isHandheld(): boolean {
   return (
     typeof matchMedia === "function" && matchMedia("(pointer: coarse) and (hover: none)").matches
@@ -6,8 +6,8 @@ export function isHandheld(): boolean {
 }
 
 /**
- * The sample budget (16 bytes each) for the class of this device: from 32 MB of GPU memory on small
- * devices to 384 MB.
+ * The sample budget for the class of this device. A sample takes 16 bytes, so the budget is 32 MB
+ * of GPU memory on small devices, and at most 384 MB.
  */
 export function defaultSampleBudget(): number {
   if (typeof navigator === "undefined") return 8_000_000;

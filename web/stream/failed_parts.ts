@@ -2,9 +2,9 @@ import { slowWait } from "./faults.ts";
 import type { StreamError } from "./types.ts";
 
 /**
- * Damaged parts, which fail although the source works. One of them is retried after 12 s, then after 14 s, then
- * every 16 s (`slowWait`): the one whose last attempt is oldest. Call `retryAll` when a part succeeds, because the
- * file may have been repaired.
+ * Damaged parts, which fail although the source works. One of them is retried after 12 s, the next
+ * one after another 14 s, then one every 16 s (`slowWait`). The part with the oldest attempt comes
+ * first. Call `retryAll` when a part succeeds, because the file may have been repaired.
  */
 export class FailedParts<T> {
   /** In order of their last failure, the oldest first. */

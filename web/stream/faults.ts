@@ -1,8 +1,8 @@
 import { faultTexts } from "../texts/faults.ts";
 
 /**
- * The list of all faults between an address and a picture. README.md states for each fault how it is
- * detected, what remains on the screen, and how it ends.
+ * The list of all faults that can occur between an address and a picture. README.md states for each
+ * fault how it is detected, what remains on the screen, and how it ends.
  */
 
 /**
@@ -30,7 +30,8 @@ export const longestSlowRetry = 16_000;
 
 /**
  * The wait before the next slow retry after this many failures, in milliseconds: 12 s, 14 s, then
- * always 16 s. Not longer, so that a page recovers within 20 s after a fault has been repaired.
+ * always 16 s. It is never longer, so that a page recovers within 20 s after a fault has been
+ * repaired.
  */
 export function slowWait(failedBefore: number): number {
   return Math.min(longestSlowRetry, slowRetry + 2000 * failedBefore);
@@ -83,8 +84,8 @@ export function isOfPart(kind: FaultKind): boolean {
 }
 
 /**
- * The faults of the core's statuses (shared/core/base/status.h) and the server's (server/HTTP.md).
- * `undefined`: the HTTP status code decides.
+ * The fault of a status of the core (shared/core/base/status.h) or of the server (server/HTTP.md).
+ * Undefined if the HTTP status code decides.
  */
 export function faultOfStatus(status: string): FaultKind | undefined {
   switch (status) {
@@ -114,7 +115,7 @@ export function faultOfStatus(status: string): FaultKind | undefined {
   }
 }
 
-/** The fault of an HTTP status code, for answers without a status of the server. */
+/** The fault of an HTTP status code, for responses without a status of the server. */
 export function faultOfCode(code: number): FaultKind {
   if (code === 404 || code === 410) return "not-found";
   if (code === 401 || code === 403) return "access-denied";

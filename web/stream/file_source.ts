@@ -11,10 +11,10 @@ import {
 import { StreamError } from "./types.ts";
 import { fetchWhole } from "./whole_file.ts";
 
-/** The first request for the header. Most headers are much smaller than their limit. */
+/** Bytes of the first request for the header. Most headers are much smaller than their limit. */
 const firstHeaderBytes = 16 * 1024;
 /** The offset of the content id in the header (shared/core/store/FORMAT.md). */
-const contentIdPlace = [32, 48] as const;
+const contentIdRange = [32, 48] as const;
 
 export interface SourceOptions extends Admittance {
   /** A connection counts as broken after this time without data (ms). Default: 20 s. */
@@ -31,13 +31,13 @@ export class FileSource extends RangeSource {
   #fresh = false;
   #warm: { header: Promise<Uint8Array>; whole: boolean } | undefined;
   /**
-   * The statements of earlier responses about the file, and whether a different ETag means a different
-   * file.
+   * The file's identity according to earlier responses. `#etagIdentifies`: whether a different ETag
+   * means a different file.
    */
   #etag: string | undefined;
   #fileBytes: number | undefined;
   #etagIdentifies = true;
-  /** The file, if its host does not serve parts of it. */
+  /** The whole file, if its host does not serve parts of it. */
   #whole: Promise<Uint8Array> | undefined;
   #hasWarned = false;
 
@@ -91,10 +91,10 @@ export class FileSource extends RangeSource {
     const before = { etag: this.#etag, bytes: this.#fileBytes };
     this.#etag = undefined;
     this.#fileBytes = undefined;
-    const [, end] = contentIdPlace;
+    const [, end] = contentIdRange;
     try {
       const header: Uint8Array[] = [];
-      await this.#ask([0, end - 1], signal, (part) => header.push(part), true);
+      await this.#request([0, end - 1], signal, (part) => header.push(part), true);
       const bytes = joined(header);
       if (!beginsAsStore(bytes)) {
         throw new StreamError(
@@ -132,7 +132,10 @@ export class FileSource extends RangeSource {
     this.#fileBytes ??= bytes;
   };
 
-  /** The file that was read again is the same one, whatever ETag its host sends. */
+  /**
+   * Call it when the file was read again and proved to be the same. From then on, its ETag is
+   * ignored.
+   */
   isSame(): void {
     this.#etagIdentifies = false;
   }
@@ -173,7 +176,7 @@ export class FileSource extends RangeSource {
   /** The first bytes of the file: `count`, or all of a smaller file. */
   async firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array> {
     const parts: Uint8Array[] = [];
-    await this.#ask([0, count - 1], signal, (part) => parts.push(part));
+    await this.#request([0, count - 1], signal, (part) => parts.push(part));
     return joined(parts);
   }
 
@@ -184,7 +187,7 @@ export class FileSource extends RangeSource {
     arrived: (part: Uint8Array, offset: number) => void,
   ): Promise<void> {
     let at = offset;
-    await this.#ask([offset, offset + bytes - 1], signal, (part) => {
+    await this.#request([offset, offset + bytes - 1], signal, (part) => {
       arrived(part, at);
       at += part.length;
     });
@@ -199,24 +202,24 @@ export class FileSource extends RangeSource {
     }
   }
 
-  async #ask(
+  async #request(
     range: readonly [first: number, last: number],
     signal: AbortSignal,
     arrived: (part: Uint8Array) => void,
     fresh = this.fresh,
   ): Promise<void> {
-    if (this.#whole && !fresh) return this.#askWhole(range, signal, arrived);
+    if (this.#whole && !fresh) return this.#readWhole(range, signal, arrived);
     const options = { range, fresh, identify: this.#identify };
     try {
       await transfer(this.fileUrl(), options, this.traffic, signal, arrived);
     } catch (error) {
       if (!(error instanceof StreamError) || error.kind !== "no-range") throw error;
       if (fresh) this.#whole = undefined;
-      await this.#askWhole(range, signal, arrived, fresh);
+      await this.#readWhole(range, signal, arrived, fresh);
     }
   }
 
-  async #askWhole(
+  async #readWhole(
     [first, last]: readonly [first: number, last: number],
     signal: AbortSignal,
     arrived: (part: Uint8Array) => void,
@@ -249,7 +252,7 @@ export class FileSource extends RangeSource {
 
 /** The content id in the first bytes of a store. */
 export function contentIdOf(header: Uint8Array): string {
-  return hexadecimal(header.subarray(...contentIdPlace));
+  return hexadecimal(header.subarray(...contentIdRange));
 }
 
 export function hexadecimal(bytes: Uint8Array): string {

@@ -22,7 +22,7 @@ export class FrameReader<C extends ChunkPlaceInFile> {
   readonly #header = new Uint8Array(headerBytes);
   /** The bytes of the arriving chunk, in a separate array; undefined between chunks. */
   #chunk: Uint8Array | undefined;
-  /** Number of bytes of the present header, or of the chunk and its padding, that have arrived. */
+  /** Number of bytes that have arrived of the present header, or of the chunk and its padding. */
   #have = 0;
 
   constructor(chunks: readonly C[], arrived: (chunk: C, bytes: Uint8Array) => void) {
@@ -52,7 +52,7 @@ export class FrameReader<C extends ChunkPlaceInFile> {
     if (this.#next < this.#chunks.length) {
       throw new TransferError(
         "unreachable",
-        `expected ${this.#chunks.length} chunks, found ${this.#next}: the answer broke off`,
+        `expected ${this.#chunks.length} chunks, found ${this.#next}: the response is incomplete`,
       );
     }
   }
@@ -77,7 +77,7 @@ export class FrameReader<C extends ChunkPlaceInFile> {
     if (!isNamed || word(0) !== chunk.bytes) {
       throw new TransferError(
         "server-fault",
-        "the answer's chunks are not those asked for: the bytes were changed on their way, or the " +
+        "the response does not contain the requested chunks: the bytes were changed in transit, or the " +
           "server is not an Isosplat server",
       );
     }

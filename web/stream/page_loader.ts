@@ -24,12 +24,12 @@ export class PageLoader {
   readonly #backoff: Backoff;
   readonly #signal: AbortSignal;
   readonly #events: PageEvents;
-  readonly #places: Page[];
+  readonly #pages: Page[];
   readonly #failed = new FailedParts<number>(
     (index) => this.#needed.includes(index),
     () => this.need(this.#needed),
   );
-  /** Pages whose bytes did not match. They are fetched once more, past the caches. */
+  /** Pages whose bytes did not match. They are fetched once more, bypassing the caches. */
   readonly #refused = new Set<number>();
   readonly #hasFailed = new Set<number>();
   #needed: readonly number[] = [];
@@ -47,12 +47,12 @@ export class PageLoader {
     this.#backoff = backoff;
     this.#signal = signal;
     this.#events = events;
-    this.#places = store.pages();
+    this.#pages = store.pages();
   }
 
   /** The level that a page describes. */
   level(page: number): number {
-    return this.#places[page]?.level ?? 0;
+    return this.#pages[page]?.level ?? 0;
   }
 
   /** The number of damaged pages that are needed, and the error of the first. */
@@ -82,8 +82,8 @@ export class PageLoader {
   #next(): Page[] {
     const pages: Page[] = [];
     for (const index of this.#needed) {
-      const place = this.#places[index];
-      if (place && !place.resident && !this.#failed.has(index)) pages.push(place);
+      const page = this.#pages[index];
+      if (page && !page.resident && !this.#failed.has(index)) pages.push(page);
       if (pages.length === maxTogether) break;
     }
     return pages;
@@ -115,9 +115,12 @@ export class PageLoader {
     this.#loading = false;
   }
 
-  /** Adds a page to the directory. Bytes that do not match are fetched once more, past the caches. */
+  /**
+   * Adds a page to the directory. Bytes that do not match are fetched once more, bypassing the
+   * caches.
+   */
   #add(index: number, bytes: Uint8Array): void {
-    const page = this.#places[index];
+    const page = this.#pages[index];
     if (this.#signal.aborted || !page) return;
     try {
       measured("isosplat:streaming", () => this.#store.addPage(index, bytes));

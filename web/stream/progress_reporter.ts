@@ -6,8 +6,9 @@ import type { Progress } from "./types.ts";
 const minInterval = 60;
 
 /**
- * Reports progress. A change of the state, or of whether chunks are missing, is reported at once. Changes of other
- * numbers are reported at most once in `minInterval`.
+ * Reports progress. A new state is reported at once, and so is the arrival of the last missing
+ * chunk or the need for another one. Changes of other numbers are reported at most once in
+ * `minInterval`.
  */
 export class ProgressReporter {
   readonly #current: () => Progress;

@@ -11,8 +11,9 @@ const gapWorthFetching = 32 * 1024;
  * flight.
  */
 const maxBytesTogether = 1024 * 1024;
-/** Requests are merged among this number of chunks of highest priority. */
-const chunksLookedAt = 48;
+/** Only this number of chunks, those of highest priority, are merged into requests. */
+const chunksConsidered = 48;
+
 export interface ByteRange<C> {
   offset: number;
   bytes: number;
@@ -44,7 +45,9 @@ export function ranges<C extends { offset: number; bytes: number }>(
   return result;
 }
 
-/** A source that fetches byte ranges of the store file: near ones together. */
+/**
+ * A source that fetches byte ranges of the store file. Ranges close to each other share a request.
+ */
 export abstract class RangeSource implements Source {
   abstract readonly name: string;
   abstract readonly concurrency: number;
@@ -82,11 +85,11 @@ export abstract class RangeSource implements Source {
   }
 
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    // Sets keep the order of insertion, so a range gets the priority of its most important chunk.
+    // A range has the priority of its most needed chunk.
     const rank = new Map(chunks.map((chunk, i) => [chunk, i]));
     const mostNeeded = (range: ByteRange<C>): number =>
       Math.min(...range.chunks.map((chunk) => rank.get(chunk) ?? 0));
-    return ranges(chunks.slice(0, chunksLookedAt))
+    return ranges(chunks.slice(0, chunksConsidered))
       .sort((a, b) => mostNeeded(a) - mostNeeded(b))
       .map((range) => range.chunks);
   }
@@ -156,7 +159,7 @@ class Cutter<C extends { offset: number; bytes: number }> {
       const from = Math.max(place.offset + this.#have - offset, 0);
       const to = Math.min(place.offset + place.bytes - offset, part.length);
       if (to > from) {
-        // A copy, because the transport's buffer may contain other parts too.
+        // Make a copy, because the transport's buffer may contain other parts too.
         this.#parts.push(part.slice(from, to));
         this.#have += to - from;
       }

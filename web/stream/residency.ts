@@ -79,7 +79,7 @@ export class Residency {
     return this.#residents.has(handle);
   }
 
-  /** The samples of those of these chunks that are resident. */
+  /** The number of samples of the listed chunks. Chunks that are not resident have none. */
   samplesOf(handles: Uint32Array): number {
     return handles.reduce((sum, handle) => sum + (this.#residents.get(handle)?.samples ?? 0), 0);
   }
@@ -96,7 +96,7 @@ export class Residency {
     this.#trim();
   }
 
-  /** After the budget was lowered: drops chunks that the present selection does not use. */
+  /** Drops chunks that the present selection does not use, if the budget is exceeded. */
   #trim(): void {
     if (this.#samples + this.#reservedSamples <= this.#budget) return;
     for (const [handle] of this.#idle()) {
@@ -112,7 +112,9 @@ export class Residency {
       .sort(([, a], [, b]) => a.lastUse - b.lastUse);
   }
 
-  /** Reserves memory for a chunk. Returns false if all resident chunks are in use. */
+  /**
+   * Reserves memory for a chunk. Returns false if dropping all unused chunks would not free enough.
+   */
   reserve(chunk: Chunk): boolean {
     if (this.#reserved.has(chunk.handle)) return true;
     const room = (): number => this.#room(chunk);

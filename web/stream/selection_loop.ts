@@ -70,14 +70,17 @@ export class SelectionLoop {
     return this.#selection;
   }
 
-  /** From now on, occluded chunks are fetched like all others. Returns whether they were not before. */
+  /**
+   * From now on, occluded chunks are fetched like all others. Returns whether occlusion was used
+   * before.
+   */
   disableOcclusion(): boolean {
     const wasUsed = this.#usesOcclusion;
     this.#usesOcclusion = false;
     return wasUsed;
   }
 
-  /** Throws what the core throws. */
+  /** Throws the errors of the core. */
   run(cameraView: CameraView): void {
     const { store, uploads, motion, queue, pages } = this.#parts;
     const view = this.#selectionView(cameraView);
@@ -142,12 +145,12 @@ export class SelectionLoop {
 
   #requestOcclusionQuery(selection: CoreSelection, usesOcclusion: boolean): void {
     const { occlusion, viewer, queue, pages, uploads, coarse, backoff } = this.#parts;
-    const isOnItsWay = ({ handle }: Chunk): boolean =>
+    const isPending = ({ handle }: Chunk): boolean =>
       queue.state(handle) !== "failed" && !uploads.isRejected(handle);
     occlusion.need({
       ids: usesOcclusion ? selection.test : undefined,
       isLoading:
-        selection.load.some(isOnItsWay) || selection.pages.some((page) => !pages.isDamaged(page)),
+        selection.load.some(isPending) || selection.pages.some((page) => !pages.isDamaged(page)),
       isUndecided: selection.undecided > 0,
       // Do not wait for coarse levels that cannot be fetched.
       isTooCoarse: coarse.isLoading && !backoff.trouble,
@@ -155,7 +158,7 @@ export class SelectionLoop {
     if (!occlusion.done) viewer.testOcclusion?.();
   }
 
-  /** The first chunks of the isovalues expected next, if they move slowly enough to be of use. */
+  /** The first chunks for the isovalues expected next. Empty if the isovalues move too fast. */
   #selectAhead(view: SelectionView): Chunk[] {
     const { store, motion, pages, background } = this.#parts;
     const [low, high] = store.info.range;

@@ -23,9 +23,10 @@ export interface ServerSourceOptions extends SourceOptions {
 }
 
 /**
- * A volume of an Isosplat server (server/HTTP.md). All URLs but the volume's own contain the content
- * id, so their content never changes. Over HTTP/1.1, one streamed response carries many chunks. Over
- * HTTP/2 and later, each chunk has its own request: these are multiplexed, and cached separately.
+ * A volume of an Isosplat server (server/HTTP.md). Except for the volume's URL, all URLs contain
+ * the content id, so their content never changes. Over HTTP/1.1, one streamed response carries many
+ * chunks. Over HTTP/2 and later, each chunk has its own request: these are multiplexed, and cached
+ * separately.
  */
 export class ServerSource extends FileSource {
   override get concurrency(): number {
@@ -67,7 +68,7 @@ export class ServerSource extends FileSource {
     } catch {} // reported below
     throw new StreamError(
       "server-fault",
-      `${this.#volumeUrl}: expected what the server says of the volume, found something else`,
+      `${this.#volumeUrl}: expected the server's description of the volume, found something else`,
     );
   }
 
@@ -109,13 +110,13 @@ export class ServerSource extends FileSource {
     const options = { fresh: this.fresh };
     if (this.#multiplexed || chunks.length === 1) {
       await together(signal, this.concurrency, chunks, async (chunk, ending) => {
-        const url = `${this.#contentUrl}/chunks/${place(chunk)}`;
+        const url = `${this.#contentUrl}/chunks/${chunkPath(chunk)}`;
         const bytes = await transferWhole(url, options, this.traffic, ending);
         if (!ending.aborted) arrived(chunk, bytes);
       });
       return;
     }
-    const url = `${this.#contentUrl}/batch?chunks=${chunks.map(place).join(",")}`;
+    const url = `${this.#contentUrl}/batch?chunks=${chunks.map(chunkPath).join(",")}`;
     const frames = new FrameReader(chunks, arrived);
     const begin = performance.now();
     try {
@@ -125,7 +126,8 @@ export class ServerSource extends FileSource {
     } catch (error) {
       const [first] = chunks;
       if (!(first && error instanceof TransferError && error.isOfStore)) throw error;
-      // Otherwise the response would contain frames.
+      // The first chunk has failed. If a later one had failed, the response would begin with
+      // frames.
       throw new PartError(first.handle, error.message);
     }
     frames.end();
@@ -172,7 +174,7 @@ export class ServerSource extends FileSource {
   }
 }
 
-/** Reports faults of a part of the opening answer as faults of the header. */
+/** Reports a damaged part of the header or of the bootstrap response as a damaged header. */
 async function ofVolume(answer: Promise<Uint8Array>, url: string): Promise<Uint8Array> {
   try {
     return await answer;
@@ -182,11 +184,11 @@ async function ofVolume(answer: Promise<Uint8Array>, url: string): Promise<Uint8
   }
 }
 
-function place(chunk: ChunkPlaceInFile): string {
+function chunkPath(chunk: ChunkPlaceInFile): string {
   return `${chunk.level}/${chunk.block.join(".")}/${chunk.band}`;
 }
 
-/** The answer that opens a volume (server/HTTP.md). */
+/** The bootstrap response, which opens a volume (server/HTTP.md). */
 interface Bootstrap {
   contentId: string;
   header: Uint8Array;
@@ -218,7 +220,7 @@ function readBootstrap(answer: Uint8Array, url: string): Bootstrap {
     throw new StreamError(
       "server-fault",
       `${url}: expected the header of ${contentId}, found that of ${contentIdOf(header)}: the bytes ` +
-        "were changed on their way",
+        "were changed in transit",
     );
   }
   return {

@@ -132,7 +132,7 @@ export class StreamSession {
     return this.#parts.coarse.finestLevel;
   }
 
-  /** The bytes of the levels with which the store was opened. */
+  /** The size of the bootstrap range, with which the store was opened, in bytes. */
   get firstCoarseBytes(): number {
     return this.isClosed ? 0 : this.#store.bootstrapRange().bytes;
   }
@@ -164,7 +164,7 @@ export class StreamSession {
     return { source: this.source, store: this.#store, backoff: this.#backoff, closed };
   }
 
-  /** ValueMapping::quantized_isovalue. */
+  /** See ValueMapping::quantized_isovalue. */
   quantizedIsovalue(isovalue: number): number {
     return this.#store.quantizedIsovalue(isovalue);
   }
@@ -176,8 +176,8 @@ export class StreamSession {
   }
 
   /**
-   * Call it when the picture of other volumes has changed. Regions of this volume may then be visible that were
-   * occluded before, so the same view needs another query.
+   * Call it when the picture of other volumes has changed. Occluded regions of this volume may then
+   * have become visible, so the same view needs another query.
    */
   otherPictureChanged(): void {
     if (this.isClosed) return;

@@ -13,7 +13,7 @@ export function measured<T>(name: Work, work: () => T): T {
   } finally {
     underway = false;
     performance.measure?.(name, { start });
-    // Observers have the entry. The browser keeps entries until they are cleared.
+    // Observers have received the entry. The browser keeps entries until they are cleared.
     performance.clearMeasures?.(name);
   }
 }

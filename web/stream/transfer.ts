@@ -4,8 +4,8 @@ import { StreamError } from "./types.ts";
 /** The credentials that a source sends to its host. */
 export interface Admittance {
   /**
-   * Fields of every request, such as `{ Authorization: "Bearer …" }`. A host of another origin has
-   * to allow them (`Access-Control-Allow-Headers`).
+   * Header fields of every request, such as `{ Authorization: "Bearer …" }`. A host of another
+   * origin has to allow them (`Access-Control-Allow-Headers`).
    */
   headers?: Readonly<Record<string, string>>;
   /**
@@ -31,18 +31,18 @@ export class Traffic {
 export interface TransferOptions {
   /** First and last byte to request. */
   range?: readonly [first: number, last: number];
-  /** Bypasses all caches, because a cached answer was wrong. */
+  /** Bypasses all caches, because a cached response was wrong. */
   fresh?: boolean;
   /**
-   * Called before the body, with the statements of the headers about the file. If it throws, the
-   * request ends.
+   * Called before the body arrives, with the identity of the file according to the headers. If it
+   * throws, the request ends.
    */
   identify?: (answer: FileIdentity, headers: Headers) => void;
 }
 
 /**
- * The statements of a response's headers about its file; undefined if a header is missing or hidden by
- * CORS.
+ * The identity of a file according to the headers of a response. A field is undefined if its header
+ * is missing or hidden by CORS.
  */
 export interface FileIdentity {
   etag: string | undefined;
@@ -57,7 +57,7 @@ export class TransferError extends StreamError {
   isOfStore = false;
 }
 
-/** Limit of bytes that are read of an error's body. */
+/** Most bytes that are read from the body of an error response. */
 const longestExplanation = 16 * 1024;
 /** The first bytes of every store (shared/core/store/FORMAT.md) and bundle (shared/core/scene/BUNDLE.md). */
 const storeMagic = [0x89, 0x49, 0x53, 0x4f, 0x53, 0x0d, 0x0a, 0x1a];
@@ -78,12 +78,12 @@ export async function transfer(
   signal.throwIfAborted();
   const silence = new Silence(signal, traffic.longestSilence);
   try {
-    const response = await ask(url, options, traffic, signal, silence);
+    const response = await send(url, options, traffic, signal, silence);
     try {
       await check(response, url, options);
       const wanted = identify(response, url, options);
       await read(response, url, { ...options, wanted }, traffic, (part) => {
-        silence.broken();
+        silence.restart();
         arrived(part);
       });
     } catch (cause) {
@@ -155,15 +155,15 @@ class Silence {
     this.#outer = outer;
     this.#longest = longest;
     outer.addEventListener("abort", this.#aborted, { once: true });
-    this.broken();
+    this.restart();
   }
 
   get signal(): AbortSignal {
     return this.#ending.signal;
   }
 
-  /** Reports that data have arrived. */
-  broken(): void {
+  /** Call it when data have arrived. */
+  restart(): void {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {
       this.isOver = true;
@@ -177,7 +177,7 @@ class Silence {
   }
 }
 
-async function ask(
+async function send(
   url: string,
   options: TransferOptions,
   traffic: Traffic,
@@ -190,9 +190,9 @@ async function ask(
   if (options.range) headers.Range = `bytes=${options.range[0]}-${options.range[1]}`;
   try {
     const cache = options.fresh ? "reload" : "default";
-    const asked = withQuery(url, traffic.admittance.query);
-    const response = await fetch(asked, { headers, credentials, signal: silence.signal, cache });
-    silence.broken();
+    const address = withQuery(url, traffic.admittance.query);
+    const response = await fetch(address, { headers, credentials, signal: silence.signal, cache });
+    silence.restart();
     traffic.hasAnswered = true;
     return response;
   } catch (cause) {
@@ -204,7 +204,7 @@ async function ask(
     // CORS allowed earlier responses of this host, so this is an error response without CORS headers.
     throw new TransferError(
       traffic.hasAnswered ? "server-fault" : "cors-refused",
-      `${url}: the host answers, without Access-Control-Allow-Origin for this page`,
+      `${url}: the host responds, but without Access-Control-Allow-Origin for this page`,
       cause,
     );
   }
@@ -212,7 +212,8 @@ async function ask(
 
 /**
  * Whether a host of another origin responds at all. Browsers report a refusal by CORS and an
- * unreachable host in the same way. But an opaque request (mode no-cors) succeeds if the host answers.
+ * unreachable host in the same way. But an opaque request (mode no-cors) succeeds if the host
+ * responds.
  */
 async function answersWithoutCors(url: string, signal: AbortSignal): Promise<boolean> {
   if (typeof location === "undefined") return false;
@@ -230,20 +231,22 @@ async function check(response: Response, url: string, options: TransferOptions):
   const { status } = response;
   if (status === (options.range ? 206 : 200)) return;
   if (options.range && status === 200) throw await whyWhole(response, url, options.range[0]);
-  const said = await explanation(response);
-  const kind = faultOfStatus(said?.status ?? "") ?? faultOfCode(status);
-  const words = said ? `${said.status}: ${said.message}` : codeInWords(response, status);
+  const explained = await explanation(response);
+  const kind = faultOfStatus(explained?.status ?? "") ?? faultOfCode(status);
+  const words = explained
+    ? `${explained.status}: ${explained.message}`
+    : codeInWords(response, status);
   const error = new TransferError(kind, `${url}: the server answers ${status} (${words})`);
-  error.isOfStore = status === 500 && said !== undefined;
+  error.isOfStore = status === 500 && explained !== undefined;
   const wait = Number(response.headers.get("Retry-After"));
   if (wait > 0) error.retryAfter = Math.min(wait, 60) * 1000;
   throw error;
 }
 
 function codeInWords(response: Response, status: number): string {
-  if (status !== 416) return response.statusText || "no more is said";
+  if (status !== 416) return response.statusText || "without an explanation";
   const bytes = contentRange(response)?.total;
-  return `the file ends before what is asked for${bytes === undefined ? "" : `, at ${bytes} bytes`}`;
+  return `the file ends before the requested range${bytes === undefined ? "" : `, at ${bytes} bytes`}`;
 }
 
 /** Finds out why a host responded to a Range request with the whole file. */
@@ -297,7 +300,9 @@ async function firstBytes(response: Response, count: number): Promise<Uint8Array
   return joined(parts);
 }
 
-/** Parses Content-Range: the first and last byte of the answer, and the size of the whole file. */
+/**
+ * Parses Content-Range: the first and last byte of the response, and the size of the whole file.
+ */
 function contentRange(
   response: Response,
 ): { first: number | undefined; last: number | undefined; total: number | undefined } | undefined {
@@ -309,7 +314,7 @@ function contentRange(
   return { first: number(match[1]), last: number(match[2]), total: number(match[3]) };
 }
 
-/** Checks the answer's status and headers. Returns the size of the body, if it is known. */
+/** Checks the response's headers. Returns the size of the body, if it is known. */
 function identify(response: Response, url: string, options: TransferOptions): number | undefined {
   const range = contentRange(response);
   const etag = response.headers.get("ETag") ?? undefined;
@@ -325,7 +330,7 @@ function identify(response: Response, url: string, options: TransferOptions): nu
   return range.last - first + 1;
 }
 
-/** An error of the function that receives the bytes; not a fault of the connection. */
+/** Calls `arrived`. Its errors are not faults of the connection, so they become `internal`. */
 function hand(part: Uint8Array, arrived: (part: Uint8Array) => void): void {
   try {
     arrived(part);
@@ -356,7 +361,7 @@ async function read(
     if (most !== undefined && received > most) {
       throw new TransferError(
         "server-fault",
-        `${url}: expected ${most} bytes, found more: the answer is not the one asked for`,
+        `${url}: expected ${most} bytes, found more: this is not the requested data`,
       );
     }
     hand(step.value, arrived);

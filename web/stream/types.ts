@@ -18,14 +18,17 @@ export interface CameraView {
   viewProjection: ArrayLike<number>;
   /** Drawing size in device pixels. */
   viewport: { width: number; height: number };
-  /** The isovalues shown, in values. */
+  /** The isovalues to show. */
   isovalues: readonly number[];
-  /** True while the camera moves: coarser data is requested then. Moving isovalues are detected. */
+  /**
+   * True while the camera moves: coarser data is requested then. Moving isovalues are detected
+   * automatically.
+   */
   moving: boolean;
   /**
-   * For a step that plays, or that is shown later: the size in pixels up to which cells are not refined, instead of
-   * `targetCellPixels`. With Infinity, nothing is fetched. There are no occlusion queries for such a step, so
-   * occluded chunks are fetched as well.
+   * For a time step while time is playing, or for one that is shown later: the size in pixels up to
+   * which cells are not refined. It replaces `targetCellPixels`. With Infinity, nothing is fetched.
+   * There are no occlusion queries for such a step, so occluded chunks are fetched as well.
    */
   stepCellPixels?: number;
 }
@@ -104,9 +107,9 @@ export interface StreamEvents {
   /** The chunk with this id is no longer needed: free it. It is never a visible chunk. */
   drop(id: number): void;
   /**
-   * Draw exactly these chunks from now on. `regions` has 16 words per id, two for each of eight
-   * slices in z: bit (x >> 3) + 8·(y >> 3) of the 64 of slice z >> 3 is set if the block's cells
-   * (x, y, z) of that region are drawn. Finer chunks draw the others. The viewer owns both arrays.
+   * Draw exactly these chunks from now on. `regions` has 16 words per id: two words, or 64 bits,
+   * for each of eight slices in z. A cell (x, y, z) of the block is drawn if bit (x >> 3) + 8·(y >>
+   * 3) of slice z >> 3 is set. Finer chunks draw the other cells. The viewer owns both arrays.
    */
   visible(ids: Uint32Array, regions: Uint32Array): void;
   /**

@@ -125,7 +125,7 @@ export class WorkerPool implements Decoder {
         () => new Worker(new URL("./decode_worker.ts", import.meta.url), { type: "module" }),
       );
     } catch (error) {
-      // After the task that asks for the worker is in the list.
+      // Run this after the task that needs the worker has been added to the list.
       queueMicrotask(() => this.#lost(`a worker could not be started: ${String(error)}`));
       return;
     }
@@ -162,15 +162,18 @@ export class WorkerPool implements Decoder {
     };
   }
 
-  /** The code that workers run. Without the renderer's, isosplat-core is fetched. */
+  /** The code that workers run: the renderer's if there is one, otherwise isosplat-core. */
   async #program(): Promise<CoreProgram> {
     try {
       if (this.#renderer) return { renderer: await this.#renderer };
-    } catch {} // who has asked for the renderer reports that
+    } catch {} // the code that loads the renderer reports this
     return { core: await compiledCore() };
   }
 
-  /** There is no event if a wrong program is loaded, or if the program never loads. */
+  /**
+   * Waits for the worker's reply. The browser sends no event if a wrong program is loaded, or if
+   * the program never loads.
+   */
   #awaitReady(member: Member, steps: number): void {
     setTimeout(() => {
       if (member.isReady || !this.#members.includes(member)) return;
