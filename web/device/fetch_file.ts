@@ -5,7 +5,7 @@ import { StreamError } from "../stream/types.ts";
 import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { localized } from "../texts/numbers.ts";
 
-/** A larger file is not fetched: no volume that the browser can build needs it (bytes). */
+/** Limit of the size of a file in bytes. The browser cannot build the volume of a larger file. */
 export const maxFetchedBytes = 2 ** 32;
 /** The download fails if its connection breaks more often than this. */
 const maxBreaks = 5;
@@ -14,9 +14,9 @@ const firstWait = 500;
 
 export interface FetchOptions {
   signal: AbortSignal;
-  /** `bytes`: of the whole file, if the host states it. */
+  /** `bytes`: size of the whole file, if the host states it. */
   progress(received: number, bytes: number | undefined): void;
-  /** Called with the file's version before its body; true: the body is not needed. */
+  /** Called with the file's version before its body arrives. True: the body is not needed. */
   isKnown?(version: string): boolean;
   /** Default: maxFetchedBytes. */
   maxBytes?: number;
@@ -115,7 +115,7 @@ class Fetching {
   /** Whether the last request was for the rest of the file. */
   isPart = false;
 
-  /** Whether the rest of the file can be requested, without the part that has arrived. */
+  /** Whether the rest of the file can be requested alone, without the part that has arrived. */
   get canContinue(): boolean {
     const { version, bytes, isCoded } = this.#identity ?? {};
     return version !== undefined && bytes !== undefined && !isCoded && this.received < bytes;

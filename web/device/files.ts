@@ -1,32 +1,34 @@
-/** A file that was dropped, pasted, chosen or fetched. */
 import { deviceErrorTexts } from "../texts/device_errors.ts";
+
+/** A file that was dropped, pasted, chosen or fetched. */
 export interface InputFile {
   /** Relative, parts separated by "/": "scan/IM0001.dcm". */
   path: string;
   file: File;
-  /** Of a file that was fetched: other content has another version. */
+  /** The version of a fetched file. Different content has a different version. */
   version?: string;
 }
 
-/** The limit of files of one drop. No volume needs more. */
+/** Limit of files in one drop. No volume needs more. */
 export const maxFiles = 20_000;
 
 /**
- * Whether a file is a ZIP by its name, and is not one of a folder: there, archives lie beside scans. An
- * .npz is a ZIP with arrays of NumPy.
+ * Whether a file is a ZIP according to its name. Files in folders do not count, because folders of
+ * scans may contain archives. An .npz is a ZIP of NumPy arrays.
  */
 export function isZip({ path }: InputFile): boolean {
   return /^[^/]+\.(zip|npz)$/i.test(path);
 }
 
-/** The files of a list: of a chooser or of the clipboard. */
+/** The files of a file chooser or of the clipboard. */
 export function listedFiles(list: Iterable<File>): InputFile[] {
   return [...list].map((file) => ({ path: file.webkitRelativePath || file.name, file }));
 }
 
 /**
- * The files of a drop or of the clipboard, those of folders included. Call it in the event's own
- * task: the browser empties the transfer afterwards. Rejects with an Error for more than `maxFiles`.
+ * The files of a drop or of the clipboard, including those in folders. Call it in the task of the
+ * event, because the browser empties the transfer afterwards. Rejects with an Error for more than
+ * `maxFiles`.
  */
 export function transferredFiles(transfer: DataTransfer): Promise<InputFile[]> {
   const plain: InputFile[] = [];
@@ -42,7 +44,7 @@ export function transferredFiles(transfer: DataTransfer): Promise<InputFile[]> {
 }
 
 async function withFolders(found: InputFile[], entries: FileSystemEntry[]): Promise<InputFile[]> {
-  // The list grows while it is walked.
+  // This loop appends the entries of folders to the list.
   for (const entry of entries) {
     if (entry.isDirectory) {
       const reader = (entry as FileSystemDirectoryEntry).createReader();
@@ -81,7 +83,7 @@ export function filesKey(files: readonly InputFile[], settings: object): Promise
 /** A key of these facts: equal facts have equal keys. */
 export async function keyOf(facts: readonly unknown[]): Promise<string> {
   const text = new TextEncoder().encode(JSON.stringify(facts));
-  // Only secure origins have digests. Without one, every volume is built.
+  // Only secure origins have `crypto.subtle`. Without it, every volume is built again.
   if (!globalThis.crypto?.subtle) return `unknown ${Math.random()}`;
   const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", text));
   return Array.from(digest.subarray(0, 16), (byte) => byte.toString(16).padStart(2, "0")).join("");

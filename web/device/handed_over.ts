@@ -1,6 +1,6 @@
 import { takeSharedFiles } from "../offline/shared_files.ts";
 
-/** Of the File Handling API, where the page is an installed app. */
+/** The queue of the File Handling API, which exists if the page is an installed app. */
 interface LaunchQueue {
   setConsumer(consumer: (launch: { files?: readonly FileSystemFileHandle[] }) => void): void;
 }

@@ -18,16 +18,19 @@ export interface KeptStore {
   type?: string;
   /** The files it was built from: see filesKey. */
   filesKey?: string;
-  /** Where its volume was fetched, and the version of that file. */
+  /** The address from which its volume was fetched, and the version of the fetched file. */
   address?: string;
   version?: string;
   /** Milliseconds since 1970. */
   keptAt: number;
-  /** In memory only. */
+  /** Whether the store is in memory only. */
   isTemporary?: boolean;
 }
 
-/** The device has no room, or does not allow it. The store is in memory instead. */
+/**
+ * The device has no room for the store, or the browser does not allow it. The store stays in
+ * memory.
+ */
 export class NotKeptError extends Error {
   override readonly name = "NotKeptError";
 }
@@ -66,7 +69,7 @@ const storeFile = (id: string) => `${id}.isosplat`;
 const textFile = (id: string) => `${id}.json`;
 const isContentId = (text: string) => /^[0-9a-f]{32}$/.test(text);
 
-/** Complete stores, the newest first. Removes what an interrupted write has left. */
+/** Complete stores, the newest first. Removes the remains of interrupted writes. */
 export async function keptStores(): Promise<KeptStore[]> {
   const stores = [...inMemory.values()].map(({ store }) => store);
   const directory = await folder();
@@ -103,7 +106,7 @@ async function writeEntry(directory: FileSystemDirectoryHandle, store: KeptStore
   await writing.close();
 }
 
-/** Unless another tab is writing it. */
+/** Removes an incomplete store, unless another tab is writing it. */
 async function removeIncomplete(directory: FileSystemDirectoryHandle, id: string): Promise<void> {
   await navigator.locks.request(lockOf(id), { ifAvailable: true }, async (lock) => {
     if (lock && !(await readEntry(directory, id))) await removeFiles(directory, id);
@@ -137,8 +140,8 @@ export function hold(store: KeptStore, blob: Blob): void {
 }
 
 /**
- * Keeps a store on this device. Until it is complete, nothing is listed. Rejects with a NotKeptError,
- * which says why it is not kept, or with the signal's reason.
+ * Keeps a store on this device. The store is not listed before it is complete. Rejects with a
+ * NotKeptError, which states the reason, or with the signal's reason.
  */
 export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): Promise<void> {
   const directory = await folder();
@@ -152,12 +155,12 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
     const existing = await readEntry(directory, id);
     const { isTemporary: _, ...entry } = store;
     if (existing) {
-      // Of the same bytes: another tab was faster, or the volume came from elsewhere before.
+      // Another tab has kept the same bytes, or the volume was kept earlier from another address.
       await writeEntry(directory, { ...existing, ...entry }).catch(() => {});
       return;
     }
     try {
-      // What was written appears when the stream is closed, not before.
+      // The written bytes are visible to readers only after the stream is closed.
       const handle = await directory.getFileHandle(storeFile(id), { create: true });
       await blob.stream().pipeTo(await handle.createWritable(), signal ? { signal } : {});
       await writeEntry(directory, entry);

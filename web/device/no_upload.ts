@@ -1,8 +1,9 @@
 import { startWorkersWithPagePolicy } from "../core/page_worker.ts";
 
 /**
- * From now on, the browser refuses every request of this page, and of workers that it starts, to another
- * origin. Called before a file of this device is read; the policy holds until the page is left.
+ * From now on, the browser refuses every request of this page, and of workers that it starts, to
+ * another origin. Call it before a file of this device is read. The policy holds until the page is
+ * left.
  */
 export function forbidOtherOrigins(): void {
   if (isForbidden()) return;

@@ -7,7 +7,10 @@ export interface PageFile {
   bytes: number;
 }
 
-/** Fetches a file of this page. Rejects with an Error without a network, unless it is kept. */
+/**
+ * Fetches a file of this page. Rejects with an Error if there is no network and the file is not
+ * kept on the device.
+ */
 export async function fetchPageFile(name: string): Promise<Response> {
   try {
     return await fetch(name);
@@ -16,7 +19,7 @@ export async function fetchPageFile(name: string): Promise<Response> {
   }
 }
 
-/** The files that a copy of this page needs. Rejects with an Error without a built page. */
+/** The files that a copy of this page needs. Rejects with an Error if the page was not built. */
 export async function pageFiles(): Promise<PageFile[]> {
   const response = await fetchPageFile("files.json");
   if (!response.ok) {

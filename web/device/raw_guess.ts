@@ -38,8 +38,8 @@ export function bytesOf({ dims: [x, y, z], type }: Pick<RawLayout, "dims" | "typ
 }
 
 /**
- * What a raw file most likely is: by its name ("head_256x256x109_uint8.raw"), else by its size. Without
- * a better guess, one slice of bytes per side of a cube that the file could hold.
+ * Guesses the layout of a raw file from its name ("head_256x256x109_uint8.raw"), or else from its
+ * size. If neither helps, returns the largest cube that the file can contain.
  */
 export function guessRaw(name: string, bytes: number): RawLayout {
   const lower = name.toLowerCase();
@@ -64,7 +64,7 @@ export function guessRaw(name: string, bytes: number): RawLayout {
   return { dims: [side, side, side], type: type ?? "u8", bigEndian, skipBytes: 0 };
 }
 
-/** A cube, or slices of usual sizes with a whole number of slices. */
+/** The likely size of a volume of this many voxels: a cube, or square slices of a usual size. */
 function likelyDims(voxels: number): [number, number, number] | undefined {
   if (!Number.isInteger(voxels)) return undefined;
   const side = Math.round(Math.cbrt(voxels));

@@ -8,8 +8,9 @@ import { filesKey, type InputFile } from "./files.ts";
 import { bytesOf, type RawLayout } from "./raw_guess.ts";
 
 /**
- * Asks which of several volumes to read, or whether to accept the fault of `problem` (a choice of one
- * with `allow`). Undefined: none. It may reject with `problem`.
+ * Asks the visitor which of several volumes to read, or whether to accept the fault `problem`; the
+ * choices then have the option `allow`. Resolves to undefined if the visitor chooses none. May
+ * reject with `problem`.
  */
 export type Chooser = (
   choices: readonly VolumeChoice[],
@@ -18,18 +19,18 @@ export type Chooser = (
 
 /** A volume whose header was read, and whose store can be built. */
 export interface ReadableVolume {
-  /** How many files it is read from. */
+  /** Number of files from which it is read. */
   files: number;
   description: VolumeDescription;
   voxelBytes: number;
-  /** The visitor chose it, among several of the files. */
+  /** Whether the visitor chose it among several volumes in the files. */
   isChosen?: boolean;
-  /** The same for the same files and layout: see filesKey. */
+  /** Equal for equal files and layouts: see filesKey. */
   key: string;
   /**
-   * Builds the store in workers; once. Rejects with a CoreError or the signal's reason. If the volume is
-   * large, `preview` is given the store of a reduced copy meanwhile, and also after a rejection because
-   * of memory (out_of_memory); not after `cancel`.
+   * Builds the store in workers. Call it once. Rejects with a CoreError or the signal's reason. If
+   * the volume is large, or if its build fails for lack of memory (out_of_memory), `preview` is
+   * called with the store of a reduced copy, unless `cancel` was aborted before.
    */
   build(
     options: BuildStoreOptions,
@@ -46,7 +47,10 @@ export type PreviewShown = (store: BuiltStore, voxels: readonly [number, number,
 /** The number of voxels from which a preview is shown. The store of a smaller volume is built quickly. */
 const leastPreviewed = 4_000_000;
 
-/** Begins to load the modules that read a volume and build its store. A failed one is loaded again when it is needed. */
+/**
+ * Begins to load the modules that read a volume and build its store. A module that fails to load is
+ * loaded again when it is needed.
+ */
 export function warmUp(): void {
   const imports = Promise.all([import("../import/index.ts"), import("../builder/index.ts")]);
   imports
@@ -111,7 +115,7 @@ export async function openVolume(
   const [x, y, z] = volume.description.voxels;
   const isLarge = x * y * z >= leastPreviewed;
 
-  /** Builds the store of a copy, while that of the volume is built. */
+  /** Builds the store of a reduced copy while the store of the volume is built. */
   const buildReduced = async (
     { description, voxels }: ReducedVolume,
     cancel: AbortSignal,

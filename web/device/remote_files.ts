@@ -4,7 +4,7 @@ import type { InputFile } from "./files.ts";
 
 export interface RemoteOptions {
   signal: AbortSignal;
-  /** `bytes`: of the whole file, if the host states it. */
+  /** `bytes`: size of the whole file, if the host states it. */
   progress(name: string, received: number, bytes: number | undefined): void;
 }
 
@@ -21,7 +21,10 @@ export class RemoteFiles {
     this.#options = options;
   }
 
-  /** The file at the address. `isKnown`: its body is not needed; then there is no `file`. */
+  /**
+   * The file at the address. If `isKnown` returns true for its version, the body is not fetched,
+   * and `file` is undefined.
+   */
   async first(
     isKnown: (version: string) => boolean,
   ): Promise<{ file: InputFile | undefined; version: string | undefined }> {
@@ -49,7 +52,7 @@ export class RemoteFiles {
       ...(isKnown && { isKnown }),
     });
     const path = pathAt(address) || name;
-    // Without a version, no other file is taken to be the same.
+    // Without a version, the key is random, so that no other file counts as the same.
     const key = version ? `${address.href} ${version}` : `unknown ${Math.random()}`;
     return { file: file && { path, file, version: key }, version };
   }

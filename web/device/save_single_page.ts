@@ -4,9 +4,12 @@ import { fetchPageFile, pageFiles } from "./page_files.ts";
 /** Maximum size of a store in a single page. Browsers read larger pages slowly, or refuse them. */
 export const maxSinglePageStore = 300_000_000;
 
-/** The text in single.html, which the build makes, that the store replaces. */
+/** The store replaces this text in single.html, which the build makes. */
 const mark = "<!-- store -->";
-/** Bytes of the store in one element: a multiple of 3, so that base64 has no padding between. */
+/**
+ * Bytes of the store in one element: a multiple of 3, so that only the last element has base64
+ * padding.
+ */
 const partBytes = 3 << 20;
 
 /** The size of the page with a store of this size. */
@@ -33,7 +36,7 @@ export async function singlePage(store: Blob, name: string): Promise<Blob> {
   const parts: (string | Blob)[] = [before];
   for (let at = 0; at < store.size; at += partBytes) {
     const piece = new Uint8Array(await store.slice(at, at + partBytes).arrayBuffer());
-    // A Blob, so that the browser may keep it on disk.
+    // The browser may keep a Blob on disk.
     parts.push(new Blob([`<script type="text/plain" data-store>${base64(piece)}</script>\n`]));
   }
   parts.push(`<meta name="isosplat-name" content="${name.replace(/[^\w.-]/g, "")}">`, after);

@@ -3,7 +3,7 @@ import type { StoreInfo } from "../core/types.ts";
 import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { fetchPageFile, type PageFile, pageFiles } from "./page_files.ts";
 
-/** What the ZIP has beside the page's files and the store: README, catalog, thumbnail, names. */
+/** Estimated bytes of the other content of the ZIP: README, catalog, thumbnail, file names. */
 const otherBytes = 40_000;
 
 const catalogElements =
@@ -15,11 +15,11 @@ const readme = `A web site with one volume, from Isosplat.
 Unpack this archive into a folder of any web host that serves parts of files (HTTP Range requests):
 nginx, Apache, Caddy, GitHub Pages, a bucket. Everyone who reaches the host can read it.
 
-On this machine: npx http-server -o       in the folder. Opened from a file manager, the page cannot
-read the volume: browsers do not let pages do that. For that, save a single page instead.
+On this machine: npx http-server -o       in the folder. If the page is opened from a file manager,
+browsers do not let it read the volume. Save a single page for this purpose instead.
 `;
 
-/** About how large the ZIP of a store of this size is. */
+/** The approximate size of the ZIP for a store of this size, in bytes. */
 export async function siteBytes(storeBytes: number): Promise<number> {
   const files = await pageFiles();
   const sizes = files.map(({ name, bytes }) => ({ name, size: bytes }));

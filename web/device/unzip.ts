@@ -16,25 +16,28 @@ import { deviceErrorTexts } from "../texts/device_errors.ts";
 import { maxFetchedBytes } from "./fetch_file.ts";
 import { type InputFile, isZip, maxFiles } from "./files.ts";
 
-/** No directory of `maxFiles` files is longer (bytes). It is in memory as a whole. */
+/**
+ * Limit of an archive's directory (bytes), which is read as a whole. `maxFiles` files need less.
+ */
 const maxDirectoryBytes = 64 << 20;
 /** Files that programs add to archives, besides those of the user. */
 const ignored = /(^|\/)(__MACOSX\/|\.[^/]*$)/;
 
 export interface UnzipOptions {
   signal: AbortSignal;
-  /** Bytes of the files, decompressed. */
+  /** Called with the number of bytes decompressed so far, and of all files. */
   progress(unpacked: number, bytes: number): void;
-  /** Of all files together, decompressed; default: maxFetchedBytes. */
+  /** Limit of the decompressed bytes of all files together. Default: maxFetchedBytes. */
   maxBytes?: number;
 }
 
 /**
- * Replaces each ZIP among files by what it contains, in a folder with its name. A ZIP in a ZIP or
- * in a folder stays as it is. The files become Blobs one after the other; at most 16 MiB of them are
- * in memory besides. Rejects with the signal's reason, or with an Error that says what to do: also
- * for ZIPs that are encrypted, damaged, split, or that have paths outside of their folder; and, before
- * anything is decompressed, for those with more than `maxFiles` files or `maxBytes`.
+ * Replaces each ZIP among files by its contents, in a folder with its name. A ZIP in a ZIP or in a
+ * folder stays as it is. The files are decompressed into Blobs one after the other. At most 16 MiB
+ * of them are in memory outside of Blobs. Rejects with the signal's reason, or with an Error that
+ * states the remedy: for example if a ZIP is encrypted, damaged or split, or has paths outside of
+ * its folder. ZIPs with more than `maxFiles` files or `maxBytes` are refused before anything is
+ * decompressed.
  */
 export async function unzipped(
   files: readonly InputFile[],
@@ -78,7 +81,7 @@ export async function unzipped(
   return found;
 }
 
-/** A fault with its remedy; the archive's name comes before it. */
+/** A fault with its remedy. The archive's name is put before the message. */
 class ZipError extends Error {}
 
 function entriesOf(file: File) {
@@ -98,12 +101,12 @@ function entriesOf(file: File) {
     useWebWorkers: false,
     checkSignature: true,
     filenameValidation: "balanced",
-    // Some programs for Windows separate folders so.
+    // Some programs for Windows separate folders by backslashes.
     normalizeFilename: (name) => name.replaceAll("\\", "/"),
   }).getEntriesGenerator();
 }
 
-/** Decompresses a file. `got`: called with counts of bytes. */
+/** Decompresses a file. `got` is called with the number of bytes of each part. */
 async function contentOf(
   entry: FileEntry,
   signal: AbortSignal,

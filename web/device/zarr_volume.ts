@@ -4,25 +4,33 @@ import { explained } from "./fetch_file.ts";
 import { keyOf } from "./files.ts";
 import type { PreviewShown, ReadableVolume } from "./reading.ts";
 
-/** The fraction of a build's time that fetching takes. The network is slower than the builder. */
+/** The estimated share of fetching in the whole time. The network is slower than the builder. */
 const fetchShare = 0.8;
 /** The largest size in bytes of the scale that is shown first, unless all scales are larger. */
 const mostPreviewed = 4 << 20;
-/** Limit of a scale's voxels and the memory of its build, in bytes: see web/builder/README.md. */
+/**
+ * Limit of the memory for a scale's voxels and for its build, in bytes: see web/builder/README.md.
+ */
 const mostPlanned = 700 << 20;
 
-/** Whether an address is that of a Zarr hierarchy, or in one. */
+/** Whether an address is that of a Zarr hierarchy, or of a node in one. */
 export function isZarr({ pathname }: URL): boolean {
   return /\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i.test(pathname);
 }
 
-/** Reads the metadata at an address. Rejects with an error that says what to do, or the signal's reason. */
+/**
+ * Reads the metadata at an address. Rejects with an error that states the remedy, or with the
+ * signal's reason.
+ */
 export async function openZarr(address: URL, signal: AbortSignal): Promise<ZarrImage> {
   const { openZarr: open } = await import("../zarr/index.ts");
   return open(address.href, signal).catch(rethrow);
 }
 
-/** Whether the browser can likely build the store of a scale; the builder knows it for certain. */
+/**
+ * Whether the browser can probably build the store of a scale. This is an estimate; the builder
+ * decides.
+ */
 export function isBuildable({ description, voxelBytes }: ZarrScale): boolean {
   const [x, y] = description.voxels;
   const bytes = Number(description.type.slice(1)) / 8;
@@ -30,14 +38,17 @@ export function isBuildable({ description, voxelBytes }: ZarrScale): boolean {
 }
 
 /** The address of a scale. Opening it opens this scale, without a choice. */
-export function addressOfScale(image: ZarrImage, { path }: ZarrScale, asked: URL): URL {
+export function addressOfScale(image: ZarrImage, { path }: ZarrScale, requested: URL): URL {
   const address = new URL(image.address);
   if (path) address.pathname += `/${path}`;
-  address.hash = asked.hash;
+  address.hash = requested.hash;
   return address;
 }
 
-/** The scale that is shown while another is fetched: with few voxels, but not fewer than it takes. */
+/**
+ * The scale to show while a larger one is fetched: the largest of at most `mostPreviewed` bytes, or
+ * else the smallest. Undefined if none is much smaller.
+ */
 function previewOf({ scales }: ZarrImage, { voxelBytes }: ZarrScale): ZarrScale | undefined {
   const smaller = scales
     .filter((scale) => scale.voxelBytes <= voxelBytes / 4)
@@ -85,7 +96,10 @@ export async function zarrVolume(
   };
 }
 
-/** Fetches a small scale; its store is built, and shown, afterwards. The build meets the same faults. */
+/**
+ * Fetches a small scale. Its store is built and shown after the function has returned. Faults are
+ * not reported here, because fetching the chosen scale meets them too.
+ */
 async function showFirst(
   image: ZarrImage,
   scale: ZarrScale,
