@@ -6,10 +6,13 @@ import { deviceTexts } from "../../texts/device.ts";
 import type { ZarrImage, ZarrScale } from "../../zarr/types.ts";
 import { formatBytes, formatDims } from "../shell/format.ts";
 
-/** Maximum number of volumes to offer: the largest ones. */
+/** Maximum number of volumes to offer. The largest ones are offered. */
 const mostOffered = 1000;
 
-/** Asks which of several volumes to open. Resolves to undefined: none, or cancelled. */
+/**
+ * Asks which of several volumes to open. Resolves to undefined if there are none, or if the visitor
+ * cancels.
+ */
 export async function chooseVolume(
   volumes: readonly VolumeCandidate[],
 ): Promise<VolumeCandidate | undefined> {
@@ -25,7 +28,9 @@ export async function chooseVolume(
 /** Whether a volume is added to the picture, or replaces the open volume. */
 export type Manner = "add" | "replace";
 
-/** Asks what to do with files beside an open volume. Resolves to undefined if the visitor cancels. */
+/**
+ * Asks what to do with files while a volume is open. Resolves to undefined if the visitor cancels.
+ */
 export function chooseManner(): Promise<Manner | undefined> {
   const manners = ["add", "replace"] as const;
   return choose(deviceTexts.besideOpen, manners, (manner) => deviceTexts.manners[manner]);

@@ -51,8 +51,8 @@ interface Origin {
   remote: RemoteFiles;
 }
 
-/** The origin of a kept store's volume. */
-type Place = Pick<KeptStore, "address" | "version">;
+/** The origin of a volume, as a kept store states it. */
+type StoredOrigin = Pick<KeptStore, "address" | "version">;
 
 /** A store's first bytes, which include its content id. */
 const headerBytes = 4096;
@@ -150,15 +150,17 @@ export class DeviceFiles {
     const image = await openZarr(address, task.signal);
     const scale = await chooseScale(image);
     if (!scale) return;
-    const place = addressOfScale(image, scale, address);
+    const scaleAddress = addressOfScale(image, scale, address);
     const { pathname, search } = location;
     const query = new URLSearchParams(search);
-    query.set("src", place.href);
+    query.set("src", scaleAddress.href);
     history.replaceState(null, "", `${pathname}?${query}`);
-    await this.#build(await zarrVolume(image, scale, place), task, { address: place.href });
+    await this.#build(await zarrVolume(image, scale, scaleAddress), task, {
+      address: scaleAddress.href,
+    });
   }
 
-  /** `manner`: undefined: asks the visitor, if a volume is open. */
+  /** If `manner` is undefined and a volume is open, asks the visitor. */
   #take(files: Promise<InputFile[]>, manner?: Manner): Promise<void> {
     return this.#run(deviceTexts.reading, async (task) => {
       const found = await files;
@@ -250,7 +252,7 @@ export class DeviceFiles {
     try {
       // If no choice was made, the URL alone identifies the volume.
       const isOfAddress = origin && volumes.length === 1 && !layout && !opened.isChosen;
-      await this.#build(opened, task, isOfAddress ? placeOf(origin, opened) : {});
+      await this.#build(opened, task, isOfAddress ? storedOrigin(origin, opened) : {});
     } finally {
       opened.close();
     }
@@ -272,14 +274,14 @@ export class DeviceFiles {
   }
 
   /** If two tabs get the same files, their volume is built only once. */
-  async #build(volume: ReadableVolume, task: Task, place: Place): Promise<void> {
+  async #build(volume: ReadableVolume, task: Task, stored: StoredOrigin): Promise<void> {
     const { key, description } = volume;
     const { name } = description;
     task.shows(deviceTexts.building(name), deviceTexts.otherTab);
     const { signal } = task;
     await navigator.locks.request(`isosplat-build-${key}`, { signal }, async () => {
       const known = (await keptStores()).find(({ filesKey }) => filesKey === key);
-      if (known) return this.#openHeld(known.contentId, place);
+      if (known) return this.#openHeld(known.contentId, stored);
       task.shows(deviceTexts.building(name), deviceTexts.starting);
       const previewing = new AbortController();
       this.#previewing = previewing;
@@ -299,7 +301,7 @@ export class DeviceFiles {
             },
             built.store,
             deviceTexts.preview(formatDims(voxels), formatDims(description.voxels)),
-            { keepsAddress: place.address !== undefined },
+            { keepsAddress: stored.address !== undefined },
           ),
       );
       previewing.abort();
@@ -310,12 +312,12 @@ export class DeviceFiles {
         voxels: description.voxels,
         type: description.type,
         filesKey: key,
-        ...place,
+        ...stored,
         keptAt: Date.now(),
       };
       hold(store, blob);
       performance.mark("isosplat:built");
-      await this.#openHeld(store.contentId, place);
+      await this.#openHeld(store.contentId, stored);
       try {
         task.shows(deviceTexts.keeping(name), "");
         await keep(store, blob, signal);
@@ -327,7 +329,7 @@ export class DeviceFiles {
   }
 
   /** For a fetched volume, the address bar keeps its URL, so that others can open it as well. */
-  async #openHeld(id: string, { address }: Place = {}): Promise<void> {
+  async #openHeld(id: string, { address }: StoredOrigin = {}): Promise<void> {
     const found = await keptBlob(id);
     if (!found) throw new Error(deviceTexts.removed);
     const { page } = this.#shown;
@@ -344,13 +346,13 @@ function isSession(path: string): boolean {
 }
 
 /** The version is that of a single file. Several files would have to be checked one by one. */
-function placeOf({ address, version }: Origin, { files }: ReadableVolume): Place {
+function storedOrigin({ address, version }: Origin, { files }: ReadableVolume): StoredOrigin {
   return { address: address.href, ...(version && files === 1 ? { version } : {}) };
 }
 
 /**
- * Whether the page shows stores of other hosts. When files of this device are read, nothing more can be fetched
- * from these hosts.
+ * Whether the page shows stores of other hosts. Once files of this device are read, nothing more
+ * can be fetched from these hosts.
  */
 function hasOtherOrigins(page: VolumePage | undefined): boolean {
   const added = page?.layers.view?.present.map(({ place }) => place.src) ?? [];

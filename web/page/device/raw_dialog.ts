@@ -10,7 +10,8 @@ import { formatBytes, formatType } from "../shell/format.ts";
 type Dialog = HTMLElement & { open: boolean };
 
 /**
- * Asks for the layout of the voxels in a raw file, beginning with a guess. Undefined: cancelled.
+ * Asks for the layout of the voxels in a raw file, beginning with a guess. Resolves to undefined if
+ * the visitor cancels.
  */
 export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout | undefined> {
   await import("../shell/components.ts");

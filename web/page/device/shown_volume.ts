@@ -84,8 +84,8 @@ export class ShownVolume {
   }
 
   /**
-   * Shows the content from before the provisional store, or the start page if the store has kept
-   * the address. Without a provisional store, does nothing.
+   * Shows what the page showed before the provisional store, or the start page if the store has
+   * kept the address. Without a provisional store, does nothing.
    */
   leaveProvisional(): void {
     if (this.#provisional) this.#leave();
@@ -123,7 +123,10 @@ export class ShownVolume {
     return page;
   }
 
-  /** A store that is not kept would be lost if the page was reloaded. */
+  /**
+   * Shows the store of the address without reloading the page: a reload would lose stores that are
+   * not kept.
+   */
   async #onPopState(): Promise<void> {
     this.#page?.close(); // otherwise it would write its view to this address
     const { src } = readUrl(location.search);
