@@ -25,7 +25,7 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
       high: replaced(now.high, to),
     }));
   };
-  // Elements in the section send the same events.
+  // Ignore the same events of elements in the section.
   const shown = (isShown: boolean) => (event: Event) => {
     if (event.target === event.currentTarget) actions.showClipHandles(isShown);
   };

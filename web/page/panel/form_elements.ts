@@ -6,7 +6,7 @@ export type ValueElement = HTMLElement & { value: string };
 /** A slider renders again if its formatter is a different function, so this is a constant. */
 export const percent = (share: number) => `${Math.round(share * 100)} %`;
 
-/** choices: the label of each value. */
+/** A drop-down list. `choices`: the label of each value. */
 export function select(
   label: string,
   value: string,

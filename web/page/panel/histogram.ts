@@ -150,8 +150,8 @@ export class Histogram {
       if (nearest !== undefined) this.#actions.activate(nearest);
     }
     if (!scale || !element.hasPointerCapture(event.pointerId)) return;
-    const place = Math.max(0, Math.min(1, event.offsetX / Math.max(this.#size.width, 1)));
-    this.#actions.pick(scale.low + place * (scale.high - scale.low));
+    const share = Math.max(0, Math.min(1, event.offsetX / Math.max(this.#size.width, 1)));
+    this.#actions.pick(scale.low + share * (scale.high - scale.low));
   };
 
   /** The nearest mark within reach of this position. */
@@ -251,8 +251,8 @@ function ticksOf({ suggestions, scale }: HistogramContent, width: number, height
 }
 
 /**
- * If the volume has fewer whole numbers than there are bins, some bins are empty only for this
- * reason. They are filled from their neighbours.
+ * If all values are whole numbers, and their range has fewer of them than there are bins, some bins
+ * are always empty. They are filled from their neighbours.
  */
 export function withoutGaps(counts: readonly number[]): number[] {
   return counts.map((count, i) => {

@@ -57,7 +57,7 @@ export interface VolumeActions {
   /** Starts or stops a sweep of the isovalue through its range. */
   toggleSweep(): void;
   /**
-   * Stops a sweep. The field shows this text, whatever else changes; undefined: it shows the
+   * Stops a sweep. The field shows this text until the next call. With undefined, it shows the
    * isovalue.
    */
   type(text: string | undefined): void;

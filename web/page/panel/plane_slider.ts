@@ -5,8 +5,8 @@ import type { ClipPlane } from "../../viewer/types.ts";
 import type { ValueElement } from "./form_elements.ts";
 
 /**
- * Moves a plane along its normal through the volume. `formatter`: converts the fraction of the way,
- * 0 … 1.
+ * A slider that moves a plane along its normal through the volume. `formatter` makes the text for a
+ * position, which is a fraction of the volume's extent (0 … 1).
  */
 export function planeSlider(
   label: string,

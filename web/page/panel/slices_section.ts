@@ -102,7 +102,7 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
   const size = Math.hypot(...normal);
   const [low, high] = extentAlong(normal, info);
   const middle = (low + high) / 2;
-  const place = (share: number) =>
+  const positionText = (share: number) =>
     slicesTexts.fromCentre(
       formatLength(Number(((low + share * (high - low) - middle) / size).toPrecision(4))),
     );
@@ -111,7 +111,7 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
       // Another plane may have replaced it.
       now.plane?.normal === normal ? { ...now, plane: { normal, offset } } : now,
     );
-  return html`${planeSlider(slicesTexts.oblique, plane, info, place, move)}
+  return html`${planeSlider(slicesTexts.oblique, plane, info, positionText, move)}
     ${across}
     <wa-button size="s" appearance="outlined" @click=${() => actions.changeSlices(({ plane: _, ...others }) => others)}
       >${slicesTexts.removeOblique}</wa-button

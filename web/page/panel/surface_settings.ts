@@ -25,10 +25,10 @@ export interface SurfaceSubject {
 }
 
 /**
- * The surfaces of the chosen layer, at first of the volume that the page shows, and the changes of their
- * isovalues. Starts with the surfaces of the address. Passes every change to the viewer, and then
- * notifies the page. The visitor's surfaces are stored here, since the viewer shows others while a film
- * is drawn, and none before a volume is open.
+ * The surfaces of the chosen layer, and the changes of their isovalues. At first, the volume of the
+ * page is chosen, with the surfaces of the address. Passes every change to the viewer, and then
+ * notifies the page. The visitor's surfaces are stored here, since the viewer shows others while a
+ * film is drawn, and none before a volume is open.
  */
 export class SurfaceSettings {
   readonly #viewer: Viewer;
@@ -62,7 +62,7 @@ export class SurfaceSettings {
     return this.#subject;
   }
 
-  /** Changes the surfaces of this layer from now on; null: those of the volume of the page. */
+  /** Chooses the layer whose surfaces are changed from now on. Null: the volume of the page. */
   choose(subject: SurfaceSubject | null): void {
     this.#sweep.stop();
     this.#subject = subject;
@@ -101,9 +101,10 @@ export class SurfaceSettings {
   }
 
   /**
-   * Called when the volume of the page is open, while it is chosen. Sets its range. Uses the first suggested isovalue
-   * if no isovalue lies inside the range, or if the present one was suggested by the previous volume. `hasOwn`: the
-   * viewer has surfaces of a scene, which stay. Returns a sentence for each setting that differs from the address.
+   * Call it when the volume of the page has been opened and is chosen. Sets its range. Uses the
+   * first suggested isovalue if no isovalue lies inside the range, or if the present one was
+   * suggested by the previous volume. `hasOwn`: the viewer has surfaces of a scene, which stay.
+   * Returns a sentence for each setting that differs from the address.
    */
   opened(info: StoreInfo, hasOwn = false): string[] {
     this.#sweep.stop();
