@@ -10,7 +10,7 @@ export function showHelp(): void {
     document.body.append(holder);
     render(
       html`<wa-dialog label=${helpTexts.title} light-dismiss class="help">
-        <!-- With the focus, arrow keys scroll it. -->
+        <!-- Arrow keys scroll the table while it has the focus. -->
         <table tabindex="0" aria-label=${helpTexts.title}>
           <tbody>
             ${helpTexts.rows.map(([keys, effect]) => html`<tr><th scope="row">${keys}</th><td>${effect}</td></tr>`)}

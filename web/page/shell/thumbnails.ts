@@ -1,6 +1,6 @@
 /**
- * Pictures of volumes for their cards, in local storage; the oldest are deleted first. Without
- * storage, cards show the histogram.
+ * Pictures of volumes for their cards. They are kept in local storage; the oldest are deleted
+ * first. Without storage, cards show the histogram.
  */
 const prefix = "isosplat-picture-";
 const orderKey = "isosplat-pictures";
@@ -25,7 +25,8 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
   const scale = Math.max(width / bitmap.width, height / bitmap.height);
   const w = bitmap.width * scale;
   const h = bitmap.height * scale;
-  // Not on the GPU: reading back would wait for the pictures that are being drawn there.
+  // Keep the canvas off the GPU: reading it back would wait for the pictures that are being drawn
+  // there.
   const context = canvas.getContext("2d", { willReadFrequently: true });
   context?.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
   bitmap.close();
@@ -37,7 +38,7 @@ export async function keepThumbnail(contentId: string, picture: Blob): Promise<v
     localStorage.setItem(prefix + contentId, data);
     localStorage.setItem(orderKey, next.join(" "));
   } catch {
-    // Full or disabled: the card shows the histogram.
+    // The storage is full or disabled: the card shows the histogram.
   }
 }
 

@@ -1,6 +1,6 @@
 import type { IconName } from "./icons.ts";
 
-/** Display time: this, and the same again for every 40 letters. */
+/** Display time (ms), and the number of letters for which this time is added again. */
 const shownMs = 2500;
 const lettersPerShownMs = 40;
 

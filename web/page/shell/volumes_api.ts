@@ -33,7 +33,7 @@ export interface SceneEntry {
   layers?: number;
   /** Undefined if the scene does not change with time. */
   steps?: number;
-  /** As of a volume. */
+  /** See VolumeEntry.thumbnail. */
   thumbnail?: string;
   error?: { status: string; message: string };
 }
@@ -59,7 +59,10 @@ export interface VolumeList {
   /** Number and bytes of the volumes of the whole list. */
   total: number;
   fileBytes: number;
-  /** Set if the server does not answer: the time of an earlier visit, which this list is from. */
+  /**
+   * Set if the server does not respond and the list was kept from an earlier visit: the time of
+   * that visit.
+   */
   keptAt?: Date;
 }
 
@@ -163,7 +166,7 @@ function selectEntries<T extends { name: string; title?: string; fileBytes?: num
   };
 }
 
-/** `member`: the list in the response. */
+/** `member`: the field of the response that contains the list. */
 async function fetchList<T extends object>(
   address: string,
   member: "volumes" | "scenes",
