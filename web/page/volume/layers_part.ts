@@ -43,7 +43,9 @@ export class LayersPart {
     return this.#viewer.layers.length > 1;
   }
 
-  /** Whether the list is shown without a request, because there are, or have been, several layers. */
+  /**
+   * Whether the list is shown automatically, because there are several layers, or have been before.
+   */
   get isOpen(): boolean {
     this.#wasOfSeveral ||= this.#isOfSeveral;
     return this.#wasOfSeveral;
@@ -87,7 +89,7 @@ export class LayersPart {
     this.#list?.section.refresh();
   }
 
-  /** The page opens its volume, or its scene, which closes all layers. */
+  /** Call it when the page opens its volume or its scene, which closes all layers. */
   closing(): void {
     this.#opened = null;
     this.#list?.layers.closing();

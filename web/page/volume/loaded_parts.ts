@@ -71,18 +71,18 @@ export class LoadedParts {
     return this.#slicesSection;
   }
 
-  /** AddressState.measures. */
+  /** See AddressState.measures. */
   get measures(): readonly string[] | null {
     return this.#measure ? this.#measure.lines : (this.#url.measures ?? null);
   }
 
-  /** The present measurements, also if their code has not loaded yet. */
+  /** The present measurements. Loads their code if it is needed for this. */
   async measurements(): Promise<readonly Measurement[]> {
     if (this.#hasMeasurements) await this.loadMeasure();
     return this.#measure?.tool.measurements ?? this.#ofScene;
   }
 
-  /** The page has opened a scene; null: a store. */
+  /** Call it when the page has opened a scene, or a store (null). */
   opened(scene: Pick<ShownScene, "document"> | null): void {
     this.#ofScene = scene?.document.measurements ?? [];
     if (this.#overlay && this.#hasMeasurements) void this.loadMeasure();
@@ -185,6 +185,6 @@ function hasKeptSession(): boolean {
   try {
     return sessionStorage.getItem(keptSessionKey) !== null;
   } catch {
-    return false; // the browser keeps nothing
+    return false; // storage may be disabled
   }
 }

@@ -28,8 +28,8 @@ export interface Opened {
 }
 
 /**
- * Opens the target of a page. `again`: after a fault, which may be in cached data. Rejects with a
- * StreamError, a RendererError or an AbortError.
+ * Opens the target of a page. `again`: bypasses caches, because cached data may have caused the
+ * fault of the last attempt. Rejects with a StreamError, a RendererError or an AbortError.
  */
 export function openTargetIn(
   viewer: Viewer,

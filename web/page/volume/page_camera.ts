@@ -14,7 +14,7 @@ export class PageCamera {
   /** The camera that the viewer chose, if the address has none. */
   #first: Camera | null = null;
 
-  /** changed: called when the camera has moved. */
+  /** `changed` is called when the camera has moved. */
   constructor(viewer: Viewer, url: UrlState, changed: () => void) {
     this.#viewer = viewer;
     this.#url = url;
@@ -37,21 +37,21 @@ export class PageCamera {
   }
 
   /**
-   * Called when a volume is open. `asked`: the result of `toOpen`; `before`: `moved` at that time; `isOfScene`:
-   * opening a scene has set its camera.
-   * Returns whether the viewer shows another camera than `asked`; false for a view that was kept.
+   * Called when a volume is open. `requested`: the result of `toOpen`. `before`: `moved` at that
+   * time. `isOfScene`: opening a scene has set its camera. Returns whether the viewer shows a
+   * camera other than `requested`; always false for a view that was kept.
    */
   opened(
-    asked: Camera | undefined,
+    requested: Camera | undefined,
     before: Camera | null,
     keepsView: boolean,
     isOfScene: boolean,
   ): boolean {
     const shown = this.#viewer.camera;
-    if (!asked && isOfScene) this.#moved = null;
-    if (!asked && !this.#moved) this.#first = shown;
-    if (keepsView || this.#moved !== before || !asked || !shown) return false;
-    if (writeCamera(asked) === writeCamera(shown)) return false;
+    if (!requested && isOfScene) this.#moved = null;
+    if (!requested && !this.#moved) this.#first = shown;
+    if (keepsView || this.#moved !== before || !requested || !shown) return false;
+    if (writeCamera(requested) === writeCamera(shown)) return false;
     this.#moved = shown;
     return true;
   }
@@ -66,7 +66,7 @@ export class PageCamera {
     return this.#motion.target ?? this.#moved ?? this.#viewer.camera ?? this.#ofAddress;
   }
 
-  /** AddressState.isDefaultCamera. */
+  /** See AddressState.isDefaultCamera. */
   get isDefault(): boolean {
     const camera = this.resting;
     if (!camera || this.#url.camera) return false;
@@ -90,7 +90,7 @@ export class PageCamera {
     this.to({ ...camera, target, distance });
   }
 
-  /** Makes the point of the surface at a position in the window the centre of rotation. */
+  /** Picks the surface at a position in the window, and makes this point the centre of rotation. */
   centre({ clientX, clientY }: { clientX: number; clientY: number }): void {
     const { camera, canvas } = this.#viewer;
     const box = canvas.getBoundingClientRect();

@@ -23,7 +23,7 @@ export class PageFiles {
   #capture: Promise<CaptureDialog> | null = null;
   #keptThumbnail = "";
 
-  /** title: the volume's title, for file names. */
+  /** `title`: the volume's title, for file names. */
   constructor(
     viewer: Viewer,
     surfaces: SurfaceSettings,
@@ -47,7 +47,10 @@ export class PageFiles {
     return this.#title().replace(/[^\w.-]+/g, "-");
   }
 
-  /** Saves the document of a scene. Layers without an address are named. */
+  /**
+   * Saves the document of a scene. A message names the layers that it lacks, because they have no
+   * address.
+   */
   async saveScene(
     { isThemeBackground }: { isThemeBackground: boolean },
     loading: Promise<readonly Measurement[]>,

@@ -48,7 +48,10 @@ export function historyStep(
   return event.shiftKey ? "redo" : "undo";
 }
 
-/** Who uses the key: text fields use all keys, other controls some, the page the rest. */
+/**
+ * The kind of element that uses the key: text fields use all keys, other controls some, the page
+ * the rest.
+ */
 function focusOf(event: KeyboardEvent, canvas: HTMLElement): "text" | "control" | "none" {
   const origin = event.composedPath()[0];
   if (!(origin instanceof HTMLElement) || origin === document.body || origin === canvas)

@@ -35,9 +35,7 @@ export interface LaidOutPage {
   readonly actions: LayoutActions;
 }
 
-/**
- * Lays out a volume page. Stores the state that only the layout has: which of its parts are open.
- */
+/** Lays out a volume page. Stores which of its parts are open. */
 export class PageLayout {
   readonly #root: HTMLElement;
   readonly #page: LaidOutPage;

@@ -224,7 +224,7 @@ function panelPart(
   </aside>`;
 }
 
-/** In place of the isovalue of a layer that has not been opened. */
+/** Replaces the isovalue section if the chosen layer has not been opened. */
 function hiddenPart(title: string, { showChosen }: LayoutActions): TemplateResult {
   return html`<section class="section isovalue">
     <p class="quiet">${panelTexts.hiddenLayer(title)}</p>
