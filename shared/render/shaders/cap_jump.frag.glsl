@@ -1,6 +1,6 @@
-// One step of jump flooding (G. Rong, T.-S. Tan, I3D 2006). The nine tiles at this distance have
-// found tiles with states; this shader writes the nearest of these as x | y << 16, or 0xffffffff if
-// there are none. Tiles without states that follow from cells are used only if there are no others.
+// One step of jump flooding (G. Rong, T.-S. Tan, I3D 2006). In earlier steps, the nine tiles at this
+// distance have found tiles with states. This shader writes the nearest of those as x | y << 16, or
+// 0xffffffff if there are none. Tiles whose states follow from cells are preferred to all others.
 uniform highp usampler2D u_tiles;    // cap_tiles.frag.glsl
 uniform highp usampler2D u_nearest;  // of the last step
 uniform int u_step;                  // 0 in the first step: each tile with states writes itself

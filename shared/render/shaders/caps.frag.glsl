@@ -6,9 +6,9 @@ uniform highp usampler2D u_states;          // cap_states.frag.glsl
 uniform highp usampler2D u_tiles;           // cap_tiles.frag.glsl
 uniform highp usampler2D u_nearest;         // cap_jump.frag.glsl
 uniform int u_layer;
-uniform int u_cap_order;                    // caps of a greater one are in front of others in the same face
+uniform int u_cap_order;                    // in one face, caps with a greater order are in front of others
 uniform int u_cuts;                         // clip planes that cut; the planes after them bound the volume
-uniform int u_cap[MAX_ISOSURFACES + 1];     // by number of isovalues that are reached: the isosurface (of the volume) whose
+uniform int u_cap[MAX_ISOSURFACES + 1];     // index: number of isovalues reached. The isosurface (of the volume) whose
                                             // cap the layer shows; -1: none
 uniform int u_isosurfaces[MAX_ISOSURFACES];  // of the volume: their numbers
 uniform float u_cap_scalar[MAX_ISOSURFACES];
@@ -33,8 +33,9 @@ uint nearest_around(ivec2 at) {
   return found;
 }
 
-// The state of a pixel of which nothing is known: that of the nearest one, since the isovalue is not
-// crossed between them. All cells that it crosses on the faces are known (cut_cells.frag.glsl).
+// The state of a pixel of which nothing is known: that of the nearest known pixel, since the
+// isovalue is not crossed between them. All cells of the faces in which the isovalue is crossed are
+// known (cut_cells.frag.glsl).
 uint filled(ivec2 at) {
   ivec2 tile = at / CAP_TILE_PX;
   if (texelFetch(u_tiles, tile, 0).y != 0u) return nearest_around(at);
@@ -46,9 +47,9 @@ uint filled(ivec2 at) {
   return texelFetch(u_tiles, there, 0).x >> (4 * (k < 4 ? k : k - 1)) & 15u;
 }
 
-// The state that a surface gives, or another one if most of the pixels around have another one: a single
-// splat may miss the surface, or be drawn beyond its outline. Cells give the state where the isovalue is
-// crossed.
+// Returns `state`, which follows from a surface, or the state of most pixels around it if that
+// differs: a single splat may miss the surface, or be drawn beyond its outline. Where the isovalue
+// is crossed, cells give the state.
 uint without_outliers(uint state, ivec2 at) {
   ivec2 last = textureSize(u_states, 0) - 1;
   uint other = state;

@@ -54,7 +54,7 @@ Trilinear trilinear(vec4 lower, vec4 upper) {
                    vec4(d.x, d.y - d.x, d.z - d.x, d.w - d.z - d.y + d.x));
 }
 
-// The same function of positions in a box of the cell, 0 to 1 from `low` to `low + extent`.
+// The same function, of a position in the box from `low` to `low + extent` (0 to 1 in the box).
 Trilinear in_box(Trilinear f, vec3 low, vec3 extent) {
   Trilinear at_low = Trilinear(f.a + low.z * f.b, extent.z * f.b);
   vec4 scale = vec4(1.0, extent.xy, extent.x * extent.y);
@@ -82,7 +82,7 @@ vec4 value_and_gradient_at_centre(Cell cell) {
 }
 
 // The displacement of one Newton step (paper, equations 5 and 6). ascent: the gradient as a vector
-// (ascent_of), the same where the axes are perpendicular.
+// (ascent_of). It equals the gradient if the axes are perpendicular.
 vec3 newton_step(float value, vec3 gradient, vec3 ascent, float quantized_isovalue) {
   float squared = dot(gradient, ascent);
   return squared > 0.0 ? ascent * ((quantized_isovalue - value) / squared) : vec3(0.0);

@@ -6,7 +6,7 @@ uniform highp usampler2DArray u_surfaces;
 uniform int u_layers;
 #endif
 uniform vec4 u_background;         // linear, alpha
-uniform int u_cap_colour_by;       // of caps, as u_colour_by: they have no gradient, level or error
+uniform int u_cap_colour_by;       // like u_colour_by, for caps, which have no gradient, level or error
 uniform bool u_slice_mapped;       // slices have the colours of the map, else grey
 #ifndef STILL
 uniform bool u_linear;             // writes linear colours, for accumulation
@@ -33,10 +33,10 @@ vec4 shade(ivec2 at, int layer, float depth) {
   vec3 normal = decode_normal(bits.xy), to_eye = eye_from(gl_FragCoord.xy);
   float opacity = surface_colour(isosurface).a, open = 1.0, key_share = 1.0;
 #ifdef STILL
-  // Translucent surfaces keep as much light away as they do not let through.
+  // A translucent surface blocks only the share of light that it does not transmit.
   vec3 position = position_at(gl_FragCoord.xy, z);
   vec3 facing = dot(normal, to_eye) < 0.0 ? -normal : normal;
-  // The pictures' offsets are spread evenly: pixels differ by less than the space between two of them.
+  // The offsets of the pictures are spaced evenly. Pixels differ by less than this spacing.
   vec2 noise = fract(interleaved_noise(gl_FragCoord.xy + u_tile_corner) / STILL_PICTURES + u_noise_offset);
   SKIPPABLE_IF(u_ambient_strength > 0.0) {
     float albedo = min(dot(base, vec3(0.2126, 0.7152, 0.0722)), 0.9);

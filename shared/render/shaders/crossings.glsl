@@ -1,5 +1,6 @@
-// The points at which the isosurface crosses the edges of a cell. The extents of these points bound the
-// part of the surface in the cell, and neighbours join: they share the crossings of their common face.
+// The points at which the isosurface crosses the edges of a cell. The extents of these points bound
+// the part of the surface in the cell. Neighbouring cells join without gaps, because they share the
+// crossings of their common face.
 
 // Positions along the edges, 0 to 1, in the order of the other two coordinates (x before y before z);
 // -1 if the edge is not crossed.
@@ -35,7 +36,8 @@ vec2 extent(Crossings crossings, vec3 along) {
   return vec2(min(min(low.x, low.y), min(low.z, low.w)), max(max(high.x, high.y), max(high.z, high.w)));
 }
 
-// The range of four crossings of parallel edges; to the ends 0 and 1 where the face there is crossed.
+// The range of the crossings of four parallel edges. It extends to 0 or 1 if the face at this end
+// is crossed.
 vec2 range_of(vec4 crossings, bool low_face_is_crossed, bool high_face_is_crossed) {
   vec4 no_low = mix(crossings, vec4(1.0), lessThan(crossings, vec4(0.0)));
   float low = min(min(no_low.x, no_low.y), min(no_low.z, no_low.w));
@@ -43,10 +45,10 @@ vec2 range_of(vec4 crossings, bool low_face_is_crossed, bool high_face_is_crosse
   return vec2(low_face_is_crossed ? 0.0 : low, high_face_is_crossed ? 1.0 : max(high, 0.0));
 }
 
-// The smallest box (0 to 1 in the cell) that contains the surface of the trilinear function. If no edge
-// of a face is crossed, neither is any slice of the cell between the face and the nearest crossing of
-// an edge perpendicular to it: a bilinear function lies between the values at its corners. The whole
-// cell if no edge is crossed.
+// The smallest box (0 to 1 in the cell) that contains the surface of the trilinear function. If no
+// edge of a face is crossed, the surface lies behind the nearest crossing of an edge perpendicular
+// to the face: in the slices before it, the bilinear function lies between the values at its
+// corners, which are all on one side. If no edge of the cell is crossed, the box is the whole cell.
 void bound_surface(Crossings c, out vec3 low, out vec3 high) {
   bvec4 x = greaterThanEqual(c.x, vec4(0.0)), y = greaterThanEqual(c.y, vec4(0.0)),
         z = greaterThanEqual(c.z, vec4(0.0));

@@ -22,8 +22,8 @@ vec4 cubic_along(Trilinear f, vec3 o, vec3 r) {
 
 float cubic(vec4 k, float t) { return ((k.x * t + k.y) * t + k.z) * t + k.w; }
 
-// Whether the cubic may have a root in [0, end]: not if its control values (Bernstein's form) have one
-// sign, which bound it. Zero counts as below.
+// Whether the cubic may have a root in [0, end]. It has none if its control values (Bernstein's
+// form), which bound it, all have the same sign. Zero counts as below.
 bool may_cross(vec4 k, float end) {
   vec3 power = vec3(k.z, k.y * end, k.x * end * end) * end;
   vec4 control = k.w + vec4(0.0, power.x / 3.0, (2.0 * power.x + power.y) / 3.0, power.x + power.y + power.z);

@@ -1,6 +1,6 @@
-// A part of the tangent plane. Each fragment starts on this plane, and moves along its ray to the
-// cell's trilinear surface by two Newton steps. Depth and normal are those of the surface; fragments
-// without a surface are discarded.
+// Draws a part of the tangent plane. Each fragment starts on this plane, and moves along its ray to
+// the cell's trilinear surface by two Newton steps. Depth and normal are those of the surface;
+// fragments without a surface are discarded.
 flat in vec2 v_centre_px;
 flat in vec4 v_distance;
 flat in vec3 v_place, v_place_x, v_place_y;
@@ -37,8 +37,8 @@ void main() {
   bool found = abs(at.x) <= ELLIPSE_TOLERANCE_CELLS * length(at.yzw);
   bool crossed = (cubic(k, between.x) > 0.0) != (cubic(k, between.y) > 0.0);
   if (!found && !crossed && v_distance.w < 1.0) discard;
-  // Searches as the exact kind if the two steps fail, but the ends of the ray are on both sides of the
-  // surface, or the surface is so curved that the ray may cross it twice.
+  // If the two steps fail, searches like the exact kind, provided that the ends of the ray are on
+  // both sides of the surface, or that the surface is so curved that the ray may cross it twice.
   SKIPPABLE_IF(!found) {
     vec4 from = cubic_along(f, p + between.x * along, along);
     t = first_root(from, between.y - between.x);

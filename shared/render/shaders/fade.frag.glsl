@@ -1,4 +1,4 @@
-// A mixture of two pictures.
+// Draws a mixture of two pictures.
 uniform sampler2D u_from, u_to;
 uniform float u_progress;  // 0 … 1
 layout(location = 0) out vec4 o_colour;

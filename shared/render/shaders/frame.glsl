@@ -5,8 +5,8 @@
 // two vectors, or of two row vectors, does not. If the axes are perpendicular, both are the same, and
 // u_ascent is the identity.
 //
-// FrameBlock (frame/frame.h) has the same members. Vectors are vec4 without a use for w: there are
-// drivers that lay out vec3 in a block wrongly.
+// FrameBlock (frame/frame.h) has the same members. Vectors are vec4 with an unused w, because some
+// drivers lay out vec3 in a block wrongly.
 layout(std140) uniform Frame {
   vec4 u_right;           // row vectors: the component of a vector to the right, up, forward
   vec4 u_up;
@@ -23,7 +23,7 @@ layout(std140) uniform Frame {
   float u_far_plane;
   vec2 u_image_size;      // px
   vec2 u_guard_scale;     // image size / viewport size with guard band
-  vec2 u_image_middle;    // of the whole image, of which a tile may be drawn; px of the tile
+  vec2 u_image_middle;    // middle of the whole image, in px of the tile that is drawn
   vec2 u_tile_corner;     // lower left corner of the tile in the whole image, px
   float u_focal_px;       // focal length in px, orthographic px per unit
   float u_per_focal_px;   // 1 / u_focal_px
@@ -37,8 +37,8 @@ layout(std140) uniform Frame {
   int u_orthographic;     // 1: programs have ORTHOGRAPHIC then
 };
 
-// The parts that differ between the cameras. z: distance along the view. Perspective programs are the only
-// ones that divide by it.
+// The functions that differ between perspective and orthographic cameras. z: distance along the
+// view. Perspective programs are the only ones that divide by it.
 #ifdef ORTHOGRAPHIC
 // The divisor of image positions and sizes: the homogeneous coordinate w.
 float w_at(float z) { return 1.0; }

@@ -1,4 +1,4 @@
-// Adds a cell's share in the smooth gradient of the surface at this pixel.
+// Adds the share of a cell to the smooth gradient of the surface at this pixel.
 flat in vec3 v_low;
 flat in vec4 v_lower, v_upper;
 flat in float v_fade;

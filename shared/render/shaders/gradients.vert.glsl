@@ -1,7 +1,7 @@
-// Splats that add a cell's gradients to the smooth gradients of the surface around it: each covers the
-// cell's box and one cell more on every side, where the hat functions of its corners are not 0. Cells
-// that the isosurface does not cross contribute as well, since central differences would use their
-// voxels.
+// Splats that add a cell's gradients to the smooth gradients of the surface around it: each covers
+// the cell's box and one cell more on every side, where the hat functions of its corners are not 0.
+// Cells that the isosurface does not cross contribute as well, since their voxels belong to the
+// central differences.
 uniform float u_gradient_weight;
 uniform float u_finest_side_px;  // side of the finest cells, at distance 1
 uniform vec2 u_smooth_px;        // x: side up to which cells keep their exact normals; y: 1 / (side from

@@ -1,6 +1,6 @@
 // Lighting of a surface: light.h states the formulas and their sources. Colours are linear, vectors in
 // the camera's frame.
-uniform int u_colour_by;                 // 0: the isosurface's colour; 1: the map at the scalar; 2: at depth
+uniform int u_colour_by;                 // 0: the isosurface's colour; 1: the map at the scalar; 2: the map at the depth
 #ifdef MANY_SURFACES
 uniform highp sampler2D u_colours;       // of each isosurface; w: opacity
 #else

@@ -1,4 +1,5 @@
-// A triangle mesh, for comparison: as surface pixels, or lit at its vertices (LIT) as quads are.
+// Draws a triangle mesh, for comparison with splats: as surface pixels, or lit at its vertices
+// (LIT) like quads.
 layout(location = 0) in vec3 a_position;  // world, relative to the volume's centre
 layout(location = 1) in vec3 a_normal;
 uniform mat4 u_clip_from_world;

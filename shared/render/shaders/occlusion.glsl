@@ -1,7 +1,7 @@
-// Occlusion of light by other parts of a layer's surface, computed from its depths: that of the sky by
-// horizons in slices of the hemisphere (GTAO: Jimenez et al. 2016), that of the key light by a march
-// towards it. Directions and steps differ from pixel to pixel and from picture to picture, so that the mean
-// of the accumulated pictures has many of both.
+// Computes from the depths of a layer how much light is blocked by other parts of its surface:
+// light of the sky by horizons in slices of the hemisphere (GTAO: Jimenez et al. 2016), the key
+// light by a march towards it. Directions and steps differ from pixel to pixel and from picture to
+// picture, so that the mean of the accumulated pictures has many of both.
 uniform float u_ambient_strength;
 uniform float u_ambient_radius, u_ambient_radius_per_distance;  // largest distance of occluders; per distance from the eye
 uniform float u_shadow_strength;
@@ -61,9 +61,10 @@ float with_reflections(float open, float albedo) {
   return max(open, ((open * k.x + k.y) * open + k.z) * open);
 }
 
-// The cosine of the highest horizon along a direction in the image, at least `lowest`. Occluders fade
-// out in the outer half of the radius. They are assumed to be as thick along the view as the radius: their
-// distance is that of their nearest part, which is behind the part that the picture shows.
+// The cosine of the highest horizon along a direction in the image, at least `lowest`. Occluders
+// fade out in the outer half of the radius. An occluder is assumed to extend behind its visible
+// surface by the radius, along the view. Its distance is that of its nearest point, which may lie
+// behind the visible surface.
 float horizon(vec3 position, vec3 to_eye, int layer, vec2 direction, float radius, float radius_px,
               float offset, float lowest) {
   float highest = lowest;

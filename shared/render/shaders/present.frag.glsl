@@ -1,4 +1,4 @@
-// The mean of accumulated pictures.
+// Draws the mean of accumulated pictures.
 uniform sampler2D u_sums;
 uniform float u_weight;  // 1 / pictures
 layout(location = 0) out vec4 o_colour;

@@ -1,7 +1,8 @@
-// A square with one depth and normal. Its fragments cover the points at which the surface crosses the
-// cell's edges: their octagon along the axes of the image and between them, and their strip across the
-// surface's direction in the image. A larger part of the square would reach beyond thin structures, and
-// beyond the outline where a surface is seen edge-on.
+// A square with one depth and normal. Its fragments cover the points at which the surface crosses
+// the cell's edges. They lie inside of an octagon, which bounds these points along the axes and the
+// diagonals of the image, and of a strip, which bounds them along the surface's normal in the
+// image. A larger part of the square would reach beyond thin structures, and beyond the outline
+// where a surface is seen edge-on.
 #ifdef LIT
 flat out uvec4 v_square;  // bits of the strip and the colour: software renderers pay for each output
 #else
@@ -56,7 +57,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   v_pixel = encode_surface(in_view, scalar, u_isosurface, side);
 #endif
 
-  // The values at the corners of the box whose crossings are covered, and its corner 0 from the sample.
+  // The values at the corners of the box whose crossings are covered, and the vector from the
+  // sample to corner 0.
   vec4 lower = cell.lower - quantized_isovalue, upper = cell.upper - quantized_isovalue;
   vec3 corner = -0.5 * size - displacement;
   if (!is_inside || u_projects == 0) {
@@ -90,7 +92,7 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
 
   vec2 edge = in_view.xy + in_view.z * aside;  // the normal along right and up
   vec2 strip = extent_px(crossings, edge.x * right + edge.y * up, corner, size) + dot(edge, sample_px);
-  // In half widths of the strip: per px across it; its centre.
+  // In units of half the strip's width: one px across the strip; its centre.
   float per_strip = 2.0 / max(strip.y - strip.x, 1e-6);
   vec3 band = per_strip * vec3(edge, 0.5 * (strip.x + strip.y));
 

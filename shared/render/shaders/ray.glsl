@@ -1,6 +1,6 @@
-// The pixel's ray, starting beside a cell's centre: positions relative to the centre are precise at any
-// distance from the eye. The centres of large cells (PULLED) may be beside the eye or behind it, and
-// then have no image position.
+// The pixel's ray. It starts beside a cell's centre, since positions relative to the centre are
+// precise at any distance from the eye. The centres of large cells (PULLED) may be beside the eye
+// or behind it, and then have no image position.
 struct Ray {
   vec3 origin;     // on the plane through the centre that faces the camera, minus the centre
   vec3 direction;  // one unit along the view

@@ -1,5 +1,6 @@
-// The pattern of a slice, over which its cells are drawn: where they are missing, lines show the plane, and
-// the surfaces behind it are visible between them. The lines are fixed in the image.
+// Draws the pattern of a slice. The slice's cells are drawn over it. Where cells are missing, lines
+// show the plane, and the surfaces behind it are visible between the lines. The lines are fixed in
+// the image.
 uniform float u_line_px;  // width of a line
 layout(location = 0) out uvec4 o_pixel;
 

@@ -2,7 +2,7 @@
 flat in vec3 v_low, v_size;
 flat in vec4 v_a, v_b;
 
-uniform vec2 u_slice_scalar;  // of the place in the colour map: slope and intercept by quantized value
+uniform vec2 u_slice_scalar;  // position in the colour map: slope and intercept, of the quantized value
 layout(location = 0) out uvec4 o_pixel;
 
 void main() {

@@ -1,6 +1,6 @@
-// Replaces the normals of surface pixels by the sums of gradients. The weight of a sum is at least 1
-// where the pixel's own cell contributes; less of it leaves a part of the pixel's own normal, so that
-// normals are continuous between cells that contribute and smaller ones that do not.
+// Replaces the normals of surface pixels by the sums of gradients. The weight of a sum is at least
+// 1 where the pixel's own cell contributes. Where it is less, a part of the pixel's own normal is
+// kept, so that normals are continuous between cells that contribute and smaller ones that do not.
 uniform highp usampler2D u_places;
 uniform sampler2D u_sums;
 layout(location = 0) out uvec4 o_pixel;

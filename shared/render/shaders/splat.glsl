@@ -12,7 +12,7 @@ uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
 #ifndef PULLED
-uniform bool u_drops_hidden;          // samples that are occluded by u_drawn
+uniform bool u_drops_hidden;          // drops samples that are occluded by u_drawn
 #if KIND == KIND_QUAD
 uniform highp sampler2D u_drawn;      // depths drawn so far
 #else
@@ -29,7 +29,8 @@ uvec4 fetch_sample() {
 #endif
 }
 
-// Moves points to the corner of the viewport, outside of the image: clipping would cost more.
+// Moves points to the corner of the viewport, outside of the image, which costs less than clipping
+// them.
 void drop() {
 #ifdef PULLED
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -51,9 +52,9 @@ bool is_clipped(vec3 e, vec3 h) {
 }
 
 #ifndef GRADIENTS
-// The quantized isovalue of the surface that is drawn in the cell, clamped to the range of its corners.
-// is_inside: whether it lies in this range. If not, a coarse cell contains a thin structure; corners of
-// other cells are rounded.
+// The quantized isovalue of the surface that is drawn in the cell, clamped to the range of its
+// corners. is_inside: whether it lies in this range. If not, a coarse cell contains a thin
+// structure; in other cells, rounding of the corners is the cause.
 float drawn_isovalue(Cell cell, out bool is_inside) {
   float wanted = u_quantized_isovalue;
   SKIPPABLE_IF(is_coarse()) wanted = thickened(cell, wanted);

@@ -1,7 +1,8 @@
 // Coarse cells whose corners are all on one side of the isovalue contain a structure thinner than a
-// cell. It is drawn as a box in the cell, as large as the part of the cell beyond the isovalue. The box
-// reaches the faces beyond which the structure continues (mark_neighbours), so that boxes join: to
-// tubes where it continues across two opposite faces, to sheets across four.
+// cell. It is drawn as a box in the cell, as large as the part of the cell beyond the isovalue. The
+// box reaches the faces beyond which the structure continues (mark_neighbours), so that boxes join:
+// they form tubes where the structure continues across two opposite faces, and sheets where it
+// continues across four.
 
 // The bits of mark_neighbours: beyond the faces x = 0, y = 0 and z = 0, and x = 1, y = 1 and z = 1.
 void neighbours_of(uint word, out bvec3 below, out bvec3 above) {
@@ -10,9 +11,9 @@ void neighbours_of(uint word, out bvec3 below, out bvec3 above) {
   above = notEqual(pairs & 2u, uvec3(0u));
 }
 
-// The isovalue at which the surface of a coarse cell is drawn, where corners are on both sides of it.
-// Coarse values are averages, in which a thin structure is lower: its surface would be too small. The
-// isovalue is lowered the more, the less the corners reach of the interval beyond it.
+// The isovalue at which the surface of a coarse cell is drawn, where corners are on both sides of
+// it. Coarse values are averages, in which a thin structure is lower: its surface would be too
+// small. The further the interval reaches beyond the corners, the more the isovalue is lowered.
 float thickened(Cell cell, float quantized_isovalue) {
   float mean = 0.125 * dot(cell.lower + cell.upper, vec4(1.0));
   float way = mean < quantized_isovalue ? 1.0 : -1.0;
@@ -26,16 +27,18 @@ float thickened(Cell cell, float quantized_isovalue) {
   return from + way * min(level, lowered) / per_span;
 }
 
-// The share of the cell's volume that is beyond the isovalue, if values fall from the structure's
-// middle, the end of the interval, as those of a tube with a Gaussian profile, and have the mean of the
-// corners. from: the other end of the interval.
+// The share of the cell's volume that is beyond the isovalue. Assumes that values fall from the
+// middle of the structure, where they reach the end of the interval, like those of a tube with a
+// Gaussian profile, and that their mean is that of the corners. from: the other end of the
+// interval.
 float thin_share(Cell cell, float quantized_isovalue, float mean, float from) {
   float span = (mean < quantized_isovalue ? cell.interval.y : cell.interval.x) - from;
   float level = clamp((quantized_isovalue - from) / span, 0.01, 1.0);
   return clamp(THIN_SHARE * (mean - from) / span * -log(level), THIN_LEAST, 1.0);
 }
 
-// The axis (1 there) on which the slope is the largest, of those that are allowed (1); at least one is.
+// Marks with 1 the axis with the largest slope among those that are allowed (1). At least one axis
+// is allowed.
 vec3 steepest(vec3 slope, vec3 allowed) {
   vec3 s = mix(vec3(-1.0), slope, allowed);
   return s.x >= s.y && s.x >= s.z ? vec3(1.0, 0.0, 0.0) : s.y >= s.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
