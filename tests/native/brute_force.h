@@ -41,8 +41,7 @@ void for_each_cell(Index3 cells, Visit visit) {
   }
 }
 
-/// Level 0 of a volume whose quantized values are given by the store's own mapping, computed from
-/// the values one by one.
+/// Level 0 of a volume. The mapping of the store quantizes the values, one by one.
 template <class T>
 PlainLevel plain_level_0(Index3 n, const std::vector<T>& values, const ValueMapping& mapping) {
   PlainLevel level;
@@ -155,7 +154,7 @@ inline StoreReader open_whole(std::span<const std::byte> store) {
 
 /// Checks that at each level, for quantized isovalues at voxel values, between them, at the ends of
 /// the range and beyond, the store yields exactly the active cells, each once, with the corners and
-/// intervals of the oracle; and that a coarse cell over an active cell is active.
+/// intervals of the reference. A coarse cell that contains an active cell must be active too.
 template <class T>
 void expect_store_of(std::span<const std::byte> store, Index3 n, const std::vector<T>& values) {
   const StoreReader reader = open_whole(store);
@@ -188,7 +187,7 @@ void expect_store_of(std::span<const std::byte> store, Index3 n, const std::vect
       std::set<std::tuple<int32_t, int32_t, int32_t>> blocks;
       for (const ChunkRef& chunk : *chunks) {
         const Index3 block = chunk.block.index;
-        ASSERT_TRUE(blocks.emplace(block.x, block.y, block.z).second) << "two chunks of a block";
+        ASSERT_TRUE(blocks.emplace(block.x, block.y, block.z).second) << "two chunks for one block";
         ASSERT_EQ(reader.chunk_for(chunk.block, quantized_isovalue)->value().band, chunk.band);
         const auto bytes = store.subspan(chunk.offset, chunk.bytes);
         ASSERT_EQ(checksum32(bytes), chunk.checksum);

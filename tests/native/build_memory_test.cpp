@@ -1,4 +1,5 @@
-// A lack of memory while several threads build is an error, whichever allocation fails.
+// If memory runs out while several threads build, the build ends with an error, whichever
+// allocation fails.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// The sizes of stores, of real volumes and of generated ones with noise of several strengths, and
-// the bytes that an isovalue needs.
+// The sizes of stores, and the bytes that an isovalue needs: for real volumes, and for generated
+// volumes with noise of several strengths.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Volumes, BuildDefault,
                                          "marschnerlobb.nhdr", "iron_protein.vtk"),
                          [](const auto& test) { return test_name(test.param); });
 
-/// A ball with structure inside in the air, 0 to 1.
+/// A ball with inner structure, surrounded by air. Values are 0 to 1.
 double scene(int32_t x, int32_t y, int32_t z, Index3 n) {
   const double u = 2.0 * x / n.x - 1, v = 2.0 * y / n.y - 1, w = 2.0 * z / n.z - 1;
   const double r = std::sqrt(u * u + v * v + w * w);
@@ -99,7 +99,8 @@ double vessels(int32_t x, int32_t y, int32_t z, Index3 n) {
   return a * a + b * b < 0.01 ? 0.8 : 0;
 }
 
-/// The same numbers on every machine, about normally distributed with variance 1.
+/// Random numbers, approximately normally distributed with variance 1, and the same on every
+/// machine.
 class Noise {
  public:
   double next() {
@@ -171,7 +172,7 @@ TEST(BuildSize, OfANoisyVolumeIsAtMostThatOfItsVoxels) {
         return 300 + 3400 * scene(x, y, z, n) + 4095 * noise * random.next();
       });
       EXPECT_LE(build(n, word).store.size(), 2 * word.size());
-      // As in magnitude images of magnetic resonance: the air has noise, too.
+      // Like magnitude images of magnetic resonance, in which the air has noise, too.
       const auto rician = generate<uint8_t>(n, [&](int32_t x, int32_t y, int32_t z) {
         return std::hypot(230 * scene(x, y, z, n) + 255 * noise * random.next(),
                           255 * noise * random.next());
@@ -185,7 +186,7 @@ TEST(BuildSize, OfANoisyVolumeIsAtMostThatOfItsVoxels) {
   }
 }
 
-TEST(BuildSize, IsAtMostThatOfTheVoxelsForNoiseInAnyPlace) {
+TEST(BuildSize, IsAtMostThatOfTheVoxelsWhereverTheNoiseIs) {
   const Index3 n{130, 130, 150};
   for (const int32_t from : {0, 50, 100}) {
     std::mt19937 random(3);
@@ -196,7 +197,7 @@ TEST(BuildSize, IsAtMostThatOfTheVoxelsForNoiseInAnyPlace) {
   }
 }
 
-TEST(BuildSize, OfPureNoiseIsTheSmallestPossibleAndNoted) {
+TEST(BuildSize, OfPureNoiseIsMinimalAndNoted) {
   const Index3 n{100, 130, 90};
   std::mt19937 random(3);
   const auto voxels =
@@ -211,7 +212,7 @@ TEST(BuildSize, OfPureNoiseIsTheSmallestPossibleAndNoted) {
   }
 }
 
-TEST(BuildSize, FetchWeightMovesBothFiguresOneWay) {
+TEST(BuildSize, GrowsWithTheFetchWeightWhileIsovaluesGetCheaper) {
   const Index3 n{130, 110, 140};
   for (const double noise : {0.0, 0.02}) {
     Noise random;

@@ -209,8 +209,8 @@ TEST(Survey, AgreesWithTheMetadataOfTheBuild) {
     EXPECT_EQ(metadata["histogram"]["counts"], histogram.counts);
     const auto suggested = suggested_isovalues(survey->mapping, survey->statistics);
     EXPECT_FALSE(suggested.empty());
-    // With layer_bytes 1, the survey reads thin layers, whose sample has other cells than the
-    // build's.
+    // With layer_bytes 1, the survey reads thin layers, so it samples cells other than those of the
+    // build.
     ASSERT_EQ(metadata["suggested_isovalues"].size(), suggested.size());
     if (layer_bytes > 1) {
       EXPECT_EQ(metadata["suggested_isovalues"], suggested);

@@ -13,8 +13,7 @@
 #include "shared/import/open_volume.h"
 #include "tests/native/brute_force.h"
 
-// Compares stores with their volumes in *values* in the units of the file, never in quantized
-// values.
+// Compares stores with their volumes by values in the units of the file, never by quantized values.
 namespace isosplat {
 namespace {
 
@@ -56,7 +55,7 @@ Result<std::vector<std::byte>> store_of(const std::vector<T>& voxels, double slo
 /// The cells of level 0 that a store yields for an isovalue, and the values of their corners.
 struct FoundCells {
   std::vector<uint8_t> is_active;
-  std::vector<double> corners;  ///< of voxels; NaN where no active cell has it
+  std::vector<double> corners;  ///< values of voxels; NaN if no active cell has the voxel
 };
 
 FoundCells find_cells(std::span<const std::byte> store, double isovalue) {
@@ -91,9 +90,9 @@ FoundCells find_cells(std::span<const std::byte> store, double isovalue) {
   return found;
 }
 
-/// Checks that the store yields exactly the cells with min ≤ isovalue < max. Isovalues are on
-/// values, next to them, between them and outside of their range. `values`: in the precision of the
-/// file.
+/// Checks that the store yields exactly the cells with min ≤ isovalue < max. The isovalues are
+/// equal to values, next to them, between them, and outside of their range. `values`: in the
+/// precision of the file.
 template <class Value>
 void expect_active_cells(std::span<const std::byte> store, const std::vector<Value>& values) {
   std::set<Value> sorted(values.begin(), values.end());
@@ -102,9 +101,9 @@ void expect_active_cells(std::span<const std::byte> store, const std::vector<Val
   std::mt19937 random(3);
   for (int i = 0; i < 12; ++i) {
     const size_t at = i == 0 ? 0 : i == 1 ? list.size() - 1 : random() % list.size();
-    // A nearby number: in single precision the next one, but not next to 0, where rounding leaves
-    // other numbers. In double precision, the next one that single precision distinguishes, if it
-    // does so at all.
+    // A nearby number. In single precision it is the next number, except near 0, where rounding
+    // gives other numbers. In double precision it is the next number that differs in single
+    // precision, if there is one between the values.
     const Value gap = at > 0 ? list[at] - list[at - 1] : list[1] - list[0];
     const Value near =
         std::is_same_v<Value, float>
@@ -169,8 +168,8 @@ class Scaled : public testing::TestWithParam<Scaling> {
     }
     expect_active_cells(*store, values);
     expect_active_cells(*store, singles);
-    // The store is as small as that of the same voxels without slope, except that the numbers in
-    // its metadata have other digits.
+    // The store is as small as the store of the same voxels without a slope, except for the digits
+    // of the numbers in its metadata.
     const auto plain = store_of(voxels);
     EXPECT_EQ(StoreReader::open(*plain)->info().chunk_count, info.chunk_count);
     const double size = static_cast<double>(plain->size());
@@ -272,9 +271,9 @@ TEST(Lattice, DoublesOnAnEvenLatticeAreKept) {
       0, 255, [](int n) { return 1e15 + n; }, 8, "far from 0");
 }
 
-TEST(Lattice, RoundingThatNoLatticeHasIsStated) {
+TEST(Lattice, TheErrorOfValuesThatFitNoLatticeIsStated) {
   // Values are rounded twice in single precision: values near 0 are differences of larger numbers,
-  // and have the rounding errors of these.
+  // and inherit their rounding errors.
   std::vector<float> singles;
   // Decimal fractions are not multiples of any double.
   std::vector<double> doubles;
@@ -305,7 +304,7 @@ TEST(Lattice, RoundingThatNoLatticeHasIsStated) {
   check(doubles, 1e-14);
 }
 
-TEST(Lattice, FewValuesThatAreNotEvenAreQuantized) {
+TEST(Lattice, FewUnevenlySpacedValuesAreQuantized) {
   std::vector<float> voxels;
   for (const int32_t n : integers<int32_t>(0, 255, 3)) {
     voxels.push_back(std::exp(static_cast<float>(n) / 20));
@@ -318,7 +317,7 @@ TEST(Lattice, FewValuesThatAreNotEvenAreQuantized) {
   expect_store_of<float>(*store, kSize, voxels);
 }
 
-TEST(Lattice, VoxelsWithoutAValueLeaveTheOthersExact) {
+TEST(Lattice, TheOthersStayExactIfVoxelsAreMissing) {
   std::vector<float> voxels;
   for (const int32_t n : integers<int32_t>(0, 255, 3)) {
     voxels.push_back(n == 77 ? std::nanf("") : static_cast<float>(n));
@@ -365,7 +364,7 @@ TEST(Lattice, IntegersWithACoarserStepTakeFewerValues) {
   EXPECT_EQ(StoreReader::open(*store_of(wide))->info().mapping.scale, 1);
 }
 
-TEST(Lattice, IntegersBeyondDoublesSayHowFarTheyAre) {
+TEST(Lattice, IntegersBeyondThePrecisionOfDoublesStateTheirError) {
   std::vector<uint64_t> voxels;
   for (const int32_t n : integers<int32_t>(0, 255, 3)) {
     voxels.push_back((uint64_t{1} << 62) + 1 + static_cast<uint64_t>(n));

@@ -39,7 +39,7 @@ void write_file(const std::filesystem::path& path, std::span<const std::byte> by
              static_cast<std::streamsize>(bytes.size()));
 }
 
-/// The header and pages again, with checksums and content id that match the chunks.
+/// Writes the header and pages again, so that their checksums and the content id match the chunks.
 void reseal(std::vector<std::byte>& store, StoreHeader header) {
   for (PageRef& page : header.pages) {
     page.checksum = checksum32(std::span(store).subspan(page.offset, page.bytes));

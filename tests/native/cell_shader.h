@@ -91,7 +91,7 @@ class CellShaderTest : public ::testing::Test {
     auto context = EglContext::create();
     ASSERT_TRUE(context) << context.error().message;
     context_ = std::move(*context);
-    // One span for each corner shift from 0 to 7.
+    // The span of the intervals cycles, so that every corner shift from 0 to 7 occurs.
     std::mt19937 random(1);
     for (int i = 0; i < kSamples; ++i) {
       const uint32_t span = 1u << (2 + i % 15);

@@ -19,7 +19,8 @@ using test::write_ball;
 using test::write_file;
 using Json = nlohmann::json;
 
-/// A ball, and the same ball mirrored and moved along x, with two surfaces; and a hidden one.
+/// Three layers: a ball, the same ball mirrored and moved along x, with two surfaces, and a hidden
+/// ball.
 class CliExtractScene : public ::testing::Test {
  protected:
   CliExtractScene() {
@@ -76,7 +77,7 @@ Json glb_scene(const std::string& bytes) {
   return Json::parse(bytes.substr(20, length));
 }
 
-TEST_F(CliExtractScene, OneFileHasAllVisibleSurfacesAtTheirPlaces) {
+TEST_F(CliExtractScene, OneFileHasAllVisibleSurfacesAtTheirPositions) {
   const Ended ended = extract({"--mesh", "-o", out / "balls.glb"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_NE(ended.out.find("3 surfaces"), std::string::npos) << ended.out;
@@ -97,7 +98,8 @@ TEST_F(CliExtractScene, OneFileHasAllVisibleSurfacesAtTheirPlaces) {
   EXPECT_NEAR(position(1)["max"][0], 90 - low, 1e-4);
 }
 
-/// The sign of the volume that a mesh in a binary STL file encloses tells how its triangles turn.
+/// The signed volume that a mesh in a binary STL file encloses. The sign depends on the orientation
+/// of its triangles.
 double volume_of(const std::string& stl) {
   uint32_t count = 0;
   std::memcpy(&count, stl.data() + 80, 4);
@@ -119,7 +121,7 @@ TEST_F(CliExtractScene, OtherFormatsGetAFileForEachSurface) {
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(files(), (std::vector<std::string>{"balls-left.stl", "balls-right_..____100.stl",
                                                "balls-right_..____130.stl"}));
-  // A mirrored mesh is turned outwards again.
+  // The triangles of a mirrored mesh are reversed, so that they face outwards again.
   const double left = volume_of(read_file(out / "balls-left.stl"));
   const double right = volume_of(read_file(out / "balls-right_..____100.stl"));
   EXPECT_GT(std::abs(left), 100);
@@ -139,7 +141,7 @@ TEST_F(CliExtractScene, ChosenLayersNeedNotBeVisible) {
   EXPECT_NE(unknown.err.find("'liver'"), std::string::npos) << unknown.err;
 }
 
-TEST_F(CliExtractScene, OfABundleTheSameBytes) {
+TEST_F(CliExtractScene, ABundleGivesTheSameBytes) {
   ASSERT_EQ(extract({"--mesh", "-o", out / "a.obj"}).exit_code, 0);
   const auto bundle = folder / "scene.isobundle";
   ASSERT_EQ(run({"bundle", scene, "-o", bundle}).exit_code, 0);
@@ -151,7 +153,7 @@ TEST_F(CliExtractScene, OfABundleTheSameBytes) {
   EXPECT_EQ(from_second_line(read_file(out / "a.obj")), from_second_line(read_file(out / "b.obj")));
 }
 
-TEST_F(CliExtractScene, RefusesWhatDoesNotFit) {
+TEST_F(CliExtractScene, RefusesOptionsThatDoNotFitTheScene) {
   const Ended isovalue = extract({"-i", "100", "-o", out / "a.ply"});
   EXPECT_EQ(isovalue.exit_code, 2);
   EXPECT_NE(isovalue.err.find("scene"), std::string::npos) << isovalue.err;

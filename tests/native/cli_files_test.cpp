@@ -19,7 +19,7 @@ using test::TempFolder;
 using test::write_ball;
 using test::write_file;
 
-/// A header that names the file with the voxels; both in `folder`.
+/// Writes a header that names the file with the voxels. Both are in `folder`.
 std::string write_detached(const TempFolder& folder, int n, const std::string& data_file) {
   write_file(folder / data_file, ball(n));
   const std::string header = folder / "ball.nhdr";
@@ -29,7 +29,7 @@ std::string write_detached(const TempFolder& folder, int n, const std::string& d
   return header;
 }
 
-/// A header with a list of slices slice0.raw, slice1.raw, …
+/// Writes a header with a list of slices slice0.raw, slice1.raw, …
 std::string write_list(const TempFolder& folder, int n) {
   const std::string voxels = ball(n), header = folder / "list.mhd";
   const auto slice = static_cast<size_t>(n) * static_cast<size_t>(n);
@@ -182,7 +182,7 @@ TEST(CliFiles, LinksStayLinksAndPermissionsStay) {
     const Ended ended = run({"extract", store, "-i", "100.5", "-o", folder / name});
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
   };
-  extract("again.ply");  // its end does not exist yet
+  extract("again.ply");  // the target of the link does not exist yet
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "again.ply"));
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "points.ply"));
   EXPECT_TRUE(std::filesystem::is_regular_file(folder / "real" / "points.ply"));

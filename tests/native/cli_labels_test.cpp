@@ -52,7 +52,7 @@ Labels<T> four_labels(std::array<T, 4> values) {
   return labels;
 }
 
-/// Six times the volume within the triangles of a binary STL file, in its units.
+/// The volume within the triangles of a binary STL file, in its units.
 double stl_volume(const std::string& path) {
   const std::string file = read_file(path);
   uint32_t count = 0;
@@ -95,7 +95,7 @@ class CliLabels : public ::testing::Test {
   const std::string output = folder / "out.isobundle";
 };
 
-TEST_F(CliLabels, EachLabelIsALayerWithItsVoxelsAndPlace) {
+TEST_F(CliLabels, EachLabelIsALayerWithItsVoxelsAndPosition) {
   const auto labels = four_labels<uint8_t>({1, 5, 7, 200});
   const std::string volume = write("seg.nrrd", "uint8", labels);
   const Ended built = run({"build", volume, "--labels", "-o", output});
@@ -151,7 +151,7 @@ TEST_F(CliLabels, SurfacesEncloseTheVolumesOfTheirVoxels) {
   }
 }
 
-TEST_F(CliLabels, ValuesOfAllTypesAreLabelsAlsoNegativeOnes) {
+TEST_F(CliLabels, ValuesOfAllTypesAreLabelsIncludingNegativeOnes) {
   const auto check = [&](const std::string& volume, std::vector<int64_t> expected) {
     const Ended built = run({"build", "--labels", volume, "-o", output});
     ASSERT_EQ(built.exit_code, 0) << built.err;
@@ -196,7 +196,8 @@ TEST_F(CliLabels, AnInterruptedBuildGoesOnAndTheBytesDoNotDependOnThreads) {
   const std::string other = folder / "other.isobundle";
   ASSERT_EQ(run({"build", volume, "--labels", "-o", other, "--threads", "1"}).exit_code, 0);
   const std::string whole = read_file(other);
-  // The program ends while it writes the bundle, since the bundle exceeds the limit of file sizes.
+  // The program ends while it writes the bundle, because the bundle exceeds the limit on file
+  // sizes.
   const Ended cut = run(test::Call{
       .arguments = {"build", volume, "--labels", "-o", output, "--threads", "3", "--name", "other"},
       .file_limit = whole.size() / 2});
@@ -209,7 +210,7 @@ TEST_F(CliLabels, AnInterruptedBuildGoesOnAndTheBytesDoNotDependOnThreads) {
   EXPECT_EQ(read_file(output), whole);
 }
 
-TEST_F(CliLabels, RefusesWhatHasNoLabelsOrTooMany) {
+TEST_F(CliLabels, RefusesVolumesWithoutLabelsOrWithTooMany) {
   const auto refuses = [&](const std::string& volume, const char* expected) {
     const Ended built = run({"build", volume, "--labels", "-o", output});
     EXPECT_NE(built.exit_code, 0);

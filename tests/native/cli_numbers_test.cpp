@@ -13,7 +13,7 @@ using test::TempFolder;
 using test::write_ball;
 using test::write_file;
 
-TEST(CliNumbers, OnlyNumbersAreTakenForNumbers) {
+TEST(CliNumbers, OnlyNumbersAreAccepted) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 12), store = folder / "ball.isosplat";
   ASSERT_EQ(run({"build", volume, "-q", "--no-thumbnail"}).exit_code, 0);
@@ -70,7 +70,7 @@ TEST(CliNumbers, OnlyNumbersAreTakenForNumbers) {
     refused.insert(refused.end(), never.begin(), never.end());
     for (const std::string& text : refused) {
       std::vector<std::string> call = option.call;
-      // One argument, so that the text is not parsed as another option.
+      // Option and text are one argument, so that the text is not parsed as another option.
       call.back() += "=" + text;
       SCOPED_TRACE(call.back());
       const Ended ended = run(call);
@@ -86,7 +86,7 @@ TEST(CliNumbers, OnlyNumbersAreTakenForNumbers) {
       << infinite.err;
 }
 
-TEST(CliNumbers, NumbersAreTaken) {
+TEST(CliNumbers, NumbersAreAccepted) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 12), store = folder / "ball.isosplat";
   EXPECT_EQ(run({"build", volume, "--spacing", "1,1e0,+2.5", "--memory", "1.5g", "--threads", "0"})

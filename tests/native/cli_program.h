@@ -19,14 +19,14 @@
 namespace isosplat::test {
 
 struct Ended {
-  int exit_code = -1;  ///< −1: a signal ended it
-  int signal = 0;      ///< which one; 0: none
+  int exit_code = -1;  ///< −1: the program was ended by a signal
+  int signal = 0;      ///< the signal that ended it; 0: none
   std::string out, err;
 };
 
 struct Call {
   std::vector<std::string> arguments;
-  uint64_t file_limit = 0;      ///< most bytes of a file that it may write; 0: any
+  uint64_t file_limit = 0;      ///< largest file that it may write, in bytes; 0: no limit
   std::string cache{};          ///< XDG_CACHE_HOME
   bool ignores_hangup = false;  ///< as after nohup
 };
@@ -88,7 +88,7 @@ inline std::string ball(int n) {
   return voxels;
 }
 
-/// A cube of n³ voxels as raw bytes. `voxel`: the value by index, x fastest.
+/// A cube of n³ voxels as raw bytes, x fastest. `voxel`: the value at an index.
 template <class T>
 std::string cube(int n, const std::function<double(int)>& voxel) {
   std::string voxels;

@@ -1,4 +1,4 @@
-// isosplat publish: the files of a static site, and what it never overwrites.
+// isosplat publish: the files of a static site, and the files that it never overwrites.
 
 #include <nlohmann/json.hpp>
 

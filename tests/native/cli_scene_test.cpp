@@ -73,7 +73,7 @@ class CliScene : public ::testing::Test {
                               bundle_file = folder / "balls.isobundle";
 };
 
-TEST_F(CliScene, ABundleIsTakenApartToTheSameBytes) {
+TEST_F(CliScene, UnbundlingGivesTheSameBytes) {
   const Ended made = bundle();
   EXPECT_EQ(made.exit_code, 0) << made.err;
   EXPECT_TRUE(made.out.find("3 layers, 2 stores") != std::string::npos) << made.out;
@@ -122,7 +122,7 @@ TEST_F(CliScene, SceneAndBundleAreDescribedAndVerified) {
   }
 }
 
-TEST_F(CliScene, APictureShowsAllVisibleLayersAtTheirPlaces) {
+TEST_F(CliScene, APictureShowsAllVisibleLayersAtTheirPositions) {
   ASSERT_EQ(bundle().exit_code, 0);
   const auto picture = folder / "scene.png", same = folder / "bundle.png";
   const Ended drawn = run({"render", scene, "-o", picture, "--size", "200x150"});
@@ -188,7 +188,7 @@ TEST_F(CliScene, APictureHasTheSlicesAndTheLookOfItsScene) {
   EXPECT_FALSE(draw(dark, {}) == sliced);
 }
 
-TEST_F(CliScene, WhatASceneStatesIsNotAnOption) {
+TEST_F(CliScene, OptionsForSettingsOfTheSceneAreRefused) {
   const Ended drawn = run({"render", scene, "-i", "5", "-o", folder / "x.png"});
   EXPECT_EQ(drawn.exit_code, 2);
   EXPECT_TRUE(drawn.err.find("--isovalue") != std::string::npos) << drawn.err;

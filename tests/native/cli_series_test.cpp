@@ -81,7 +81,7 @@ TEST_F(CliSeries, FilesAreStepsInNaturalOrderWithOneMapping) {
   EXPECT_EQ(scene.layers[0].surfaces.size(), 1u);
   const auto found = mappings(output);
   EXPECT_EQ(std::set(found.begin(), found.end()).size(), 1u) << found[0] << '\n' << found[1];
-  // Nothing else is left.
+  // No other files remain.
   EXPECT_FALSE(std::filesystem::exists(folder / ".run.isobundle.parts"));
   EXPECT_EQ(run({"verify", output}).exit_code, 0);
 }
@@ -97,7 +97,7 @@ TEST_F(CliSeries, AFolderHasTheSameStoresAndTakesFurtherSteps) {
   ASSERT_EQ(more.exit_code, 0) << more.err;
   EXPECT_NE(more.out.find("2 stores were complete before"), std::string::npos) << more.out;
   EXPECT_EQ(scene_of(scene).layers[0].stores.size(), 3u);
-  // The same in one file.
+  // Build the same series into one file.
   ASSERT_EQ(run({"build", steps[0], steps[1], steps[2], "-o", output}).exit_code, 0);
   ASSERT_EQ(run({"unbundle", output, "-o", folder / "out"}).exit_code, 0);
   for (const char* name : {"volume_00000", "volume_00001", "volume_00002"}) {

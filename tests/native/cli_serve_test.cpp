@@ -35,7 +35,7 @@ struct Listener {
   uint16_t port = 0;
 };
 
-/// The response to a request for a path, as it comes.
+/// The response to a request for a path, including its header.
 std::string get(uint16_t port, const std::string& path) {
   const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -110,19 +110,19 @@ pid_t start_with_socket(const Call& call, int socket, const std::string& out,
   ::_exit(127);
 }
 
-TEST(CliServe, UsesTheSocketOfSystemdAndTellsItItsState) {
+TEST(CliServe, UsesTheSocketOfSystemdAndReportsItsState) {
   const TempFolder folder;
   const std::string store = store_in(folder);
   const Listener listener;
   Notifications notifications;
   const std::string out = folder / "out", err = folder / "err";
-  // The port of the options is in use, so the server can only use the passed socket.
+  // The port in the options is in use, so the server must use the passed socket.
   const pid_t child =
       start_with_socket({.arguments = {"serve", store, "--port", std::to_string(listener.port)}},
                         listener.socket, out, err, notifications.path);
   EXPECT_EQ(notifications.next(), "READY=1") << read_file(err);
   EXPECT_TRUE(get(listener.port, "/readyz").starts_with("HTTP/1.1 200 "));
-  // systemd sends SIGHUP to reload, even if there are no files to read again.
+  // systemd sends SIGHUP to reload the service, even if no files need to be read again.
   ::kill(child, SIGHUP);
   EXPECT_TRUE(notifications.next().starts_with("RELOADING=1\nMONOTONIC_USEC="));
   EXPECT_EQ(notifications.next(), "READY=1\nSTATUS=Reloaded.");
@@ -132,7 +132,7 @@ TEST(CliServe, UsesTheSocketOfSystemdAndTellsItItsState) {
   EXPECT_EQ(wait_for(child, out, err).exit_code, 0);
 }
 
-TEST(CliServe, TellsSystemdThatAReloadFailed) {
+TEST(CliServe, ReportsAFailedReloadToSystemd) {
   const TempFolder folder;
   const std::string store = store_in(folder), tokens = folder / "tokens";
   write_file(tokens, "token-0123456789abcdef *\n");
@@ -161,7 +161,7 @@ TEST(CliServe, TellsSystemdThatAReloadFailed) {
   EXPECT_EQ(wait_for(child, out, err).exit_code, 0);
 }
 
-/// The number behind a text in a file, which a program writes.
+/// Waits until a program has written a text to a file, and returns the number that follows it.
 int number_behind(const std::string& file, const std::string& text) {
   for (int i = 0; i < 12'000; ++i) {
     const std::string written = read_file(file);
@@ -252,7 +252,7 @@ TEST(CliServe, ANewProcessTakesOverWhileTransfersGoOn) {
   while (!get(port, "/readyz").empty()) usleep(10'000);
 }
 
-TEST(CliServe, HealthIsThatOfTheServer) {
+TEST(CliServe, TheHealthCommandChecksTheServer) {
   const TempFolder folder;
   const std::string out = folder / "out", err = folder / "err";
   write_file(folder / "broken.isosplat", "not a store");
@@ -269,7 +269,7 @@ TEST(CliServe, HealthIsThatOfTheServer) {
   EXPECT_EQ(run({"health", "--port", "0"}).exit_code, 2);
 }
 
-TEST(CliServe, RefusesASocketThatIsNoneOfTcp) {
+TEST(CliServe, RefusesASocketThatIsNotTcp) {
   const TempFolder folder;
   const std::string store = store_in(folder);
   const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
@@ -345,7 +345,7 @@ class Piped {
   pid_t child_ = -1;
 };
 
-TEST(CliServe, LivesWithAStandardErrorThatIsFull) {
+TEST(CliServe, ContinuesWhenStandardErrorIsFull) {
   const TempFolder folder;
   const Piped server(store_in(folder), ::open("/dev/full", O_WRONLY | O_CLOEXEC));
   server.request(3);
@@ -353,7 +353,7 @@ TEST(CliServe, LivesWithAStandardErrorThatIsFull) {
   server.stop();
 }
 
-TEST(CliServe, LivesWithAPipeWithoutAReader) {
+TEST(CliServe, ContinuesWhenAPipeHasNoReader) {
   const TempFolder folder;
   int ends[2];
   ASSERT_EQ(::pipe2(ends, O_CLOEXEC), 0);
@@ -365,7 +365,7 @@ TEST(CliServe, LivesWithAPipeWithoutAReader) {
   server.stop();
 }
 
-TEST(CliServe, LivesWithAPipeThatBlocks) {
+TEST(CliServe, ContinuesWhenAPipeBlocks) {
   const TempFolder folder;
   const std::string store = store_in(folder);
   for (const int flags : {0, O_NONBLOCK}) {  // O_NONBLOCK: EAGAIN
@@ -379,7 +379,7 @@ TEST(CliServe, LivesWithAPipeThatBlocks) {
   }
 }
 
-TEST(CliServe, NamesWhatIsWrongInTheFile) {
+TEST(CliServe, NamesTheErrorInTheConfigurationFile) {
   const TempFolder folder;
   const std::string config = folder / "server.toml";
   struct Case {
@@ -399,7 +399,7 @@ TEST(CliServe, NamesWhatIsWrongInTheFile) {
   EXPECT_EQ(run({"serve", folder.path(), "--config", folder / "nothing"}).exit_code, 2);
 }
 
-TEST(CliServe, RefusesLimitsThatAreNone) {
+TEST(CliServe, RefusesInvalidValuesOfOptions) {
   const TempFolder folder;
   for (const std::vector<std::string>& options : {std::vector<std::string>{"--rate-requests", "-1"},
                                                   {"--rate-bytes", "many"},

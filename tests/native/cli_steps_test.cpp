@@ -72,7 +72,7 @@ TEST_F(CliSteps, AFurtherStepThatChangesTheMappingBuildsTheOthersAgain) {
       // The differences of the first steps have no common divisor above 1. The range of all steps
       // matters because of --max-error.
       {{"--max-error", "2"}, [](int i) { return 1000 + i % 700; }, [](int i) { return i % 1700; }},
-      // The same range, but another common divisor of the differences.
+      // The range is the same, but the common divisor of the differences is not.
       {{}, [](int i) { return i % 200 * 4; }, [](int i) { return i % 399 * 2; }},
   };
   for (size_t i = 0; i < cases.size(); ++i) {
@@ -143,7 +143,7 @@ TEST_F(CliSteps, NoTimeStepsOfAFileAreLeftOut) {
   EXPECT_NE(refused.err.find("fewer than 10000"), std::string::npos) << refused.err.substr(0, 500);
 }
 
-TEST_F(CliSteps, AFolderDoesNotTellWhereItsInputsAre) {
+TEST_F(CliSteps, AFolderDoesNotContainThePathsOfItsInputs) {
   const auto voxel = [](int i) { return i % 700; };
   const auto first = write_nrrd("a1.nrrd", voxel), second = write_nrrd("a2.nrrd", voxel);
   ASSERT_EQ(run({"build", first, second, "-o", folder / "run/"}).exit_code, 0);

@@ -40,7 +40,7 @@ TEST(Cli, HelpShowsExamplesForEveryCommand) {
   EXPECT_EQ(run({"--version"}).exit_code, 0);
 }
 
-TEST(Cli, BuildNotesAStoreAboveTheAimedSize) {
+TEST(Cli, BuildNotesAStoreAboveTheSizeLimit) {
   const TempFolder folder;
   std::mt19937 random(1);
   std::string noise;
@@ -57,7 +57,7 @@ TEST(Cli, BuildNotesAStoreAboveTheAimedSize) {
   EXPECT_EQ(run(larger).out.find("size limit"), std::string::npos);
 }
 
-TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
+TEST(Cli, WrongCallsPrintOneLineAndExitWithTwo) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 8);
   const std::vector<std::vector<std::string>> calls = {
@@ -87,7 +87,7 @@ TEST(Cli, WrongCallsEndWithTwoAndOneLine) {
   EXPECT_EQ(folder.files(), std::vector<std::string>{"ball.nrrd"});
 }
 
-TEST(Cli, FailuresEndWithOneAndOneLine) {
+TEST(Cli, FailuresPrintOneLineAndExitWithOne) {
   const TempFolder folder;
   write_file(folder / "empty.nrrd", "");
   write_file(folder / "text.nrrd", "not a volume");
@@ -357,9 +357,9 @@ TEST(Cli, AFullDiskLeavesTheOldStoreAndNothingElse) {
   EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.nrrd"}));
 }
 
-/// Starts a build, and ends it by a signal while its temporary exists. Tries again if the build
-/// ended before the signal. If the build ignores hang-ups, and the signal is one, returns how the
-/// build ended.
+/// Starts a build, and sends a signal while its temporary file exists. Tries again if the build
+/// ended before the signal. If the build ignores hang-ups and the signal is a hang-up, the build
+/// continues; then returns its regular end.
 Ended interrupt_build(const TempFolder& folder, const std::string& volume, int signal,
                       bool ignores_hangup = false) {
   const TempFolder printed;
@@ -385,7 +385,7 @@ Ended interrupt_build(const TempFolder& folder, const std::string& volume, int s
     const Ended end = test::wait_for(child, out, err);
     if (ignores_hangup ? is_in_time : end.signal == signal) return end;
   }
-  ADD_FAILURE() << "the build was never there to be interrupted";
+  ADD_FAILURE() << "no build was running when the signal was sent";
   return {};
 }
 
@@ -398,11 +398,12 @@ TEST(Cli, AnInterruptedBuildLeavesTheOldStoreAndCanBeRepeated) {
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
     interrupt_build(folder, volume, signal);
     EXPECT_EQ(read_file(store), "an older store");
-    EXPECT_EQ(folder.files(), both) << "nothing is left by " << strsignal(signal);
+    EXPECT_EQ(folder.files(), both) << "files are left after " << strsignal(signal);
   }
   interrupt_build(folder, volume, SIGKILL);
   EXPECT_EQ(read_file(store), "an older store");
-  EXPECT_EQ(folder.files().size(), 3u) << "nobody can tidy up after SIGKILL";
+  EXPECT_EQ(folder.files().size(), 3u)
+      << "after SIGKILL, the program cannot remove its temporary file";
   ASSERT_EQ(run({"build", volume, "--force", "--no-thumbnail"}).exit_code, 0);
   EXPECT_EQ(read_file(store), whole) << "the same input gives the same bytes";
   EXPECT_EQ(folder.files(), both) << "the next build removes what the killed one left";
@@ -453,7 +454,7 @@ TEST(Cli, ServesUntilItIsStopped) {
   EXPECT_NE(waiting.err.find("no store and no scene yet"), std::string::npos) << waiting.err;
 }
 
-TEST(Cli, AServerForOthersNeedsAChoice) {
+TEST(Cli, AServerForOthersNeedsCorsOrPublic) {
   const TempFolder folder;
   const Ended refused = run({"serve", folder.path(), "--port", "0", "--host", "0.0.0.0"});
   EXPECT_EQ(refused.exit_code, 2);
@@ -480,7 +481,8 @@ TEST(Cli, SignLinkPrintsAnAddress) {
                           "https://a.example/volumes"});
   EXPECT_EQ(link.exit_code, 0) << link.err;
   EXPECT_TRUE(link.out.starts_with("https://a.example/volumes/?volume=head-1&exp=")) << link.out;
-  // The name of these paths depends on the sources of the server: another store could have it.
+  // The volume's name depends on the folders that the server serves: another store could have the
+  // same name.
   for (const char* const other :
        {"stores/head-1.isosplat", "head 1", "head-1.isosplat", "a/b", ""}) {
     const Ended refused = run({"sign-link", other, "--link-key-file", key});

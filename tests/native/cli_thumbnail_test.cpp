@@ -104,8 +104,8 @@ TEST_F(CliThumbnail, BuildDrawsThePictureOfAScene) {
     return id;
   };
   EXPECT_EQ(content_of(first).substr(0, 16), id_of_bundle());
-  // When the content changes, the picture is drawn again. A picture that the user made of the
-  // current content is kept.
+  // When the content changes, the picture is drawn again. A picture of the current content that the
+  // user has made is kept.
   build_steps({"--time-unit", "s"});
   const std::string second = read_file(drawn);
   EXPECT_EQ(content_of(second).substr(0, 16), id_of_bundle());
@@ -178,7 +178,7 @@ TEST_F(CliThumbnail, ReplacesAPictureThatWouldNotBeServed) {
   EXPECT_EQ(read_file(picture), good);
 }
 
-TEST_F(CliThumbnail, TakesNoNoteOfTheSizeOfOtherPictures) {
+TEST_F(CliThumbnail, DoesNotNoteTheSizeOfOtherPictures) {
   ASSERT_EQ(build().exit_code, 0);
   const Ended drawn = run({"render", store, "--isovalue", "60", "--size", "2050x16", "--aliased",
                            "-o", folder / "wide.png"});

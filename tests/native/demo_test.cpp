@@ -40,7 +40,7 @@ TEST(Demo, BuckyBallPeaksAtItsSixtyAtoms) {
         bool peak = at(0, 0, 0) > 200;
         for (int i = 0; peak && i < 27; ++i) {
           const int dx = i % 3 - 1, dy = i / 3 % 3 - 1, dz = i / 9 - 1;
-          const int order = dx + 3 * dy + 9 * dz;  // the first of equal neighbours counts
+          const int order = dx + 3 * dy + 9 * dz;  // of equal neighbours, the first is the peak
           if (order < 0 && at(dx, dy, dz) >= at(0, 0, 0)) peak = false;
           if (order > 0 && at(dx, dy, dz) > at(0, 0, 0)) peak = false;
         }

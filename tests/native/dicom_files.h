@@ -10,8 +10,8 @@
 #include "shared/core/grid/grid.h"
 #include "tests/native/import_checks.h"
 
-// Writes DICOM files element by element, from PS3.5 and PS3.10. Series of slices sample a field
-// that is known at every position, so tests can check each voxel.
+// Writes DICOM files element by element, according to PS3.5 and PS3.10. Series of slices sample a
+// field that is known at every position, so tests can check each voxel.
 namespace isosplat::test {
 
 /// An element's value in little-endian encoding.
@@ -167,8 +167,8 @@ inline DicomValue dicom_bits(const std::vector<uint8_t>& pixels) {
   return {"OB", bytes, 1, {}};
 }
 
-/// Three balls away from the centre, each decreasing towards its edge: 0 outside, up to 3000
-/// inside. No rotation, reflection or shift maps the field to itself.
+/// A field of three balls away from the centre. Values are up to 3000 inside of a ball, decrease
+/// towards its edge, and are 0 outside. No rotation, reflection or shift maps the field to itself.
 inline double three_balls(Vec3d p) {
   struct Ball {
     Vec3d centre;

@@ -1,6 +1,6 @@
 #include "tests/native/dicom_files.h"
 
-// Real World Value Mapping: what pixels mean if the file has no Rescale Slope.
+// Real World Value Mapping: the values of pixels if the file has no Rescale Slope.
 namespace isosplat::import {
 namespace {
 
@@ -88,7 +88,7 @@ TEST_F(DicomMapping, StaysIntegersWithSlopeAndIntercept) {
   EXPECT_EQ(volume->source->header().slope, 0.5);
 }
 
-TEST_F(DicomMapping, OfEachFrameIsItsOwn) {
+TEST_F(DicomMapping, MayDifferFromFrameToFrame) {
   std::vector<uint16_t> pixels;
   for (int z = 0; z < series_.size.z; ++z) {
     series_.slope = 0.25 * (1 + z % 2);
@@ -102,7 +102,7 @@ TEST_F(DicomMapping, OfEachFrameIsItsOwn) {
   expect_values({"different slopes or intercepts"});
 }
 
-TEST_F(DicomMapping, OfFewerValuesThanPixelsCanHaveIsNoted) {
+TEST_F(DicomMapping, IsNotedIfItCoversFewerValuesThanPixelsCanHave) {
   Mapping mapping;
   mapping.last = 4095;
   shared()[0x00409096] = dicom_sequence({mapping.item()});
@@ -115,7 +115,7 @@ TEST_F(DicomMapping, TheFirstOfSeveralIsUsedWithANote) {
   other.label = "T2";
   shared()[0x00409096] = dicom_sequence({Mapping{}.item(), other.item()});
   expect_values({"also maps its pixels to \"T2\" (um2/s)"});
-  // The same line twice needs no choice.
+  // If a mapping occurs twice, there is no choice to make.
   shared()[0x00409096] = dicom_sequence({Mapping{}.item(), Mapping{}.item()});
   expect_values({});
 }

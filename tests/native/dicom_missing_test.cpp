@@ -26,7 +26,7 @@ std::string cut_before(DicomItem data, uint32_t tag) {
 
 TEST(DicomMissing, SlicesThatEndBeforeTheirPixelsAreErrors) {
   const BallSeries series;
-  // The last slice: if it were ignored without a note, the volume would be shorter.
+  // Cut the last slice: if it were ignored without a note, the volume would be shorter.
   const int last = series.size.z - 1;
   const std::string whole = DicomWriter({}).file(series.slice(last));
   for (const std::string& cut :

@@ -15,7 +15,7 @@ using test::open;
 using test::TempFolder;
 using test::write_file;
 
-/// A mosaic of the series' slices, from the first to the last, or the other way round.
+/// A mosaic of the series' slices, from the first to the last or in reverse order.
 struct MosaicFile {
   BallSeries series;
   bool against_normal = false;
@@ -62,7 +62,7 @@ class DicomMosaic : public ::testing::Test {
   int files_ = 0;
 };
 
-TEST_F(DicomMosaic, EverySliceLiesWhereItsTileSays) {
+TEST_F(DicomMosaic, EverySliceHasThePositionOfItsTile) {
   MosaicFile file;
   for (const bool against : {false, true}) {
     for (const bool is_sv10 : {true, false}) {

@@ -25,7 +25,7 @@ constexpr const char* kDetector = "measured at the detector";
 
 class DicomNotes : public ::testing::Test {
  protected:
-  /// A file of frames that states nothing about where they lie.
+  /// A file of frames that states nothing about their positions.
   DicomItem bare() const {
     DicomItem data = series_.common();
     data[0x00080018] = dicom_text("UI", "1.2.3.4.1");
@@ -65,7 +65,7 @@ class DicomNotes : public ::testing::Test {
   int files_ = 0;
 };
 
-TEST_F(DicomNotes, EachAssumptionHasItsOwn) {
+TEST_F(DicomNotes, EachAssumptionHasASeparateNote) {
   DicomItem data = bare();
   expect_notes(data, {kNoOrientation, kNoPosition, kNoDistance, kOrder, kNoSpacing});
   data[0x00200037] = series_.orientation_value();
@@ -83,7 +83,7 @@ TEST_F(DicomNotes, EachAssumptionHasItsOwn) {
   test::expect_field(volume, series_);
 }
 
-TEST_F(DicomNotes, WhatAFileStatesElsewhereIsNotDenied) {
+TEST_F(DicomNotes, PropertiesThatAFileStatesElsewhereHaveNoNote) {
   DicomItem data = bare();
   data[0x00180050] = dicom_text("DS", "2");
   expect_notes(data, {kNoOrientation, kNoPosition, kThickness, kOrder, kNoSpacing});
@@ -163,7 +163,7 @@ TEST_F(DicomNotes, SlicesWithoutPositionsOrDistanceHaveTheirThickness) {
   }
 }
 
-TEST_F(DicomNotes, TilesOfAWholeSlideImageAreNoSlices) {
+TEST_F(DicomNotes, TilesOfAWholeSlideImageAreNotSlices) {
   const DicomItem frames = bare();
   for (const char* type : {"TILED_FULL", "TILED_SPARSE"}) {
     for (const char* photometric : {"MONOCHROME2", "YBR_FULL_422"}) {

@@ -16,8 +16,8 @@ using test::expect_note;
 
 using Type = test::SegmentType;
 
-/// A segmentation of the three balls: segment 1 (label "low") has values from 300 on, segment 2
-/// ("high") those from 1200 on, so that they overlap.
+/// A segmentation of the three balls. Segment 1 (label "low") contains values of at least 300,
+/// segment 2 ("high") values of at least 1200, so they overlap.
 struct SegmentFile {
   BallSeries series;
   Type type = Type::binary;
@@ -86,8 +86,8 @@ class DicomSegments : public ::testing::Test {
     return options;
   }
 
-  /// Expects that every voxel has the value of its position. `number`: of the segment; with
-  /// `as_mask`, voxels of the label map are 1 where they have it.
+  /// Expects that every voxel has the value of its position. `number`: of the segment. With
+  /// `as_mask`, voxels of the label map are 1 if they have this number.
   static void expect_segment(OpenVolume& volume, const SegmentFile& file, int number,
                              bool as_mask = false) {
     ASSERT_TRUE(volume.source);
@@ -137,7 +137,7 @@ TEST_F(DicomSegments, OneOfSeveralIsChosenByNumberOrLabel) {
   }
 }
 
-TEST_F(DicomSegments, AreOfferedToCallersThatAsk) {
+TEST_F(DicomSegments, AreOfferedAsChoices) {
   SegmentFile file;
   const auto path = write(file.data());
   std::vector<VolumeChoice> choices;
@@ -155,7 +155,7 @@ TEST_F(DicomSegments, AreOfferedToCallersThatAsk) {
   }
 }
 
-TEST_F(DicomSegments, SeriesBesideThemAreOfferedToo) {
+TEST_F(DicomSegments, SeriesBesideThemAreOfferedAsWell) {
   SegmentFile file;
   DicomItem data = file.data();
   data[0x0020000e] = dicom_text("UI", "1.2.3.5");

@@ -158,7 +158,7 @@ TEST(DicomSeries, AMissingSliceIsAnErrorOrIsInterpolated) {
   }
 }
 
-TEST(DicomSeries, RoundedPositionsAreNoGaps) {
+TEST(DicomSeries, RoundedPositionsAreNotGaps) {
   const TempFolder folder;
   BallSeries series;
   series.spacing.z = 0.625;
@@ -348,9 +348,9 @@ TEST(DicomSeries, DifferentFramesOfReferenceAndSubfoldersAreNoted) {
   expect_field(volume, series);
 }
 
-// If there are pixels for another row, the number of rows or columns is wrong. Fewer extra bytes
-// are padding.
-TEST(DicomSeries, PixelsForAnotherRowAreAnErrorAndLessIsPadding) {
+// If there are enough extra pixels for another row, the number of rows or columns is wrong. Fewer
+// extra bytes are padding.
+TEST(DicomSeries, PixelsForAnotherRowAreAnErrorAndFewerBytesArePadding) {
   const TempFolder folder;
   const BallSeries series;
   series.write(folder);
@@ -542,7 +542,8 @@ TEST(DicomSeries, AGantryTiltShearsTheVolumeAndIsNoted) {
   expect_field(volume, series);
   expect_note(volume, "tilted by 15.0°");
 
-  // The header's geometry, which gives the grid, positions every slice as in its file.
+  // The geometry of the header, from which the grid is computed, gives every slice the position
+  // that its file states.
   dicom::Collection collection;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     const auto elements = dicom::read_elements(entry.path());

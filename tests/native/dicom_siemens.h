@@ -51,7 +51,7 @@ inline std::string csa_of_mosaic(int slices, const std::vector<double>& normal, 
   return csa_header(entries, is_sv10);
 }
 
-/// Adds a CSA image header in a block of private elements, after a block of another creator.
+/// Adds a CSA image header in a block of private elements, behind the block of another creator.
 inline void add_csa(DicomItem& data, const std::string& header, uint32_t block = 0x10) {
   data[0x00290000 | (block - 1)] = dicom_text("LO", "SIEMENS MEDCOM HEADER");
   data[0x00290010 | ((block - 1) << 8)] = {"OB", "not this one", 1, {}};

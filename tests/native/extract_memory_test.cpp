@@ -1,5 +1,5 @@
-// A lack of memory while several threads decode and project is an error, whichever allocation
-// fails.
+// If memory runs out while several threads decode and project, the result is an error, whichever
+// allocation fails.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -37,9 +37,9 @@ class ExtractMemory : public testing::Test {
     is_test_thread = false;
   }
 
-  /// Calls work() on a new thread repeatedly. Each time another allocation of this thread, or of
-  /// the threads that it starts, fails, until all have failed once. work() returns its result; this
-  /// function returns how often it failed.
+  /// Calls work() repeatedly, on a new thread. In each call, another allocation of this thread, or
+  /// of the threads that it starts, fails, until each has failed once. Returns how often work()
+  /// returned an error.
   template <class Work>
   int refuse_in_turn(const Work& work) {
     int failures = 0;

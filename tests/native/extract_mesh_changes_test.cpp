@@ -1,4 +1,4 @@
-// Components and simplification of meshes, with spheres.
+// Tests components and simplification of meshes with spheres.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -82,7 +82,7 @@ TEST(MeshComponents, AreKeptByTheirArea) {
   EXPECT_EQ(all.triangles, mesh.triangles);
 }
 
-TEST(MeshComponents, OfEqualAreaTheFirstIsKept) {
+TEST(MeshComponents, TheFirstOfEqualAreaIsKept) {
   MeshPart mesh;
   add_sphere(mesh, {0, 0, 0}, 1, 1);
   add_sphere(mesh, {4, 0, 0}, 1, 1);
@@ -90,14 +90,14 @@ TEST(MeshComponents, OfEqualAreaTheFirstIsKept) {
   EXPECT_EQ(mesh.vertices.positions[0].x, 1);
 }
 
-TEST(MeshComponents, WhoseAreasAreNoNumbersComeLast) {
+TEST(MeshComponents, WithAreasThatAreNotNumbersComeLast) {
   MeshPart mesh;
   for (int i = 0; i < 40; ++i) add_sphere(mesh, {4.0 * i, 0, 0}, i % 2 ? 1e200 : 1, 0);
   EXPECT_EQ(keep_largest_components(mesh, 1), 40u);
   EXPECT_EQ(mesh.triangles.size(), 8u);
 }
 
-TEST(MeshComponents, OfNothingAreNone) {
+TEST(MeshComponents, AnEmptyMeshHasNone) {
   MeshPart mesh;
   EXPECT_EQ(keep_largest_components(mesh, 1), 0u);
 }
@@ -115,7 +115,8 @@ TEST(SimplifyMesh, StaysCloseAndClosed) {
   EXPECT_LT(mesh.triangles.size(), before / 5);
   EXPECT_EQ(open_edges(mesh), 0u);
   EXPECT_EQ(mesh.vertices.positions.size(), mesh.triangles.size() / 2 + 2);  // Euler: a sphere
-  // Vertices are still on the sphere with their normals; the middles of triangles are below it.
+  // Vertices are still on the sphere, and have its normals. The middles of triangles are below the
+  // sphere.
   double deepest = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const auto& at = mesh.vertices.positions;

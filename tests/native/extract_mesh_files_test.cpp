@@ -166,7 +166,8 @@ TEST_F(MeshFiles, GlbHasANodeForEachObjectWithTriangles) {
   EXPECT_FALSE(scene["materials"][0].contains("alphaMode"));
 }
 
-/// The text of a GLB file has its space before the first vertex: the longest names fit.
+/// A GLB file reserves space for its JSON text before the first vertex. The longest names fit into
+/// it.
 TEST_F(MeshFiles, GlbHasSpaceForManyLongNames) {
   std::vector<MeshObject> objects;
   for (int i = 0; i < 300; ++i) {

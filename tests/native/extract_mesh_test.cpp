@@ -1,5 +1,5 @@
-// Meshes of stores: the same for any threads, closed across blocks and layers, on mirrored grids,
-// at coarse levels, and in files.
+// Meshes of stores do not depend on the number of threads, and are closed across blocks and layers,
+// on mirrored grids and at coarse levels. Mesh files contain the same triangles.
 #include "native/extract/extract_mesh.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ class ExtractMesh : public testing::Test {
     return sum;
   }
 
-  /// The normals point away from the ball's centre, to within this angle in degrees.
+  /// Expects that the normals point away from the ball's centre, to within this angle in degrees.
   void expect_normals(const MeshPart& mesh, double degrees) {
     const Vec3d centre = grid_.world(kCentre);
     for (size_t i = 0; i < mesh.vertices.positions.size(); ++i) {
@@ -134,7 +134,7 @@ TEST_F(ExtractMesh, IsOrientedOnMirroredGrids) {
   expect_normals(found, 2);
 }
 
-TEST_F(ExtractMesh, OfCoarseLevelsIsClosedAndClose) {
+TEST_F(ExtractMesh, AtCoarseLevelsIsClosedAndNearTheSurface) {
   open({.voxels = kVoxels});
   for (const uint32_t level : {1u, 2u}) {
     const MeshPart found = mesh({.level = level});
@@ -151,7 +151,7 @@ TEST_F(ExtractMesh, HasNoTrianglesBeyondTheValues) {
   EXPECT_EQ(counts->triangles, 0u);
 }
 
-/// Edges that one triangle has.
+/// The edges that belong to one triangle only.
 std::vector<std::array<uint32_t, 2>> boundary_of(const MeshPart& mesh) {
   std::set<std::array<uint32_t, 2>> edges;
   for (const auto& t : mesh.triangles) {
@@ -165,7 +165,7 @@ std::vector<std::array<uint32_t, 2>> boundary_of(const MeshPart& mesh) {
 }
 
 TEST_F(ExtractMesh, RegionsSideBySideAreTheWholeSurface) {
-  // Axes in another order, one of them turned round: the box is in the world.
+  // The axes have another order, and one is reversed, because the box is in world coordinates.
   open({.voxels = kVoxels,
         .spacing = {0.5, 1, 2},
         .origin = {10, 20, 30},
@@ -193,7 +193,7 @@ TEST_F(ExtractMesh, RegionsSideBySideAreTheWholeSurface) {
   }
 }
 
-TEST_F(ExtractMesh, RegionsHaveTheirPointsAtTheSamePlaces) {
+TEST_F(ExtractMesh, RegionsHaveTheirPointsAtTheSamePositions) {
   open({.voxels = kVoxels});
   const auto points = [&](std::optional<CellRegion> region) {
     std::set<std::array<double, 3>> places;

@@ -1,4 +1,5 @@
-// Points of a noisy volume, on perpendicular and sheared grids, against the cells taken one by one.
+// Compares the points of a noisy volume, on perpendicular and sheared grids, with points computed
+// cell by cell.
 #include "native/extract/extract.h"
 
 #include <gtest/gtest.h>
@@ -104,9 +105,9 @@ class Extract : public testing::TestWithParam<Matrix3d> {
     return cells;
   }
 
-  /// The paper's approximate projection of a cell's centre, computed in the world by finite
-  /// differences, and the length of the step in displacement thresholds. The length is infinite if
-  /// there is no gradient.
+  /// The paper's approximate projection of a cell's centre, computed in world coordinates by finite
+  /// differences. Also returns the length of the step in units of the displacement threshold, which
+  /// is infinite if there is no gradient.
   std::pair<Vec3d, double> projected(Index3 cell) const {
     const Trilinear f(corners_of(cell));
     const auto value = [&](Vec3d in_cell) {
@@ -114,7 +115,7 @@ class Extract : public testing::TestWithParam<Matrix3d> {
     };
     const Vec3d low{double(cell.x), double(cell.y), double(cell.z)}, middle{0.5, 0.5, 0.5};
     const Vec3d centre = grid_.world(low + middle);
-    // Along lines the function is a cubic: central differences over two distances are exact.
+    // Along a line the function is a cubic, so central differences over two distances are exact.
     const auto along = [&](Vec3d world_axis) {
       const Vec3d step = multiply_transposed(grid_.dual_edges(), world_axis) * 0.25;
       const auto slope = [&](double far) {
@@ -142,7 +143,8 @@ class Extract : public testing::TestWithParam<Matrix3d> {
 TEST_P(Extract, GivesOnePointInsideOfEachActiveCell) {
   std::vector<Index3> truth = active_cells();
   ASSERT_GT(truth.size(), 5000u);
-  // Samples have the order of the points: the cells of the active samples are those of the points.
+  // Samples and points have the same order: the cells of the active samples are those of the
+  // points.
   std::vector<ChunkSamples> chunks;
   ASSERT_TRUE(extract_samples(*store_, kIsovalue, {0, 2}, chunks));
   std::vector<Index3> cells;
@@ -301,7 +303,7 @@ TEST(ExtractSmooth, NormalsAreSumsOverAllBlocks) {
   const Matrix3d dual = grid.dual_edges();
   for (const uint32_t level : {0u, 1u}) {
     SCOPED_TRACE(level);
-    // The same sums, from all cells of all chunks, by their positions.
+    // The reference: the same sums over all cells of all chunks, by their positions.
     std::vector<ChunkSamples> chunks;
     ASSERT_TRUE(extract_samples(**store, kIsovalue, {level, 2}, chunks));
     ASSERT_GE(chunks.size(), level == 0 ? 18u : 2u);
@@ -342,7 +344,7 @@ TEST(ExtractSmooth, NormalsAreSumsOverAllBlocks) {
 }
 
 TEST_P(Extract, ExactNormalsAreThoseOfEachCell) {
-  // A point in a noisy cell, exactly where the ray along the gradient meets the surface.
+  // In a noisy cell, the point is exactly where the ray along the gradient meets the surface.
   const ProjectionOptions projection{true, Displaced::clamp};
   size_t count = 0, differ = 0;
   std::vector<Vec3f> smooth;

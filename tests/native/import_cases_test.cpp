@@ -3,8 +3,9 @@
 
 #include "tests/native/import_checks.h"
 
-// Files by the conventions of other programs that were once read wrongly, each with its expected
-// result. The files are beside the checkout; if they are missing, the test is skipped.
+// Files that follow conventions of other programs and that an earlier version read wrongly, each
+// with its expected result. The files are beside the checkout; if they are missing, the test is
+// skipped.
 namespace isosplat::import {
 namespace {
 

@@ -68,7 +68,7 @@ void expect_channels(const std::filesystem::path& path, size_t channels,
   }
 }
 
-TEST(ImportChannels, OfNrrdInAnyPlace) {
+TEST(ImportChannels, OfNrrdAlongAnyAxis) {
   const TempFolder folder;
   const auto write = [&](const std::string& name, const std::string& axes,
                          const std::string& data) {

@@ -1,7 +1,7 @@
 #include "tests/native/import_checks.h"
 
 // Headers that contradict their data or themselves, and assumptions that need a note. In all of
-// these cases, the error or the note was once missing.
+// these cases, an earlier version reported no error and no note.
 namespace isosplat::import {
 namespace {
 
@@ -42,7 +42,7 @@ ImportOptions with_all_allowances() {
   return options;
 }
 
-// Voxels that end with their file begin at an unknown position if the file is cut.
+// If the voxels are at the end of their file and the file is cut, it is unknown where they begin.
 TEST(Contradictions, VoxelsAtTheEndOfACutFileAreAnErrorInAnyCase) {
   const TempFolder folder;
   const std::string n = nrrd("spacings: 1 1 1\nbyte skip: -1\n");
@@ -73,7 +73,7 @@ TEST(Contradictions, ADataFileWhoseNameBeginsWithListIsAFile) {
   EXPECT_EQ(read_all(*open(folder / "v.mhd").source), pattern_values());
 }
 
-TEST(Contradictions, NrrdAxesWithADirectionAreNoColoursOrTimes) {
+TEST(Contradictions, NrrdAxesWithADirectionAreNotColoursOrTimes) {
   const TempFolder folder;
   const std::string space = "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n";
   for (const char* kind : {"3-color", "vector", "list", "time"}) {

@@ -56,7 +56,7 @@ void read_at_random(ByteReader& reader, const std::string& data) {
     const size_t count = std::min<size_t>(1 + random() % 70'000, data.size() - offset);
     EXPECT_EQ(read_and_compare(reader, data, offset, count), Status::ok);
   }
-  // Across the offset up to which everything has been decompressed before.
+  // Read across the offset up to which the data have been decompressed before.
   EXPECT_EQ(read_and_compare(reader, data, 0, data.size()), Status::ok);
   EXPECT_EQ(read_and_compare(reader, data, data.size() - 1, 1), Status::ok);
   EXPECT_EQ(reader.available_bytes(), data.size());
@@ -170,7 +170,8 @@ TEST(ImportDeflated, AccessPointsAreLimitedInNumber) {
     if (!points.wants(output)) continue;
     points.add({output, output / 2, 0, 8, std::vector<std::byte>(1)});
     ++added;
-    // The nearest point is at most twice the current distance away, and never after the offset.
+    // The nearest access point is never after the offset, and at most twice the current distance
+    // before it.
     ASSERT_EQ(points.before(output)->output, output);
   }
   EXPECT_GT(added, AccessPoints::kMaxPoints);

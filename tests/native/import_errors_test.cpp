@@ -12,7 +12,7 @@ using test::write_file;
 
 constexpr Index3 kSize{5, 4, 3};
 
-/// The error of opening the file, or, if only its compressed data are invalid, of reading it.
+/// The error of opening the file, or of reading it if only its compressed data are invalid.
 Error error_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
   auto volume = open_volume(path, options);
   if (!volume) return volume.error();

@@ -7,9 +7,9 @@
 #include "tests/native/dicom_files.h"
 #include "tests/native/import_checks.h"
 
-// A note must not contradict the content of the file. Each note that says "the file does not state
-// …" is in the table below, with a file that has this note, and with files that state the property
-// in each form that the format has: these must not have the note.
+// A note must not contradict the content of the file. The table below has each note that says "the
+// file does not state …". Each row has a file that must have this note, and files that state the
+// property, in each form that the format allows, and must not have the note.
 namespace isosplat::import {
 namespace {
 
@@ -157,7 +157,7 @@ Write dicom(const std::vector<uint32_t>& without) {
 
 struct Row {
   const char* note;  ///< a part of the note; as in the source, with {} for what is inserted
-  Write silent;      ///< a file that does not state it: it has the note
+  Write silent;      ///< a file that does not state the property, so that it has the note
   std::vector<Write> stating;  ///< files that state it
 };
 
@@ -250,7 +250,7 @@ bool says(const std::vector<std::string>& notes, const std::string& part) {
       notes, [&](const std::string& note) { return note.find(part) != std::string::npos; });
 }
 
-TEST(FalseNotes, NoNoteDeniesWhatIsInTheFile) {
+TEST(FalseNotes, NoNoteDeniesAPropertyThatTheFileStates) {
   for (const Row& row : kRows) {
     SCOPED_TRACE(fmt::format("row {}: {}", &row - kRows, row.note));
     EXPECT_TRUE(says(notes_of(row.silent), row.note)) << "the file that does not state it";

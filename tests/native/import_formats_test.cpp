@@ -101,7 +101,7 @@ TEST(ImportNrrd, ReadsDetachedDataWithSkips) {
   expect_pattern(from_end, VoxelType::i16);
 }
 
-TEST(ImportNrrd, ReadsACompressedFileInPlaceOfAMissingOne) {
+TEST(ImportNrrd, ReadsACompressedFileInsteadOfAMissingOne) {
   const TempFolder folder;
   write_file(folder / "v.raw.gz", deflated(bytes_of(pattern_voxels<uint8_t>(kSize))));
   write_file(folder / "v.nhdr",

@@ -30,8 +30,8 @@ struct Place {
   Vec3d step{0.5, 2, 3};
 };
 
-/// Checks every voxel by its position. Returns the values of those that are absent, and of those
-/// that differ.
+/// Checks every voxel by its position. Returns the expected values of absent voxels, and the values
+/// of voxels that differ.
 std::multiset<double> expect_voxels(OpenVolume& volume, const Place& place = {}) {
   std::multiset<double> absent;
   if (!volume.source) return absent;
@@ -65,7 +65,7 @@ std::multiset<double> expect_voxels(OpenVolume& volume, const Place& place = {})
   return absent;
 }
 
-/// Opens a file of which all voxels must be right.
+/// Opens a file, and expects that all its voxels are right. Returns its notes.
 std::vector<std::string> expect_file(const std::string& name, const Place& place = {},
                                      const ImportOptions& options = {}) {
   SCOPED_TRACE(name);
@@ -83,7 +83,8 @@ ImportOptions chosen(std::optional<int64_t> channel, std::optional<int64_t> time
 
 using Notes = std::vector<std::string>;
 
-/// A note says what a file does not state. So it must not occur if the file states it.
+/// A note reports a property that the file does not state. It must not occur if the file states the
+/// property.
 TEST(ImportHdf5Conventions, FilesThatStateTheirAxesAndSpacingHaveNoNote) {
   EXPECT_EQ(expect_file("xyz.nc"), Notes{});
   EXPECT_EQ(expect_file("many.nc"), Notes{});
@@ -157,7 +158,7 @@ TEST(ImportHdf5Conventions, ValuesWithoutMeaningAreAbsent) {
   EXPECT_EQ(absent, 5u + 9u);  // 0 to 4; 641 to 644 and 650 to 654
 }
 
-TEST(ImportHdf5Conventions, KeptIfTheUserWantsThem) {
+TEST(ImportHdf5Conventions, ValuesWithoutMeaningAreKeptOnRequest) {
   ImportOptions options;
   options.finds_missing_values = false;
   auto numbers = open(file_of("unsigned.nc"), options);
@@ -192,7 +193,7 @@ TEST(ImportHdf5Conventions, TheFinestImageOfAPyramidIsChosen) {
   EXPECT_NEAR(half.world({0, 0, 0}).x, 0.25e-3, 1e-9);
 }
 
-TEST(ImportHdf5Conventions, PositionsThatWereNotWrittenAreNone) {
+TEST(ImportHdf5Conventions, PositionsThatWereNotWrittenAreIgnored) {
   auto volume = open(file_of("unwritten_axes.nc"));
   EXPECT_EQ(expect_voxels(volume, {1, {0, 0, 0}, {1, 1, 1}}), std::multiset<double>{});
   expect_note(volume, "no voxel spacing was found in the HDF5 file");

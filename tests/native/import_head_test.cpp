@@ -28,8 +28,8 @@ class Openings {
       for (ssize_t at = 0; at < bytes;) {
         const auto* event = reinterpret_cast<const inotify_event*>(events.data() + at);
         at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
-        // inotify merges equal events that follow each other. Events of closing are between those
-        // of opening, so none are merged.
+        // inotify merges equal events that follow each other. Between two events of opening there
+        // is one of closing, so none are merged.
         if ((event->mask & IN_OPEN) != 0) ++openings;
       }
     }
@@ -40,7 +40,7 @@ class Openings {
   int queue_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
 };
 
-TEST(FileHead, IsReadOnceToTellTheFormat) {
+TEST(FileHead, IsReadOnceToDetectTheFormat) {
   const TemporaryFolder folder;
   const std::string nrrd =
       test::nrrd_header({2, 2, 2}, "uchar", "encoding: raw\n\n") + std::string(8, '\1');

@@ -22,7 +22,7 @@ using test::write_file;
 
 constexpr int kWidth = 13, kHeight = 11, kSlices = 12;
 
-/// The sample of a voxel. bits: of a sample, 8 or 16.
+/// The sample of a voxel. bits: size of a sample, 8 or 16.
 int sample_at(int x, int y, int z, int bits) {
   const int value = x + 3 * y + 7 * z + (bits == 16 ? 1000 * (x + y) : 0);
   return value & ((1 << bits) - 1);
@@ -142,7 +142,7 @@ TEST(ImportImages, PngOfEachDepthAlsoInterlaced) {
     for (const bool interlaced : {false, true}) {
       SCOPED_TRACE(fmt::format("{} bits, interlaced: {}", bits, interlaced));
       const TempFolder folder;
-      // Slice 10 comes after slice 9.
+      // Slice 10 must come after slice 9.
       for (int z = 0; z < kSlices; ++z) {
         write_png(folder / fmt::format("s{}.png", z), z, {bits, PNG_COLOR_TYPE_GRAY, interlaced});
       }

@@ -5,8 +5,9 @@
 #include "shared/import/voxels/missing_values.h"
 #include "tests/native/import_checks.h"
 
-// The choice of the fill value: a declared value, or a value that programs use for "no value" and
-// that has no other explanation. Objects, backgrounds and labels of one value are kept.
+// The choice of the fill value. It is a declared value, or a value that programs use for "no value"
+// and that has no other explanation in this volume. Objects, backgrounds and labels of one value
+// are kept.
 namespace isosplat::import {
 namespace {
 
@@ -79,7 +80,7 @@ TEST(RuleMissingValues, AFillValueOfIntegersIsKeptAndNoted) {
   check("int", integers_with_fill<int32_t>(-2147483647 - 1), "-2147483648");
   check("uint", integers_with_fill<uint32_t>(4294967295u), "4294967295");
 
-  // Ordinary values, a value close to others, and the ends of 8-bit types are not fill values.
+  // Ordinary values, a value close to others, and the limits of 8-bit types are not fill values.
   const auto has_note = [&](const char* type, const std::string& voxels) {
     write_file(folder / "v.nrrd",
                nrrd_header(kSize, type, "endian: little\nencoding: raw\n\n") + voxels);

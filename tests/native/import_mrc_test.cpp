@@ -197,7 +197,7 @@ TEST(ImportMrc, ReadsHalfBytes) {
   EXPECT_EQ(read_all(*volume.source), values_of(wide));
 }
 
-TEST(ImportMrc, WhatIsNotAppliedIsNoted) {
+TEST(ImportMrc, FieldsThatAreNotAppliedAreNoted) {
   const TempFolder folder;
   MrcFile turned;  // CCP4: by 90° about z
   turned.set(25, int32_t{1}).set(27, -1.0f).set(29, 1.0f).set(34, 1.0f).set(28, int32_t{0});

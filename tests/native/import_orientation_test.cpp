@@ -35,7 +35,7 @@ TEST(Orientation, KeepsARightHandedOrthonormalHeader) {
   EXPECT_EQ(result->grid.spacing, geometry.spacing);
 }
 
-TEST(Orientation, EveryAxisOrderAndSignKeepsEveryVoxelInItsPlace) {
+TEST(Orientation, EveryAxisOrderAndSignKeepsThePositionOfEveryVoxel) {
   const TempFolder folder;
   const Index3 n{5, 4, 3};
   const std::array<std::array<int, 3>, 6> orders{
@@ -91,7 +91,7 @@ TEST(Orientation, EveryAxisOrderAndSignKeepsEveryVoxelInItsPlace) {
 
 // Sheared axes of any handedness and length: the grid is right-handed, and each voxel is at its
 // position in the header.
-TEST(Orientation, ShearedAxesKeepEveryVoxelInItsPlace) {
+TEST(Orientation, ShearedAxesKeepThePositionOfEveryVoxel) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-1, 1);
   int reversed = 0, kept = 0;

@@ -173,7 +173,7 @@ TEST(PackedVolumes, DamagedAndCutFilesAreErrors) {
   }
 }
 
-TEST(PackedVolumes, WhatIsInsideIsSaidBeforeAllOfItIsUnpacked) {
+TEST(PackedVolumes, RefusedContentIsNamedBeforeAllOfItIsUnpacked) {
   const TempFolder folder;
   const std::string zeros(64 << 20, '\0');
   for (const Packer& packer : kPackers) {

@@ -8,8 +8,9 @@
 
 #include "tests/native/import_checks.h"
 
-// The right volume, the right volume with a note, or an error: cases that were once read wrongly.
-// The conformance suite tests the same rule on many generated files.
+// The rule: the result is the right volume, the right volume with a note, or an error. These are
+// cases that earlier versions read wrongly. The conformance suite tests the rule on many generated
+// files.
 namespace isosplat::import {
 namespace {
 
@@ -27,8 +28,7 @@ using test::write_file;
 
 constexpr Index3 kSize{5, 4, 3};
 
-/// Expects that voxel (x, y, z) of the file has the pattern's value, and its position is
-/// `position`.
+/// Expects that voxel (x, y, z) of the file has the pattern's value and is at `position(x, y, z)`.
 template <class Position>
 void expect_positions(OpenVolume& volume, Position position) {
   ASSERT_TRUE(volume.source);
@@ -484,7 +484,8 @@ TEST(RuleChanges, AVolumeThatChangesWhileItIsReadIsAnError) {
   write_file(folder / "d.raw", voxels() + "more");
   expect_changed(detached);
 
-  // The modification time may be wrong: at the end, the beginning of the file is compared too.
+  // The modification time may not show the change, so the beginning of the file is compared as well
+  // at the end.
   write_file(folder / "e.nrrd", header + "\n" + voxels());
   auto quiet = open_first(folder / "e.nrrd");
   const auto time = std::filesystem::last_write_time(folder / "e.nrrd");

@@ -131,7 +131,7 @@ TEST(TiffDescriptions, OmeTagsMayHaveAPrefixAndUnitsAnyEncoding) {
 }
 
 // Descriptions that state the size of pixels, but no distance between slices.
-TEST(TiffDescriptions, SizesOfPixelsAreKeptWithoutADistanceOfSlices) {
+TEST(TiffDescriptions, PixelSizesAreKeptWithoutADistanceBetweenSlices) {
   const TempFolder folder;
   std::string text = ome("");
   text.erase(text.find("PhysicalSizeZ=\"3\""), 17);
@@ -177,7 +177,7 @@ TEST(TiffDescriptions, SeveralVolumesAreAChoice) {
       chosen.channel = choice.channel;
       chosen.time_step = choice.time_step;
       if (is_allowance) chosen.allowed.add(*choice.allowance);
-      // Some of the files lack pages. Even then, no choice is left.
+      // Some of the files lack pages. Even these must require no further choice.
       const auto volume = open_volume(folder / "v.tif", chosen);
       const std::string message = volume ? "" : volume.error().message;
       EXPECT_EQ(message.find("choose"), std::string::npos) << choice.label << ": " << message;

@@ -37,7 +37,7 @@ TEST(ImportTimes, AreRoundedToTheDigitsOfAHeader) {
   EXPECT_EQ(TimeAxis::regular(0, 3e20, 2, "").values, (std::vector<double>{0, 3e20}));
 }
 
-TEST(ImportTimes, AreLeftOutIfTheyAreNone) {
+TEST(ImportTimes, AreLeftOutIfTheyAreInvalid) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (const double distance : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
     EXPECT_TRUE(TimeAxis::regular(0, distance, 3, "s").values.empty()) << distance;

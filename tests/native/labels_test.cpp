@@ -62,7 +62,7 @@ TEST(Labels, FreeSurferIsOpaque) {
   EXPECT_FALSE(parse_freesurfer_table("17 Left Hippocampus 220 216 20 0 0"));
 }
 
-TEST(Labels, WorkbenchAndSlicerTellTheirLabels) {
+TEST(Labels, TablesOfWorkbenchAndSlicerAreRead) {
   const LabelTable table = parse_workbench_table(
       "<?xml version=\"1.0\"?><CaretExtension><LabelTable>"
       "<Label Key=\"0\" Red=\"1\" Green=\"1\" Blue=\"1\" Alpha=\"0\">?\?\?</Label>"
@@ -122,7 +122,7 @@ TEST(Labels, FormatsAreRecognized) {
   EXPECT_FALSE(read_label_table(folder / "missing"));
 }
 
-TEST(Labels, NamesOfStrangersAreCutAndHaveNoControlCharacters) {
+TEST(Labels, LongNamesAreTruncatedAndControlCharactersRemoved) {
   std::string name("a\x1b[31m");
   while (name.size() < 1000) name.append("ü");
   const auto table = parse_csv_table(std::string("value,name\n1,").append(name));

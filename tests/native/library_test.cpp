@@ -47,7 +47,7 @@ class Library : public testing::Test {
       ASSERT_EQ(status_of(store.add_page(page.index, range(page.offset, page.bytes))), Status::ok);
     }
   }
-  /// A chunk of level 0, with its bytes.
+  /// The first chunk of level 0, with its bytes.
   Chunk first_chunk(Store& store) {
     add_pages(store, 0, kIsovalue);
     return store.chunks_for(0, kIsovalue).value().at(0);

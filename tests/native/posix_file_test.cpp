@@ -1,4 +1,5 @@
-// Files as the system gives them: identities, offsets, ends, pipes and folders.
+// Files of the operating system: their identity, reading at offsets and at the end, pipes and
+// folders.
 
 #include "shared/system/posix_file/posix_file.h"
 
@@ -47,7 +48,7 @@ TEST_F(PosixFiles, AreReadAtOffsetsUpToTheirEnd) {
   EXPECT_TRUE(cut.error().message.starts_with(path.string() + ": expected 4 bytes at offset 8"));
 }
 
-TEST_F(PosixFiles, AreReadWithoutWaitingOrSayThatTheyNeedTheDisk) {
+TEST_F(PosixFiles, AreReadWithoutWaitingOrReportThatTheyNeedTheDisk) {
   write("0123456789");
   const auto file = PosixFile::open(path);
   ASSERT_TRUE(file) << file.error().message;
@@ -62,7 +63,7 @@ TEST_F(PosixFiles, AreReadWithoutWaitingOrSayThatTheyNeedTheDisk) {
     EXPECT_EQ(read.error().status, Status::io_error);
     return;
   }
-  // A read beyond the end of the file need not wait for the disk.
+  // A read beyond the end of the file does not wait for the disk.
   NoWait at_end;
   EXPECT_EQ(file->read(8, out, &at_end).error().status, Status::truncated);
   EXPECT_FALSE(at_end.needs_disk);

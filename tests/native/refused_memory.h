@@ -5,12 +5,12 @@
 #include <cstdlib>
 #include <new>
 
-// Refuses memory to threads at work. It replaces the program's operator new: one source of a
-// program may include it.
+// Makes allocations of working threads fail. It replaces the program's operator new, so only one
+// source of a program may include it.
 namespace {
 
-/// The number of allocations that still succeed, in threads other than the test's thread. The one
-/// after these is refused. Negative: all succeed.
+/// The number of allocations that still succeed in threads other than the test's thread; the next
+/// one fails. Negative: all succeed.
 std::atomic<int64_t> allocations_left{-1};
 thread_local bool is_test_thread = false;
 
@@ -24,8 +24,8 @@ bool is_refused() {
 
 }  // namespace
 
-// Replaces the operator of the program, so that all allocations of the library and of the tests by
-// `new` call it.
+// Replaces the program's operator, so that all allocations of the library and of the tests by `new`
+// call this one.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   if (!is_refused()) {
     if (void* memory = std::malloc(bytes > 0 ? bytes : 1)) return memory;

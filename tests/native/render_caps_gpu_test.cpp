@@ -19,7 +19,8 @@ constexpr double kPi = 3.14159265358979;
 constexpr SplatKind kKinds[] = {SplatKind::quad, SplatKind::ellipse, SplatKind::exact};
 constexpr const char* kKindNames[] = {"quad", "ellipse", "exact"};
 
-/// Values fall by 100 per unit of distance from a surface: a solid where they are at least 10000.
+/// A solid where values are at least 10000. Values fall by 100 per unit of distance from its
+/// surface.
 TestVolume solid(Index3 voxels, const std::function<double(Vec3d)>& distance) {
   return sampled_volume(voxels, {1, 1, 1}, [&](Vec3d p) { return 10000 - 100 * distance(p); });
 }
@@ -88,8 +89,8 @@ class CapsGpu : public RendererTest {
     double depth = 0;   // largest difference of caps
   };
 
-  /// Compares each pixel with the volume's value on the plane, which cuts alone. Values nearer to
-  /// the isovalue than `tolerance` may be on either side.
+  /// Compares each pixel with the volume's value on the plane, which is the only clip plane. Values
+  /// nearer to the isovalue than `tolerance` may count as inside or outside.
   Comparison compare(const TestVolume& volume, const Plane& plane, double tolerance) {
     const auto found = pixels();
     const CameraFrame frame = camera_frame(camera_);
@@ -207,7 +208,7 @@ TEST_F(CapsGpu, EachPixelAgreesInShearedGrids) {
   EXPECT_LT(c.depth, 1e-3);
 }
 
-// Columns along the view: no ray meets their walls, and all leave through the volume's border.
+// Columns along the view. No ray meets their walls: all rays leave through the volume's border.
 TEST_F(CapsGpu, SolidsThatReachTheBorderAreClosed) {
   const TestVolume volume = solid({49, 25, 49}, [](Vec3d p) {
     const double round = std::hypot(p.x - 16.3, p.z - 30.8) - 11.4;
@@ -225,14 +226,15 @@ TEST_F(CapsGpu, SolidsThatReachTheBorderAreClosed) {
     EXPECT_GT(c.caps, 8000);
     EXPECT_LE(c.differing, 5) << name;
   }
-  // A close-up of a part that contains no surface. The renderer does not know whether it is solid.
+  // In a close-up of a part that contains no surface, the renderer does not know whether the part
+  // is solid.
   camera_.target = {16, 10, 31};
   camera_.distance *= 0.1;
   draw("columns-close-up");
   EXPECT_EQ(cap_pixels(), 0);
 }
 
-TEST_F(CapsGpu, CellsThatAreTooLargeForPointsKnowTheirStates) {
+TEST_F(CapsGpu, CellsThatAreTooLargeForPointsGiveStates) {
   renderer_ = std::move(*Renderer::create(/*max_point_size=*/8));
   const Vec3d centre{24, 24, 24};
   const TestVolume volume = solid({49, 49, 49}, [&](Vec3d p) { return length(p - centre) - 18; });
@@ -313,7 +315,7 @@ TEST_F(CapsGpu, SeveralSurfacesHaveTheCapsOfTheirSolids) {
 
 TEST_F(CapsGpu, ThereAreNoneWhereNothingIsCut) {
   const Vec3d centre{24, 24, 24};
-  // The ball reaches the volume's border, which stays open.
+  // The ball reaches the volume's border. There it stays open.
   const TestVolume volume = solid({49, 25, 49}, [&](Vec3d p) { return length(p - centre) - 18; });
   show(volume);
   camera_.azimuth = 180;
@@ -341,7 +343,7 @@ TEST_F(CapsGpu, ThereAreNoneWhereNothingIsCut) {
 }
 
 // Streaming must still fetch the surfaces behind caps, since caps follow from them.
-TEST_F(CapsGpu, OcclusionQueriesDoNotSeeThem) {
+TEST_F(CapsGpu, OcclusionQueriesIgnoreThem) {
   const Vec3d centre{24, 24, 24};
   show(solid({49, 49, 49}, [&](Vec3d p) { return length(p - centre) - 18; }));
   settings_.clip_box_low = {0, 0.4, 0};

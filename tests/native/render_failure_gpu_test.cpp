@@ -17,9 +17,9 @@ namespace {
 /// How many more programs link before one fails; negative: all link.
 int links_left = -1;
 
-/// The GPU has no memory for more buffers.
+/// Whether the GPU has no memory for more buffers.
 bool is_full = false;
-/// What glGetError returns next, before errors of the driver.
+/// The next result of glGetError. Errors of the driver follow it.
 GLenum next_error = GL_NO_ERROR;
 
 template <class Function>
@@ -39,7 +39,7 @@ extern "C" void glGetProgramiv(GLuint program, GLenum name, GLint* value) {
   }
 }
 
-// Likewise, to report that there is no memory for a buffer.
+// Replaces the driver's function as well, to report that there is no memory for a buffer.
 extern "C" void glBufferData(GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
   using Function = void (*)(GLenum, GLsizeiptr, const void*, GLenum);
   static const auto driver = driver_function<Function>("glBufferData");
@@ -77,7 +77,8 @@ TEST(RenderFailureGpu, AFailedProgramLinkLeavesNoState) {
     links_left = -1;
     const auto wanted = draw(**Renderer::create());
     ASSERT_TRUE(wanted) << wanted.error().message;
-    // A third of the links with each kind: they share most of the programs, and linking takes long.
+    // Each kind fails at another third of the links: the kinds share most programs, and linking
+    // takes long.
     for (int after = static_cast<int>(kind) % 3;; after += 3) {
       auto renderer = Renderer::create();
       ASSERT_TRUE(renderer);
@@ -137,7 +138,7 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
   EXPECT_EQ(after.samples_resident, before.samples_resident + many.size());
   EXPECT_EQ(after.gpu_bytes, before.gpu_bytes);
 
-  // With memory again, the chunk gets a buffer that works.
+  // Once there is memory again, the chunk gets a working buffer.
   EXPECT_TRUE(renderer.add_chunk(kLost, block, many));
   EXPECT_TRUE(renderer.check_gpu());
   ASSERT_TRUE(draw_image(renderer, 160, 120, &after, /*smooth=*/false));

@@ -20,7 +20,7 @@ namespace {
 class RenderGpu : public RendererTest {
  protected:
   struct Difference {
-    double holes = 0;       // pixels the reference hits and its neighbours do, but ours does not
+    double holes = 0;       // pixels that the reference and its neighbours cover, but ours does not
     double silhouette = 0;  // differing pixels / the reference's
     double depth = 0;       // mean, in cells (smallest spacing)
     double normal = 0;      // mean, degrees
@@ -314,8 +314,8 @@ int pieces(std::vector<char> set, int width, int height) {
   return count;
 }
 
-// A vessel about as wide as a cell, wound so that its cells contain two walls at all angles. All
-// splat kinds draw it as one connected component, from near and far.
+// A vessel about as wide as a cell. It winds, so that its cells contain two walls at all angles.
+// All splat kinds draw it as one connected component, from near and far.
 TEST_F(RenderGpu, ThinVesselsStayConnected) {
   const TestVolume volume = sampled_volume({40, 40, 40}, {1, 1, 1}, [](Vec3d p) {
     double nearest = 1e9;
@@ -428,13 +428,13 @@ TEST_F(RenderGpu, ClipBoxAndPlanesCutAndOpenTheView) {
     const float front = renderer_->read_surface().value()[middle].depth;
     EXPECT_NEAR(double(front), camera.distance - 15, 0.8);
 
-    settings.clip_box_low = {0, 0.5, 0};  // the near half is gone: its far wall is seen
+    settings.clip_box_low = {0, 0.5, 0};  // clips the near half: the far wall is visible
     renderer_->set_settings(settings);
     ASSERT_TRUE(draw_image(*renderer_, 256, 256));
     const float back = renderer_->read_surface().value()[middle].depth;
     EXPECT_NEAR(double(back), camera.distance + 15, 0.8) << kKindNames[static_cast<int>(kind)];
 
-    settings.clip_planes = {{{0, -1, 0}, -19.5}};  // and the far half: nothing is left
+    settings.clip_planes = {{{0, -1, 0}, -19.5}};  // clips the far half as well: nothing is left
     renderer_->set_settings(settings);
     ASSERT_TRUE(draw_image(*renderer_, 256, 256));
     EXPECT_FALSE(renderer_->read_surface().value()[middle].hit);
@@ -483,8 +483,8 @@ TEST_F(RenderGpu, TranslucentSurfacesDoNotDependOnTheirOrder) {
   ASSERT_TRUE(one && other);
   EXPECT_EQ(one->rgba, other->rgba);
   const uint8_t* middle = one->at(128, 128);
-  EXPECT_GT(middle[0], 60);  // red shines through
-  EXPECT_GT(middle[2], 60);  // under blue
+  EXPECT_GT(middle[0], 60);  // red is visible through blue
+  EXPECT_GT(middle[2], 60);  // blue is in front
   keep(*one, "translucent");
 }
 
@@ -546,7 +546,7 @@ TEST_F(RenderGpu, RefiningSmoothsEdges) {
   EXPECT_FALSE(renderer_->can_refine(kSize + 1, kSize));
   const auto smooth = draw_image(*renderer_, kSize, kSize, nullptr, true);
   ASSERT_TRUE(large && jagged && smooth);
-  EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "as good as it gets";
+  EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "the picture is fully refined";
   EXPECT_FALSE(renderer_->needs_redraw(kSize, kSize));
   EXPECT_EQ(renderer_->refine(kSize, kSize).error().status, Status::invalid_argument);
   keep(*smooth, "smooth");
@@ -573,7 +573,7 @@ TEST_F(RenderGpu, RefiningSmoothsEdges) {
 
   settings.isosurfaces[0].isovalue = 600;
   renderer_->set_settings(settings);
-  EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "a change is to be drawn first";
+  EXPECT_FALSE(renderer_->can_refine(kSize, kSize)) << "a change must be drawn first";
 }
 
 TEST_F(RenderGpu, RefiningWaitsForNoShaderThatWasPrepared) {
@@ -594,7 +594,7 @@ TEST_F(RenderGpu, RefiningWaitsForNoShaderThatWasPrepared) {
         constexpr int kSize = 96;
         ASSERT_TRUE(draw_image(**renderer, kSize, kSize));
         for (int tries = 0; prepared && !(*renderer)->prepare_refine(); ++tries) {
-          ASSERT_LT(tries, 3000) << "the driver never ends compiling";
+          ASSERT_LT(tries, 3000) << "the driver does not finish compiling";
           std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
         ASSERT_TRUE((*renderer)->can_refine(kSize, kSize)) << "nothing was drawn";
@@ -620,7 +620,7 @@ TEST_F(RenderGpu, AStillPictureIsDrawnOnceAndShownAgain) {
   FrameStatistics first, again, other;
   const auto picture = draw_image(*renderer_, kSize, kSize, &first, true);
   EXPECT_GT(first.samples_drawn, 0u);
-  // Into another framebuffer, so this is not what was left in the first one.
+  // Draw into another framebuffer, so that the result cannot be a remnant in the first one.
   const auto shown = draw_image(*renderer_, kSize, kSize, &again, true);
   ASSERT_TRUE(picture && shown);
   EXPECT_TRUE(shown->rgba == picture->rgba);

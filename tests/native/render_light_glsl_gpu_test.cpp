@@ -65,7 +65,7 @@ Vec3f unit(Vec3f v) {
   return v * (1 / length(v));
 }
 
-/// Directions of even distribution on the sphere.
+/// A random direction, evenly distributed on the sphere.
 Vec3f random_direction(std::mt19937& random) {
   std::normal_distribution<float> normal;
   return unit({normal(random), normal(random), normal(random)});
@@ -137,7 +137,8 @@ TEST(Light, SkyIsTheIntegralOfItsRadiance) {
   }
 }
 
-// Walter et al. 2007, equations 20, 23 and 33 (as G₁ by the Λ of Heitz 2014), in their own terms.
+// Walter et al. 2007, equations 20, 23 and 33 (as G₁ by the Λ of Heitz 2014), written as in these
+// papers.
 TEST(Light, HighlightIsTheMicrofacetModel) {
   LightSettings settings;
   settings.highlight = 1;
@@ -226,8 +227,8 @@ TEST_F(LightGlslGpu, LightsAsTheCoreDoes) {
   }
 }
 
-// A slice's share is the integral of the cosine to the normal between the horizons, weighted as a
-// slice of the sphere is.
+// A slice's share is the integral of the cosine to the normal between the horizons, with the weight
+// of a slice of the sphere.
 TEST(Light, SliceIsTheIntegralBetweenItsHorizons) {
   for (const double normal : {-0.9, 0.0, 0.4}) {
     for (const double low : {-0.3, -0.65}) {

@@ -1,4 +1,5 @@
-// Ambient occlusion and shadows of still pictures, by value against slow references on the CPU.
+// Compares the values of ambient occlusion and shadows in still pictures with slow references on
+// the CPU.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +70,8 @@ class OcclusionGpu : public RendererTest {
                            depth;
   }
 
-  /// Whether a pixel and those around it show the surface at depths that differ little: no outline.
+  /// Whether a pixel is not at an outline: it and its neighbours show the surface at similar
+  /// depths.
   static bool is_inside(const std::vector<SurfacePixel>& pixels, int x, int y) {
     const auto& here = pixels[size_t(y) * kSize + size_t(x)];
     if (!here.hit) return false;
@@ -96,8 +98,8 @@ double distance_to_ball(Vec3d from, Vec3d ray) {
   return along - std::sqrt(kBallRadius * kBallRadius - miss);
 }
 
-/// The share of the sky that a point of the surface sees, weighted by the cosine: rays over the
-/// whole hemisphere to the ball and the plane themselves. Occluders fade out in the outer half of
+/// The share of the sky that a point of the surface sees, weighted by the cosine: computed by rays
+/// over the whole hemisphere to the exact ball and plane. Occluders fade out in the outer half of
 /// the radius.
 double open_share(Vec3d at, Vec3d normal, double radius) {
   Vec3d u = cross(normal, std::abs(normal.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0});
@@ -214,7 +216,8 @@ TEST_F(OcclusionGpu, ShadowsAreThoseOfAnAreaLight) {
   EXPECT_GT(bright / bright_count, 0.95);
 }
 
-// draw() has neither: they begin with refine(). Nothing occludes a plane that fills the image.
+// draw() computes neither occlusion nor shadows; they begin with refine(). Nothing occludes a plane
+// that fills the image.
 TEST_F(OcclusionGpu, StartsWithTheSecondPicture) {
   settings_.light.occlusion = settings_.light.shadow = 1;
   renderer_->set_settings(settings_);

@@ -101,7 +101,8 @@ TEST_F(OrthographicGpu, EveryKindDrawsASphere) {
               0.01 * 3.14159265 * std::pow(25 * px, 2));
 }
 
-// The eye of a close view is inside of the volume, but nothing is behind it.
+// In a close view, the eye is inside of the volume. An orthographic view also shows what is behind
+// the eye.
 TEST_F(OrthographicGpu, CloseViewsShowWhatIsBehindTheEye) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   show_volume(*renderer_, volume, 2500, 2500);
@@ -138,7 +139,7 @@ TEST_F(OrthographicGpu, ClippingCutsAlongTheRays) {
   EXPECT_NEAR(double(middle.depth), camera_.distance + 25, 0.01);  // the far wall, from inside
 }
 
-TEST_F(OrthographicGpu, OcclusionQueriesFindWhatIsSeen) {
+TEST_F(OrthographicGpu, OcclusionQueriesFindTheVisibleRegionsOnly) {
   const TestVolume volume = sphere_volume({129, 129, 129});
   show_volume(*renderer_, volume, 3000, 5000, 1);
   settings_.isosurfaces = {{5000, {1, 1, 1}, 1}, {3000, {1, 0, 0}, 1}};
@@ -184,7 +185,8 @@ TEST_F(OrthographicGpu, CamerasCanAlternate) {
   EXPECT_EQ(draw("orthographic").rgba, orthographic.rgba);
 }
 
-// Ambient occlusion and shadows in a hollow: from afar, perspective is nearly orthographic.
+// Ambient occlusion and shadows in a hollow. The reference is a perspective view from afar, which
+// is nearly orthographic.
 TEST_F(OrthographicGpu, PicturesAtRestHaveTheSameLight) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   show_volume(*renderer_, volume, 2500, 2500);

@@ -73,7 +73,7 @@ TEST_F(PickGpu, FindsItInShearedGrids) {
   expect_truth(volume, 2000);
 }
 
-TEST_F(PickGpu, SaysWhichSurfaceAndHowFarTheNextOneIs) {
+TEST_F(PickGpu, ReturnsTheSurfaceAndTheDistanceToTheNextOne) {
   const TestVolume volume = sphere_volume({70, 70, 70});
   show_volume(*renderer_, volume, 1000, 2500);
   settings_.isosurfaces = {{1000, {1, 1, 1}, 1}, {2500, {1, 0, 0}, 0.4f}};
@@ -91,7 +91,7 @@ TEST_F(PickGpu, SaysWhichSurfaceAndHowFarTheNextOneIs) {
   EXPECT_EQ(found->isosurface, 0u);
   EXPECT_NEAR(found->to_next, 20, 0.05);
 
-  // What is clipped cannot be picked: the far wall is found from inside.
+  // Clipped parts cannot be picked, so the pick finds the far wall from inside.
   const Vec3d toward = camera_frame(camera_).forward;
   settings_.clip_planes = {{toward, dot(toward, Vec3d{34.5, 34.5, 34.5})}};
   found = pick(kWidth / 2.0, kHeight / 2.0);
@@ -103,7 +103,7 @@ TEST_F(PickGpu, SaysWhichSurfaceAndHowFarTheNextOneIs) {
   EXPECT_FALSE(pick(kWidth / 2.0, kHeight / 2.0));
 }
 
-TEST_F(PickGpu, NeedsAVolumeAndToleratesAnyPlace) {
+TEST_F(PickGpu, NeedsAVolumeAndToleratesAnyPosition) {
   EXPECT_EQ(renderer_->pick(1, 1, kWidth, kHeight).error().status, Status::invalid_argument);
   const TestVolume volume = sphere_volume({20, 20, 20});
   show_volume(*renderer_, volume, 500, 500);

@@ -184,7 +184,8 @@ TEST_F(SceneGpu, RandomScenesEqualTheMergedPicturesOfTheirVolumes) {
       }
     }
     EXPECT_GT(shown, 500);
-    // Depths are rounded in other units for each volume: where two surfaces meet, either may win.
+    // Depths are rounded in the units of each volume. Where two surfaces meet, either may be in
+    // front.
     EXPECT_LE(differing, 1 + shown / 2000);
   }
 }
@@ -255,8 +256,8 @@ TEST_F(SceneGpu, PicksNameTheSurfaceOfTheNearestVolume) {
 TEST_F(SceneGpu, TheClipBoxOfTheFirstVolumeCutsAllWithCaps) {
   add(0, ball({0, 0, 0}, 14, kIdentity3, {1, 1, 1}), {1400});
   add(1, ball({6, 0, 0}, 10, turned(30), {0.9, 0.9, 0.9}), {1000});
-  // The values of these balls increase outwards, so the solid would be outside of the ball.
-  // Reverses them.
+  // The values of these balls increase outwards, so the solid would be outside of the ball. Reverse
+  // the values.
   for (auto& [id, volume] : volumes_) {
     for (QuantizedValue& value : volume.quantized_values)
       value = static_cast<QuantizedValue>(5000 - std::min<int>(value, 5000));

@@ -98,8 +98,8 @@ class ShearGpu : public RendererTest {
     double normal = 0, worst_normal = 0;    // degrees
   };
 
-  /// Compares the last picture with the true sphere. Holes and the worst normal are looked for away
-  /// from the outline.
+  /// Compares the last picture with the true sphere. Holes and the worst normal do not count near
+  /// the outline.
   Difference against_the_sphere() const {
     const auto pixels = renderer_->read_surface().value();
     const CameraFrame frame = camera_frame(camera_);
@@ -171,7 +171,8 @@ TEST_F(ShearGpu, EveryKindDrawsTheTrueSphereOnEveryGrid) {
   }
 }
 
-// From so near that cells exceed the largest point size: drawn as points and as triangles.
+// The camera is so near that cells exceed the usual limit of point sizes. They are drawn both as
+// points and as triangles.
 TEST_F(ShearGpu, CloseUpsAreTheSameAsPointsAndAsTriangles) {
   camera_.distance = 32;
   std::vector<std::vector<SurfacePixel>> as_points;
@@ -252,8 +253,8 @@ TEST_F(ShearGpu, LooksLikeItsCopyOnAPerpendicularGrid) {
 
 // A clip plane (in world coordinates) and a clip box (in fractions of the volume) cut at the right
 // positions.
-TEST_F(ShearGpu, ClipPlanesAndBoxesCutWhereTheySay) {
-  const Vec3d n{-0.6, 0.64, -0.48};  // what is nearest to the eye is cut away
+TEST_F(ShearGpu, ClipPlanesAndBoxesCutAtTheStatedPositions) {
+  const Vec3d n{-0.6, 0.64, -0.48};  // cuts away the part nearest to the eye
   for (const NamedGrid& named : kSheared) {
     const TestVolume volume = ball(named);
     const VolumeGrid& grid = volume.grid;

@@ -23,7 +23,7 @@ double waves(Vec3d p) {
   return 1000 + 500 * std::sin(0.31 * p.x + 0.1 * p.z) + 500 * std::cos(0.23 * p.y - 0.17 * p.z);
 }
 
-/// The cells of a level that are active for some value of a range. The test computes the expected
+/// A level with the cells that are active for some value of a range. The test computes the expected
 /// values from them.
 struct LevelOfVolume {
   TestVolume volume;  ///< with the voxels of the level
@@ -187,7 +187,7 @@ class SlicesGpu : public RendererTest {
           continue;
         }
         ++c.values;
-        if (e.is_near_face && levels_.size() > 1) continue;  // maybe the other level's value
+        if (e.is_near_face && levels_.size() > 1) continue;  // may show the other level's value
         // Samples have the precision of 1/512 of the span, and pixels have 16 bits for the position
         // in the colour map.
         const double rounding = e.span / 512 + 2000.0 / 65535;
@@ -241,7 +241,7 @@ TEST_F(SlicesGpu, EachPixelShowsTheValueInAShearedGrid) {
   expect_values_everywhere(plane);
 }
 
-TEST_F(SlicesGpu, WhereNoCellsAreThePatternShowsIt) {
+TEST_F(SlicesGpu, ThePatternShowsWhereThereAreNoCells) {
   show(sampled_volume({60, 60, 60}, {1, 1, 1}, waves));
   add(0, 900, 1100);
   const Plane plane{{0.6, 0.8, 0}, 40};
@@ -252,7 +252,7 @@ TEST_F(SlicesGpu, WhereNoCellsAreThePatternShowsIt) {
   EXPECT_GT(c.no_data, 1000);
   EXPECT_LE(c.differing, 2);
   EXPECT_LT(c.error, 0.5);
-  // Lines, and between them nothing.
+  // There are lines, and nothing between them.
   EXPECT_GT(count(Slice::no_data), 500);
   EXPECT_LT(count(Slice::no_data), 4 * c.no_data / 3);
 }
@@ -310,7 +310,7 @@ TEST_F(SlicesGpu, TheyAreInOneDepthOrderWithSurfacesAndEachOther) {
     settings_.slices = {{{0, 1, 0}, 4}};
     draw("front");
     EXPECT_EQ(pixels()[middle].slice, Slice::values);
-    // Of two slices, the nearer one: both meet where x is 24.
+    // Where two slices overlap, the nearer one is visible. They meet where x is 24.
     settings_.isosurfaces.clear();
     settings_.slices = {{{0.6, 0.8, 0}, 0.6 * 24 + 0.8 * 24}, {{-0.6, 0.8, 0}, 0.2 * 24}};
     draw("crossing");

@@ -1,5 +1,5 @@
-// Smooth normals, against the core's sums of gradients, and across cells, chunks, blocks and
-// levels. Thresholds are stated at each comparison.
+// Compares smooth normals with the core's sums of gradients, and tests that they are continuous
+// across cells, chunks, blocks and levels. Thresholds are stated at each comparison.
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ class RenderSmoothGpu : public RendererTest {
     uint32_t isosurface = 0;
     double depth = 0;
   };
-  /// is_still: of the last picture of draw_still(), else of draw().
+  /// The surface pixels of the last picture of draw_still() if is_still, else of draw().
   std::vector<Pixel> draw(bool is_still = false) {
     renderer_->set_settings(settings_);
     renderer_->set_camera(camera_);
@@ -314,7 +314,8 @@ TEST_F(RenderSmoothGpu, FirstStillPictureIsSmooth) {
   const TestVolume volume = marschner_lobb();
   show_volume(*renderer_, volume, 5000, 5000);
   settings_.isosurfaces = {{5000, {0.8f, 0.8f, 0.8f}, 1}};
-  settings_.light.occlusion = settings_.light.shadow = 0;  // which differ from picture to picture
+  // Occlusion and shadows differ from picture to picture.
+  settings_.light.occlusion = settings_.light.shadow = 0;
   camera_.elevation = 60;
   const double focal_px = 0.5 * kSize / camera_frame(camera_).tan_half_field_of_view;
   look_at({20, 20, 20}, focal_px / 2.8);
@@ -350,7 +351,7 @@ TEST_F(RenderSmoothGpu, FirstStillPictureIsSmooth) {
   EXPECT_LT(difference(smooth), 0.2 * difference(exact));
 }
 
-// Right behind fine cells below 3 px, a coarse chunk with larger cells is hidden. It does not
+// A coarse chunk with larger cells is hidden directly behind fine cells below 3 px. It does not
 // change the picture: the normals stay those of the fine cells. There is no threshold, since the
 // pictures must be equal.
 TEST_F(RenderSmoothGpu, HiddenCoarseCellsLeaveSmallFineCellsTheirNormals) {

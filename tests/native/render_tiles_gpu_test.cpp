@@ -1,4 +1,4 @@
-// Pictures in tiles equal the same picture drawn at once.
+// A picture that is drawn in tiles equals the same picture drawn at once.
 #include <gtest/gtest.h>
 
 #include <algorithm>

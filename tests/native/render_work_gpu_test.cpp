@@ -94,8 +94,8 @@ double mean_fragments(const TestVolume& volume, double isovalue, SplatKind kind,
   return sum / (double(size) * size);
 }
 
-// From inside a sphere, close to its wall: one visible layer of the surface, and a ring of hundreds
-// of cells that intersect the plane through the eye.
+// The camera is inside of a sphere, close to its wall. One layer of the surface is visible, and
+// hundreds of cells in a ring intersect the plane through the eye.
 TEST(RenderWorkGpu, CloseUpsCastFewRaysForEachPixel) {
   const auto context = EglContext::create();
   ASSERT_TRUE(context) << context.error().message;

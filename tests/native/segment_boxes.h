@@ -22,12 +22,13 @@ struct SegmentBox {
 };
 
 /// A DICOM segmentation of boxes, with slices 2 mm apart from (0, 0, 0) on, and pixels of 1 × 1.5
-/// mm. It has no frames where a segment has no pixels. In label maps, later boxes replace earlier
-/// ones. Fractions are 120 of 200 inside, and 80 one pixel around the box in its slices.
+/// mm. A segment has no frames for slices in which it has no pixels. In label maps, later boxes
+/// replace earlier ones. Fractional values are 120 of 200 inside of a box, and 80 in a margin of
+/// one pixel around it in its slices.
 struct SegmentBoxes {
   std::vector<SegmentBox> boxes;
   SegmentType type = SegmentType::binary;
-  Index3 size{19, 17, 12};  // rows and frames are no whole number of bytes
+  Index3 size{19, 17, 12};  // rows and frames do not fill whole bytes
   int background = 0;       ///< of label maps
 
   std::vector<uint8_t> frame(int z, const SegmentBox& box) const {

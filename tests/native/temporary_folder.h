@@ -7,7 +7,7 @@
 
 namespace isosplat {
 
-/// An empty folder that is gone, with all in it, at the end of the test.
+/// An empty folder, which is removed with its content at the end of the test.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

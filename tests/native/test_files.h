@@ -15,7 +15,7 @@
 
 namespace isosplat::test {
 
-/// A folder that is removed with all it holds when the test ends.
+/// A folder that is removed with its content when the test ends.
 class TempFolder {
  public:
   TempFolder() {

@@ -12,8 +12,8 @@
 
 namespace isosplat {
 
-/// A volume in memory, and its samples packed as chunk decoders would yield them: for tests and
-/// benchmarks of drawing, which need no store.
+/// A volume in memory, and its samples, packed like those of chunk decoders. With it, tests and
+/// benchmarks of drawing need no store.
 struct TestVolume {
   VolumeGrid grid;
   ValueMapping mapping;
@@ -154,7 +154,7 @@ inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKe
   return samples;
 }
 
-/// Hands a level's chunks to the renderer and makes them visible; returns the samples added.
+/// Passes a level's chunks to the renderer and makes them visible. Returns the number of samples.
 inline uint64_t show_volume(render::Renderer& renderer, const TestVolume& volume,
                             double isovalue_low, double isovalue_high, uint32_t level = 0,
                             render::VolumeId id = 0) {

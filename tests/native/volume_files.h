@@ -80,7 +80,7 @@ inline std::vector<double> read_all(VolumeSource& source) {
   return values;
 }
 
-/// A NIfTI-1 file in one piece.
+/// A NIfTI-1 file with header and voxels in one file.
 struct NiftiFile {
   std::vector<int16_t> sizes;
   int16_t data_type = 4;

@@ -96,7 +96,7 @@ data = file.createVariable("density", "i2", ("z", "y", "x"), zlib=True)
 data[:] = voxels()
 file.close()
 
-# Unsigned numbers in signed ones; 65534 and 600 stand for none.
+# Unsigned numbers stored as signed ones; 65534 and 600 mark missing values.
 file, data = netcdf("unsigned.nc", "zyx", fill_value=numpy.int16(-2))
 data.setncattr("_Unsigned", "true")
 data.missing_value = numpy.array([600, -3], "i2")

@@ -103,7 +103,7 @@ with create("ilastik") as file:
     data.attrs["axistags"] = ('{"axes": [{"key": "x", "typeFlags": 2}, {"key": "y", "typeFlags": 2}, '
                               '{"key": "z", "typeFlags": 2}, {"key": "c", "typeFlags": 1}]}')
 
-# netCDF (CF): packed values, and one that stands for none.
+# netCDF (CF): packed values, one of which marks missing values.
 with create("packed") as file:
     data = file.create_dataset("volume", data=voxels())
     data.attrs["scale_factor"] = 0.5
@@ -123,11 +123,11 @@ with create("lzf") as file:
 
 
 def lz4(content):
-    """The filter LZ4: two blocks, the first one with a copy that overlaps itself, the second as it is."""
+    """The filter LZ4 with two blocks: the first has a copy that overlaps itself, the second is not compressed."""
     half = len(content) // 2
     out = struct.pack(">QI", len(content), half)
     first, second = content[:half], content[half:]
-    # All but the last 16 bytes as they are, then a copy of one byte, if these are equal.
+    # If at least 10 equal bytes end the block: literals, a copy of one byte, and 6 literals.
     end = len(first.rstrip(first[-1:])) + 1
     if len(first) - end >= 10:
         literals, copy = first[:end], len(first) - end - 6
