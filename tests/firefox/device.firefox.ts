@@ -33,13 +33,13 @@ beforeEach(async () => {
 });
 afterEach(() => page.close());
 
-/** Waits until the store is built and kept: the card that says so is gone. */
+/** Waits until the store is built and kept: then the card with the progress disappears. */
 async function kept(): Promise<void> {
   await complete(page);
   await page.waitForFunction(() => document.querySelector(".task-card") === null);
 }
 
-test("a volume that is chosen is built, kept, reopened, and removed", async () => {
+test("a chosen volume is built, kept, reopened, and removed", async () => {
   const chooser = await page.waitForSelector("input[type=file]:not([webkitdirectory])");
   await (chooser as ElementHandle<HTMLInputElement>).uploadFile(join(demoFolder, "bucky.nrrd"));
   await kept();
@@ -60,7 +60,7 @@ test("a volume that is chosen is built, kept, reopened, and removed", async () =
   await shows(page, "[role=alert]", /open its file again/);
 });
 
-test("a ZIP that is dropped opens, and nothing is sent to another origin after it", async () => {
+test("a dropped ZIP opens, and nothing is sent to another origin afterwards", async () => {
   const content = readFileSync(join(demoFolder, "bucky.nrrd"));
   const zip = zipOf([{ name: "scan/bucky.nrrd", content }]);
   await page.evaluate(async (data) => {

@@ -68,7 +68,7 @@ test("no store at the address, and a host that does not respond", async () => {
   await shows(page, "[role=alert]", /does not answer/);
 });
 
-test("the server goes away and comes back", async () => {
+test("the server stops and is started again", async () => {
   const own = await serve([demoFolder]);
   const port = Number(new URL(own.url).port);
   await page.goto(`${own.url}?volume=mandelbulb&isovalue=60`);
@@ -107,7 +107,7 @@ test("a store that is replaced under its name: the page opens the new one", asyn
   await saysNothing(page);
 });
 
-test("damaged chunks: complete except for them", async () => {
+test("damaged chunks: everything else is complete", async () => {
   await page.goto(`${server.url}?volume=damaged&isovalue=128&camera=30,20,300,64,64,64`);
   await shows(page, ".status-state", /^complete except for \d+ damaged parts?$/);
   await shows(page, ".banner", /The store is damaged/);

@@ -23,7 +23,7 @@ test("no WebGL 2: the page reports it, and shows the list of volumes", async () 
   );
   expect(isThere).toBe(false);
   await shows(page, "[role=alert]", /no WebGL 2/);
-  // Another try could not succeed.
+  // There is no button for another attempt, because it could not succeed.
   expect(await page.$$("[role=alert] wa-button")).toHaveLength(0);
   // The list of volumes still works.
   await page.locator("a.brand").click();

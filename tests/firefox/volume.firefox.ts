@@ -45,7 +45,7 @@ test("lists the volumes, and opens one", async () => {
   await page.goto(server.url);
   await page.waitForFunction(() => document.querySelectorAll("a.card").length === 3);
   await shows(page, "a.card[href*=bucky]", /128 × 128 × 128/);
-  // The picture of the surface is made automatically.
+  // The page makes the card's picture of the surface automatically.
   await page.waitForSelector("a.card[href*=bucky] img", { visible: true });
   await page.locator("a.card[href*=bucky]").click();
   await shows(page, ".status-samples", /^[1-9].* samples$/);
@@ -70,7 +70,7 @@ test("draws the native renderer's picture", async () => {
   });
   const { covered, differing, stray, lost } = await compared(ours, native);
   expect(covered).toBeGreaterThan(0.1 * width * height);
-  // Both draw on llvmpipe: no pixel differed when this test was written.
+  // Both draw with llvmpipe. No pixel differed when this test was written.
   expect(differing).toBeLessThan(0.001 * covered);
   expect(stray).toBe(0);
   expect(lost).toBe(0);

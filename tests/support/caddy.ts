@@ -24,7 +24,7 @@ export interface Caddy {
   stop(): Promise<void>;
 }
 
-/** Starts Caddy for volumes.example, with a server behind it. `folder`: for its files. */
+/** Starts Caddy for volumes.example in front of a server. `folder`: for Caddy's files. */
 export async function startCaddy(folder: string, serverPort: number): Promise<Caddy> {
   const port = await freePort();
   const { certificate, key } = makeCertificate(folder, "volumes.example");

@@ -1,4 +1,4 @@
-/** Writes DICOM slices with run lengths (RLE), and segmentations, from PS3.5 and PS3.10. */
+/** Writes DICOM slices with run lengths (RLE), and segmentations, according to PS3.5 and PS3.10. */
 import { packed } from "./tiff_files.ts";
 
 function element(tag: number, vr: string, value: Uint8Array | string): Buffer {
@@ -59,7 +59,7 @@ function fileStart(syntax: string): Buffer {
   ]);
 }
 
-/** A frame of a segmentation: its pixels are 0 and 1. */
+/** A frame of a segmentation, whose pixels are 0 or 1. */
 export interface SegmentFrame {
   segment: number;
   z: number;
@@ -117,7 +117,10 @@ export function dicomSegmentation(
   ]);
 }
 
-/** A CT slice at `z` mm. `syntax`: its transfer syntax; the pixels are run lengths in any case. */
+/**
+ * A CT slice at `z` mm. `syntax`: the transfer syntax that the file states. The pixels are always
+ * run lengths.
+ */
 export function dicomSlice(
   pixels: Uint16Array,
   columns: number,

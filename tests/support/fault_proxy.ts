@@ -13,7 +13,7 @@ import type { AddressInfo, Socket } from "node:net";
 
 /** The fault of one response. */
 export type Fault =
-  /** Responds itself, like a gateway whose server has failed. */
+  /** Sends this status instead of the server's response, like a gateway whose server has failed. */
   | { kind: "status"; status: number; retryAfter?: number }
   /** Requests another path from the server and passes its response on. */
   | { kind: "elsewhere"; path: string }
@@ -69,7 +69,7 @@ export class FaultProxy {
     return this.requests.reduce((bytes, { bytes: sent }) => bytes + sent, 0);
   }
 
-  /** Starts listening; after a stop, on the same port. */
+  /** Starts listening. After `stop`, it uses the same port again. */
   async start(): Promise<void> {
     const server = createServer((request, response) => void this.#handle(request, response));
     server.on("connection", (socket) => {
@@ -206,7 +206,7 @@ export function fetchedTwice(requests: readonly ProxiedRequest[]): string[] {
     const batch = /batch\?chunks=(.*)$/.exec(text)?.[1]?.split(",") ?? [];
     for (const name of single ? [single] : batch) note(name);
     const bytes = /^bytes=(\d+)-(\d+)$/.exec(range ?? "");
-    // The first request of the header guesses its length.
+    // Does not count the first request for the header, whose length is a guess.
     if (bytes && bytes[1] !== "0") ranges.push([Number(bytes[1]), Number(bytes[2])]);
   }
   ranges.sort(([a], [b]) => a - b);

@@ -10,7 +10,7 @@ export class LabelVolume {
     this.labels = new Uint16Array(size[0] * size[1] * size[2]);
   }
 
-  /** Sets the voxels within an ellipsoid, also those with other labels. */
+  /** Sets the voxels within an ellipsoid, including those with other labels. */
   addEllipsoid(label: number, centre: Triple, radii: Triple): void {
     this.#fill(label, centre, radii, (x, y, z) => x * x + y * y + z * z <= 1);
   }
@@ -65,7 +65,7 @@ export class LabelVolume {
     }
   }
 
-  /** As NRRD, with voxels of 1.5 mm. */
+  /** The volume as an NRRD file, with voxels of 1.5 mm. */
   nrrd(): Buffer {
     const header =
       "NRRD0004\ntype: uint16\ndimension: 3\nspace: left-posterior-superior\n" +
@@ -118,9 +118,9 @@ export function organs(): LabelVolume {
 }
 
 /**
- * 105 labels in 29 % of 317 × 317 × 835 voxels, like a segmentation of a whole body: 52 parts of a
- * torso that touch each other, with 12 gaps between them; vertebrae, ribs, vessels and sheets lie
- * in them.
+ * 105 labels that fill 29 % of 317 × 317 × 835 voxels, like a segmentation of a whole body. 52
+ * parts of a torso touch each other, with 12 gaps between them. Vertebrae, ribs, vessels and sheets
+ * are inside of these parts.
  */
 export function body(): LabelVolume {
   const volume = new LabelVolume([317, 317, 835]);

@@ -38,7 +38,7 @@ export interface LocalBuild {
   fractions: number[];
 }
 
-/** Builds a store in memory, directed by this thread. `voxels`: all voxels, or a reader of slices. */
+/** Builds a store in memory, on this thread. `voxels`: all voxels, or a reader of slices. */
 export async function buildLocally(
   program: CompiledModule,
   encoders: readonly Encoder[],

@@ -1,4 +1,4 @@
-/** nginx as a typical static host: only the folder and a few settings are configured. */
+/** nginx as a typical static host: the configuration sets only the folder and a few settings. */
 import { type ChildProcess, spawn, spawnSync } from "node:child_process";
 import { randomUUID } from "node:crypto";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -18,13 +18,15 @@ export interface NginxOptions {
   /** Folders to search, in this order. */
   folders: readonly string[];
   /**
-   * Whether Range requests are supported (default). Without it, responses are whole files and must
-   * not be stored, since a browser with the whole file in its cache answers Range requests itself.
+   * Whether Range requests are supported (default). Without it, responses are whole files with
+   * `no-store`: if a browser had the whole file in its cache, it would answer Range requests from
+   * there.
    */
   range?: boolean;
   /**
-   * What pages of other origins may read. all: every response with Content-Range, Content-Length
-   * and ETag (default). body: every response without these fields. none: nothing.
+   * The access of pages of other origins. all (default): they can read every response, including
+   * Content-Range, Content-Length and ETag. body: every response without these fields. none:
+   * nothing.
    */
   cors?: "all" | "body" | "none";
   /** Default: a free port. */
@@ -34,7 +36,10 @@ export interface NginxOptions {
 export interface Nginx {
   /** With a slash at the end. */
   url: string;
-  /** The lines of its access log, with those of all responses that were received before the call. */
+  /**
+   * The lines of the access log, including those of all responses that were received before the
+   * call.
+   */
   accessLog(): Promise<string[]>;
   stop(): Promise<void>;
 }
@@ -55,7 +60,7 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
     const next = i + 1 < options.folders.length ? `@${i + 1}` : "=404";
     return `location ${i === 0 ? "/" : `@${i}`} { root ${resolve(root)}; try_files $uri $uri/index.html ${next}; }`;
   });
-  // If run by root, it must run as root to read temporary folders, which are closed to other users.
+  // If the test runs as root, nginx must do so too: other users cannot read the temporary folders.
   const user = process.getuid?.() === 0 ? "user root;" : "";
   writeFileSync(
     join(folder, "nginx.conf"),
@@ -92,8 +97,8 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
 /**
  * The lines of the access log, without the first (the request that checks whether nginx has
  * started). nginx writes a line after it has sent the response, so the client may have the response
- * before the log has its line. But it writes the lines in order: once the log has that of a last
- * request, it has those of all earlier responses.
+ * before the log has its line. But it writes the lines in order. So this function makes a last
+ * request, and waits for its line in the log.
  */
 async function writtenLog(url: string, path: string): Promise<string[]> {
   const last = `log-${randomUUID()}`;

@@ -45,8 +45,8 @@ export interface PackagedNginx {
 }
 
 /**
- * Connects to volumes.example by HTTP/2. Rejects if that fails. `from`: the client's own address.
- * `port`: of the proxy, or of a link to it.
+ * Connects to volumes.example by HTTP/2. Rejects if that fails. `from`: the client's address.
+ * `port`: the port of the proxy, or of another proxy in front of it.
  */
 export async function connectToProxy(
   { certificate, port }: Pick<PackagedNginx, "certificate" | "port">,
@@ -62,7 +62,7 @@ export async function connectToProxy(
   return session;
 }
 
-/** Starts nginx for volumes.example, with a server behind it. `folder`: for its files. */
+/** Starts nginx for volumes.example in front of a server. `folder`: for nginx's files. */
 export async function startPackagedNginx(
   folder: string,
   serverPort: number | string,
@@ -78,7 +78,7 @@ export async function startPackagedNginx(
   const proxy = spawn("/usr/sbin/nginx", ["-p", folder, "-c", file, "-e", errors], {
     stdio: "ignore",
   });
-  // Where the process ends before stop().
+  // Ends nginx if the test process ends before stop().
   const kill = () => void proxy.kill("SIGTERM");
   process.once("exit", kill);
   proxy.once("exit", () => process.off("exit", kill));

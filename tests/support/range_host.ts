@@ -1,4 +1,4 @@
-/** A static host that serves Range requests of pages of any origin, and records them. */
+/** A static host that answers Range requests from pages of any origin, and records them. */
 import { createServer } from "node:http";
 import type { AddressInfo } from "node:net";
 

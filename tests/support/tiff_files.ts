@@ -1,4 +1,4 @@
-/** Writes TIFF stacks, from the TIFF 6.0 specification. */
+/** Writes TIFF stacks, according to the TIFF 6.0 specification. */
 import { deflateSync } from "node:zlib";
 
 export interface TiffForm {
@@ -8,7 +8,7 @@ export interface TiffForm {
   /** 1: unsigned, 2: signed, 3: floating-point. */
   format: 1 | 2 | 3;
   bigEndian?: boolean;
-  /** 1: none, 8: Deflate, 32773: PackBits; others are written as they are. */
+  /** 1: none, 8: Deflate, 32773: PackBits. For other values, the voxels are not compressed. */
   compression?: number;
   rowsPerStrip?: number;
   description?: string;

@@ -10,7 +10,7 @@ export interface VisibleText {
 const readAttributes =
   /\s(?:label|summary|title|alt|placeholder|hint|aria-(?:label|description|roledescription|valuetext))=(?:"([^"]*)"|'([^']*)')/g;
 
-/** Stands for an expression of a template. */
+/** Placeholder for an expression in a template. */
 const hole = "\u0001";
 
 /**

@@ -13,7 +13,7 @@ export interface ZarrArrayOptions {
   /** The value of a voxel (uint16) by its indices along all axes. */
   value(index: readonly number[]): number;
   isCompressed?: boolean;
-  /** Compression by Blosc in place of gzip. */
+  /** Compression by Blosc instead of gzip. */
   isBlosc?: boolean;
   /** Version 2 only. */
   isBigEndian?: boolean;
@@ -22,7 +22,7 @@ export interface ZarrArrayOptions {
   /** Version 3 only: chunks of a shard along each axis. */
   shards?: readonly number[];
   fill?: number;
-  /** Chunks that are not written: the fill value is in their place. */
+  /** Whether a chunk is not written, so that its voxels have the fill value. */
   isAbsent?(chunk: readonly number[]): boolean;
   dimensionNames?: readonly string[];
 }

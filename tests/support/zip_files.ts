@@ -1,4 +1,4 @@
-/** Writes valid and hostile ZIP files, from APPNOTE.TXT of PKWARE. */
+/** Writes valid and hostile ZIP files, according to APPNOTE.TXT of PKWARE. */
 import { crc32, deflateRawSync } from "node:zlib";
 
 export interface ZipEntry {

@@ -1,4 +1,4 @@
-// What a source shows its host to be admitted: header fields, and the query of a signed link.
+// The credentials that a source sends to its host: header fields, and the query of a signed link.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -47,7 +47,7 @@ afterAll(async () => {
 
 const sources: [string, (options: SourceOptions) => Source][] = [
   ["ServerSource", (o) => new ServerSource({ base: server.url, volume: "test", ...o })],
-  // Any host that answers Range requests, and asks for the same.
+  // Any host that answers Range requests and requires the same credentials.
   ["FileSource", (options) => new FileSource(file, options)],
 ];
 
@@ -81,7 +81,7 @@ describe.each(sources)("%s", (_, make) => {
   });
 });
 
-it("the server reads tokens again on SIGHUP, and goes on", async () => {
+it("the server reads tokens again on SIGHUP, and continues", async () => {
   const tokens = join(folder, "tokens");
   const other = "other-0123456789abcdef";
   const status = async (of: string): Promise<number> => {
@@ -98,7 +98,7 @@ it("the server reads tokens again on SIGHUP, and goes on", async () => {
   await expect.poll(() => status(token), { timeout: 60_000 }).toBe(200);
 });
 
-it("a presigned URL is asked for as it is", () => {
+it("a presigned URL is requested unchanged", () => {
   expect(withQuery("https://b.example/s?X-Signature=a%2Fb", undefined)).toBe(
     "https://b.example/s?X-Signature=a%2Fb",
   );

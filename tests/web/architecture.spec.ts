@@ -31,7 +31,7 @@ const arrows = [...diagram.matchAll(/^\s*([\w/]+) --> ([\w/]+)\s*$/gm)].map(
   ([, from = "", to = ""]) => ({ from, to }),
 );
 
-/** Whether a path of arrows leads from one folder to another if one arrow is left out. */
+/** Whether a path of arrows leads from one folder to another without the arrow `without`. */
 function leads(from: string, to: string, without?: { from: string; to: string }): boolean {
   const seen = new Set([from]);
   for (const folder of seen) {
@@ -51,7 +51,7 @@ describe("the diagram of docs/ARCHITECTURE.md", () => {
     expect([...drawnFolders].sort()).toEqual([...folders].sort());
   });
 
-  it("is understood line by line", () => {
+  it("has only lines that this test can parse", () => {
     const others = diagram
       .split("\n")
       .map((line) => line.trim())
@@ -83,11 +83,11 @@ describe("the diagram of docs/ARCHITECTURE.md", () => {
     expect(idle).toEqual([]);
   });
 
-  it("has no circle", () => {
+  it("has no cycle", () => {
     expect([...folders].filter((folder) => leads(folder, folder))).toEqual([]);
   });
 
-  it("has no arrow that a chain of others says already", () => {
+  it("has no arrow that a chain of others implies", () => {
     expect(arrows.filter((arrow) => leads(arrow.from, arrow.to, arrow))).toEqual([]);
   });
 });
@@ -102,7 +102,7 @@ describe("folders", () => {
   });
 
   it("of web/ import from others the file that declares a thing", () => {
-    // index.ts is for programs outside of web/, and for import(), which loads a folder as a whole.
+    // index.ts is for programs outside of web/, and for import() of a whole folder.
     const indexes = typescript.flatMap((file) =>
       [...readFileSync(join(root, file), "utf8").matchAll(/\bfrom "(\.\.\/[^"]*)";/g)]
         .filter(([, target = ""]) => target.endsWith("/index.ts"))

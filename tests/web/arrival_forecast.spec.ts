@@ -1,4 +1,7 @@
-/** When the missing chunks will have arrived, by the rate of the last half second. */
+/**
+ * The forecast of the time at which the missing chunks will have arrived, from the rate of the last
+ * half second.
+ */
 import { expect, test } from "vitest";
 import { ArrivalForecast } from "../../web/viewer/arrival_forecast.ts";
 
@@ -14,7 +17,7 @@ test("follows the present rate, not the mean since the beginning", () => {
   expect(forecast.remaining(2000)).toBe(450);
 });
 
-test("expects nothing soon of a link that has stalled", () => {
+test("expects no early arrival on a link that has stalled", () => {
   const forecast = new ArrivalForecast();
   forecast.add(0, 0, 200_000);
   forecast.add(100, 100_000, 100_000);
@@ -28,7 +31,7 @@ test("does not count the time in which nothing was missing", () => {
   const forecast = new ArrivalForecast();
   forecast.add(0, 0, 100_000);
   forecast.add(100, 100_000, 0);
-  // An occlusion query was awaited meanwhile.
+  // In the meantime, nothing was missing: the result of an occlusion query was awaited.
   forecast.add(400, 100_000, 300_000);
   forecast.add(500, 200_000, 200_000);
   expect(forecast.remaining(500)).toBe(200);
@@ -50,7 +53,7 @@ test("a picture waits for the last chunk if that takes no longer than three pict
   forecast.add(100, 100_000, 200_000);
   expect(forecast.wait(100, 50)).toBe(0);
   expect(forecast.wait(100, 100)).toBe(200);
-  // Not longer than a second, unless one picture takes longer.
+  // It waits no longer than a second, unless one picture takes longer.
   forecast.add(200, 110_000, 1_000_000);
   expect(forecast.remaining(200)).toBeGreaterThan(1800);
   expect(forecast.wait(200, 900)).toBe(0);

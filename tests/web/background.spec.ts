@@ -38,7 +38,7 @@ afterEach(async () => {
   await server.stop();
 });
 
-/** All 256³ cells, parallel to y; a cell of level 0 has size/256 pixels. */
+/** A parallel view of all 256³ cells along y. A cell of level 0 has size/256 pixels. */
 function view(isovalue: number, size = 64): CameraView {
   const scale = 2 / 256;
   return {
@@ -65,7 +65,7 @@ async function open(options: Partial<StreamOptions>) {
 
 const ended = (): Promise<void> => harness.until(() => harness.progress?.preparation === null);
 const started = (): Promise<void> => harness.until(() => harness.progress?.preparation !== null);
-/** A minute passes. Returns how many requests were made in it. */
+/** Lets a minute pass. Returns the number of requests made in it. */
 async function requestsOfAMinute(): Promise<number> {
   const made = () => server.requests.filter(({ path }) => path !== "/healthz").length;
   const before = made();
@@ -74,7 +74,7 @@ async function requestsOfAMinute(): Promise<number> {
 }
 const chunkRequests = () => server.requests.filter(({ path }) => /batch|chunks/.test(path));
 
-test("any isovalue is drawn of level 1 without a request", async () => {
+test("any isovalue is drawn at level 1 without a request", async () => {
   const session = await open({ backgroundBytes: 3e6 });
   const complete = harness.progress;
   await started();
@@ -86,7 +86,7 @@ test("any isovalue is drawn of level 1 without a request", async () => {
   expect(fetchedTwice(server.requests)).toEqual([]);
 
   const before = server.requests.length;
-  // A view that resolves level 1: coarser levels would be drawn in its place.
+  // The view resolves level 1. Coarser levels would be drawn where it is missing.
   const levels = new Set<number>();
   for (let isovalue = 0.5; isovalue < 255; isovalue += 5) {
     session.update(view(isovalue, 128));
@@ -100,7 +100,7 @@ test("any isovalue is drawn of level 1 without a request", async () => {
   expect(harness.errors).toEqual([]);
 });
 
-test("by default, at most 4 MB or 0.3 of the store; none if data are to be saved", async () => {
+test("by default, at most 4 MB or 0.3 of the store; nothing with the data saver on", async () => {
   await open({ backgroundBytes: undefined as unknown as number });
   await started();
   const planned = harness.progress?.preparation?.bytesPlanned ?? 0;
@@ -139,7 +139,7 @@ test("keeps its budget: the coarsest level for all isovalues, then the nearest b
   expect(await requestsOfAMinute(), "at rest").toBe(0);
 });
 
-test("is cancelled by a change of view, and goes on afterwards", async () => {
+test("is cancelled by a change of view, and continues afterwards", async () => {
   const session = await open({ backgroundBytes: 3e6 });
   server.fault = (path) => (/batch|chunks/.test(path) ? { kind: "silence" } : undefined);
   const before = chunkRequests().length;
@@ -163,7 +163,7 @@ test("takes free memory only, and is the first to be dropped", async () => {
   expect(harness.maxResident).toBeLessThanOrEqual(sampleBudget);
   expect(harness.maxResident).toBeGreaterThan(sampleBudget / 2);
   for (const id of ofView) expect(harness.resident.has(id)).toBe(true);
-  // Level 0 needs the room of what no view has used.
+  // Level 0 needs the memory of chunks that no view has used.
   session.update(view(226.5, 512));
   await harness.until(() => /complete|limited/.test(harness.progress?.state ?? ""));
   expect(harness.maxResident).toBeLessThanOrEqual(sampleBudget);
@@ -179,7 +179,7 @@ test("damaged chunks are not reported before a view needs them", async () => {
   expect(harness.progress?.complete).toBe(true);
   expect(harness.progress?.fault).toBeNull();
   expect(harness.errors).toEqual([]);
-  // What was damaged is fetched again for views that need it.
+  // Chunks that were damaged are fetched again when a view needs them.
   server.fault = () => undefined;
   for (const isovalue of [20.5, 120.5, 200.5]) {
     session.update(view(isovalue, 128));
@@ -188,7 +188,7 @@ test("damaged chunks are not reported before a view needs them", async () => {
   expect(harness.errors).toEqual([]);
 });
 
-test("a failing source is not reported, and not asked again at rest", async () => {
+test("a failing source is not reported, and gets no further request at rest", async () => {
   await open({ backgroundBytes: 3e6 });
   server.fault = (path) =>
     /batch|chunks/.test(path) ? { kind: "status", status: 503 } : undefined;

@@ -1,4 +1,4 @@
-/** A store on this device: a Blob instead of an address. */
+/** A store on this device, which is a Blob and has no address. */
 import { beforeAll, expect, test } from "vitest";
 import type { Core } from "../../web/core/index.ts";
 import { BlobSource, StreamError } from "../../web/stream/index.ts";
@@ -56,7 +56,7 @@ test("chunks, pages and ranges are those of the file", async () => {
   store.close();
 });
 
-test("what is no store, was cut short, or cannot be read has its fault", async () => {
+test("files that are not stores, are truncated or cannot be read have their faults", async () => {
   expect(await kindOf(new BlobSource(new Blob(["text"]), "a.txt").header(signal))).toBe(
     "not-a-store",
   );

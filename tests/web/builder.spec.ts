@@ -1,4 +1,6 @@
-/** The builder in WebAssembly against the program: the same bytes from the same volume. */
+/**
+ * Compares the builder in WebAssembly with the program: the same volume must give the same bytes.
+ */
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -63,14 +65,14 @@ function voxelsOf(type: keyof typeof arrays, [nx, ny, nz]: readonly [number, num
   return new Uint8Array(voxels.buffer);
 }
 
-/** The store that the program builds of a file. */
+/** The store that the program builds from a file. */
 function buildNatively(file: string, ...options: string[]): Uint8Array {
   const store = join(folder, "native.isosplat");
   execFileSync(isosplat, ["build", file, "-o", store, "--force", ...options], { stdio: "pipe" });
   return readFileSync(store);
 }
 
-describe("a store is that of the program, byte by byte", () => {
+describe("a store equals that of the program, byte by byte", () => {
   const cases: [keyof typeof arrays, [number, number, number]][] = [
     ["u8", [67, 130, 70]],
     ["i8", [65, 64, 66]],
@@ -168,7 +170,7 @@ describe("errors", () => {
     await expect(refused).rejects.toHaveProperty("status", "out_of_memory");
   });
 
-  test("voxels that are not as many as the description says are refused", async () => {
+  test("a number of voxels that differs from the description is refused", async () => {
     const short = smallVoxels().subarray(1);
     await expect(buildLocally(program, encoders, small, short)).rejects.toThrow(
       /expected 84000 bytes of voxels, found 83999/,
@@ -199,7 +201,7 @@ describe("errors", () => {
     );
   });
 
-  test("a task that was cut is refused", async () => {
+  test("a truncated task is refused", async () => {
     const [first] = encoders;
     if (!first) throw new Error("no encoder");
     const cutting: Encoder = { ...first, encode: (task) => first.encode(task.subarray(0, 900)) };

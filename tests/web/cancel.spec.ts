@@ -33,7 +33,7 @@ afterEach(async () => {
   await new Promise((resolve) => host.close(resolve));
 });
 
-it("a transfer that is ended rejects with the reason, and lets the connection go", async () => {
+it("an aborted transfer rejects with the reason, and closes its connection", async () => {
   const ending = new AbortController();
   const traffic = new Traffic();
   const reason = new Error("enough");
@@ -51,12 +51,12 @@ it("a transfer that is ended rejects with the reason, and lets the connection go
   expect(response.writableEnded).toBe(false);
   ending.abort(reason);
   await expect(transferring).rejects.toBe(reason);
-  await closed; // the host sees it, though it had more to send
+  await closed; // the host notices it while it still has data to send
   expect(traffic.bytesReceived).toBe(1000);
   expect(parts).toBe(1);
 });
 
-it("a transfer that is ended before it begins asks for nothing", async () => {
+it("a transfer that is aborted before it begins makes no request", async () => {
   const traffic = new Traffic();
   const aborted = AbortSignal.abort(new Error("too late"));
   await expect(transfer(url, {}, traffic, aborted, () => {})).rejects.toThrow("too late");
@@ -111,16 +111,16 @@ class HeldSource implements Source {
   bypassCaches(): void {}
   forget(): void {}
   contentId(): Promise<string> {
-    throw new Error("not asked for here");
+    throw new Error("not used by this test");
   }
   header(): Promise<Uint8Array> {
-    throw new Error("not asked for here");
+    throw new Error("not used by this test");
   }
   range(): Promise<void> {
-    throw new Error("not asked for here");
+    throw new Error("not used by this test");
   }
   pages(): Promise<void> {
-    throw new Error("not asked for here");
+    throw new Error("not used by this test");
   }
 }
 
@@ -168,7 +168,7 @@ function queueOf(source: HeldSource) {
   return { queue, released, decoded, errors, until };
 }
 
-it("a request none of whose chunks is needed any more is aborted, and only that", async () => {
+it("only a request of which no chunk is needed any more is aborted", async () => {
   const source = new HeldSource(file);
   const { queue, released, errors, until } = queueOf(source);
   queue.need(chunks);
@@ -194,7 +194,7 @@ it("a request none of whose chunks is needed any more is aborted, and only that"
   expect(errors).toEqual([]);
 });
 
-it("a chunk that is needed again after it was cancelled is asked for again", async () => {
+it("a chunk that is needed again after it was cancelled is requested again", async () => {
   const source = new HeldSource(file);
   const { queue, decoded, until } = queueOf(source);
   queue.need(chunks.slice(0, 1));
@@ -209,7 +209,7 @@ it("a chunk that is needed again after it was cancelled is asked for again", asy
   expect(decoded).toEqual([chunks[0]?.handle]);
 });
 
-it("a queue that is closed aborts all that is under way", async () => {
+it("closing a queue aborts all its requests", async () => {
   const source = new HeldSource(file);
   const { queue, until } = queueOf(source);
   queue.need(chunks);

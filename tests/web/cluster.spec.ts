@@ -45,7 +45,10 @@ describe.skipIf(!hasPackagedNginx)("three servers behind nginx", () => {
       .filter((line) => line !== "")
       .map((line) => JSON.parse(line) as Line);
 
-  /** Asks for each volume twice: which server answered, of those that have a log of it since then. */
+  /**
+   * Requests each volume twice. Returns the servers that answered, according to the new lines of
+   * their logs.
+   */
   async function homes(): Promise<Map<string, Set<number>>> {
     const before = servers.map((_, i) => log(i).length);
     for (const volume of [...volumes, ...volumes]) {
@@ -97,7 +100,7 @@ describe.skipIf(!hasPackagedNginx)("three servers behind nginx", () => {
     rmSync(folder, { recursive: true, force: true });
   });
 
-  test("a link, and the cookie of one, hold on each of them", async () => {
+  test("a signed link and its cookie are valid on each server", async () => {
     for (const volume of volumes.slice(0, 8)) {
       const arguments_ = [
         "sign-link",
@@ -125,7 +128,7 @@ describe.skipIf(!hasPackagedNginx)("three servers behind nginx", () => {
     expect(new Set(servers.flatMap((_, i) => log(i)).map((line) => line.address))).toEqual(
       new Set([client]),
     );
-    // Without one of them, its volumes alone move.
+    // If one server stops, only its volumes move to others.
     const gone = 1;
     await servers[gone]?.stop();
     const after = await homes();

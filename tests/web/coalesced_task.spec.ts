@@ -1,4 +1,4 @@
-// Coalesced tasks: requested work runs soon in a task of its own, once for all requests.
+// A coalesced task runs the requested work soon, in a separate task, once for all requests.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { CoalescedTask } from "../../web/stream/coalesced_task.ts";
 
@@ -9,7 +9,7 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-it("is done once, later, for all that ask for it", () => {
+it("runs once, later, for all requests", () => {
   const work = vi.fn();
   const task = new CoalescedTask(work);
   task.request();
@@ -21,7 +21,7 @@ it("is done once, later, for all that ask for it", () => {
   expect(task.isRequested).toBe(false);
 });
 
-it("can be asked for again by the work itself, and be cancelled", () => {
+it("can be requested again by the work itself, and be cancelled", () => {
   const task: CoalescedTask = new CoalescedTask(() => {
     if (++done < 3) task.request();
   });

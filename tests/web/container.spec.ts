@@ -1,6 +1,6 @@
 /**
- * The commands of native/packaging/Containerfile, outside of a container: the server starts with
- * them, and the health check tells a server that is ready from others.
+ * Runs the commands of native/packaging/Containerfile outside of a container. The server must start
+ * with them, and the health check must succeed only for a server that is ready.
  */
 import { type ChildProcess, spawn, spawnSync } from "node:child_process";
 import { once } from "node:events";

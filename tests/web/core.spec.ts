@@ -44,7 +44,7 @@ function bytesOf(chunk: Chunk): Uint8Array {
   return file.subarray(chunk.offset, chunk.offset + chunk.bytes);
 }
 
-test("the header says what the volume is", () => {
+test("the header describes the volume", () => {
   const { info } = whole();
   expect(info.voxels).toEqual(voxels);
   expect(info.spacing).toEqual([1, 1, 1.5]);
@@ -113,7 +113,7 @@ function cellOf(positions: Float32Array, i: number): [number, number, number] {
   ];
 }
 
-test("samples carry the trilinear value and gradient at the cell's centre", () => {
+test("samples have the trilinear value and gradient at the cell's centre", () => {
   const store = whole();
   const [chunk] = store.chunksFor(0, 200.5);
   if (!chunk) throw new Error("no chunk");
@@ -153,7 +153,7 @@ test("exactly projected points lie on the trilinear surface", () => {
     const [nx = 0, ny = 0, nz = 0] = exact.normals.subarray(3 * i, 3 * i + 3);
     expect(Math.hypot(nx, ny, nz)).toBeCloseTo(1, 4);
   }
-  // The gradient rays of the other samples leave the cell before they meet the surface.
+  // The other samples' rays along the gradient leave the cell before they meet the surface.
   expect(onSurface / exact.count).toBeGreaterThan(0.7);
 });
 
@@ -197,7 +197,7 @@ function trilinear(x: number, y: number, z: number): number {
   return value;
 }
 
-test("errors carry the status' name and say what was expected", () => {
+test("errors have the status' name and state what was expected", () => {
   const failure = (run: () => unknown): CoreError => {
     try {
       run();
@@ -222,7 +222,7 @@ test("errors carry the status' name and say what was expected", () => {
   expect(error.message.length).toBeGreaterThan(20);
 });
 
-test("a chunk's checksum is the directory's", () => {
+test("a chunk's checksum equals that in the directory", () => {
   const store = whole();
   for (const chunk of store.chunksFor(2, 100.5)) {
     expect(core.checksum(bytesOf(chunk))).toBe(chunk.checksum);
@@ -233,7 +233,8 @@ test("a chunk decodes to the same samples, sorted by region, with a cluster for 
   const store = whole();
   for (const chunk of store.chunksFor(1, 100.5)) {
     const { samples, clusters } = core.decodeChunk(chunk, bytesOf(chunk));
-    // Region of 8³ cells: the upper three of each coordinate's six bits (packed_sample.h).
+    // A region has 8³ cells: its index has the upper three of each coordinate's six bits
+    // (packed_sample.h).
     const regionOf = (sample: readonly number[]): number => {
       const [cell = 0] = sample;
       return ((cell >> 3) & 7) | (((cell >> 9) & 7) << 3) | (((cell >> 15) & 7) << 6);
@@ -286,7 +287,7 @@ test("a closed store reports that it is closed", () => {
   expect(() => store.close()).not.toThrow();
 });
 
-test("the module itself refuses a question about values without a store", async () => {
+test("the module refuses a query of values without a store", async () => {
   const { default: createModule } = await import("../../build/wasm/web/isosplat-core.js");
   const wasmBinary = readFileSync(
     fileURLToPath(new URL("../../build/wasm/web/isosplat-core.wasm", import.meta.url)),
@@ -299,7 +300,7 @@ test("the module itself refuses a question about values without a store", async 
   calls.close();
 });
 
-test("stores that are closed give their memory back", () => {
+test("closed stores free their memory", () => {
   const openAndClose = (): number => {
     const store = openWhole(core, file);
     for (const chunk of store.chunksFor(1, 100.5)) store.decodeSamples(chunk, bytesOf(chunk));

@@ -35,7 +35,7 @@ interface Dashboard {
 const dashboard = JSON.parse(read("native/packaging/grafana-dashboard.json")) as Dashboard;
 const expressions = dashboard.panels.flatMap((panel) => panel.targets.map(({ expr }) => expr));
 
-/** Names of metrics in a text, and the labels that are compared or grouped by behind each. */
+/** The names of metrics in a text, and the labels by which the text compares or groups them. */
 const namesIn = (text: string) => [...new Set(text.match(/\b(?:isosplat|process)_[a-z_]+\b/g))];
 const labelsIn = (text: string) =>
   [...text.matchAll(/(\w+)\s*(?:=~|!~|!=|=)\s*"|\b(?:by|ignoring)\s*\(([^)]*)\)/g)].flatMap(
@@ -126,7 +126,7 @@ describe("the dashboard", () => {
     expect(new Set(dashboard.panels.map(({ id }) => id)).size).toBe(dashboard.panels.length);
   });
 
-  test("asks the data source, job and server that are chosen", () => {
+  test("queries the chosen data source, job and server", () => {
     const variables = dashboard.templating.list.map(({ name }) => name);
     expect(variables).toEqual(["datasource", "job", "instance"]);
     // biome-ignore lint/suspicious/noTemplateCurlyInString: Grafana's variable

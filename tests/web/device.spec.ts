@@ -1,4 +1,4 @@
-/** What raw files are taken for; what saving needs. */
+/** The guessed layouts of raw files, and the requirements of saving. */
 import { expect, test, vi } from "vitest";
 import { guessRaw } from "../../web/device/raw_guess.ts";
 import { layoutProblem, nameOf } from "../../web/device/reading.ts";
@@ -16,12 +16,12 @@ test.each([
   expect(guessRaw(name, bytes)).toEqual({ dims, type, bigEndian: false, skipBytes });
 });
 
-test("big-endian files say so in their name", () => {
+test("detects big-endian files by their name", () => {
   expect(guessRaw("a_4x4x4_int16_be.raw", 128).bigEndian).toBe(true);
   expect(guessRaw("beetle_4x4x4_int16.raw", 128).bigEndian).toBe(false);
 });
 
-test("states why a layout does not fit", () => {
+test("reports why a layout does not fit", () => {
   const layout = { dims: [4, 4, 4], type: "u16", bigEndian: false, skipBytes: 0 } as const;
   const of = (change: object) => layoutProblem({ ...layout, dims: [4, 4, 4], ...change }, 130);
   expect(of({})).toBeUndefined();
@@ -45,7 +45,7 @@ test("names volumes by their files", () => {
   expect(nameOf(".raw")).toBe("volume");
 });
 
-test("saving a single page without a network says what is missing", async () => {
+test("saving a single page without a network reports the missing file", async () => {
   vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
   try {
     await expect(singlePage(new Blob(["store"]), "head")).rejects.toThrow(

@@ -20,16 +20,19 @@ describe("the glossary", () => {
     expect(terms).toEqual([...new Set(terms)].sort());
   });
 
-  it.each(rows.map((row) => [row.term, row] as const))("defines %s where it says", (_, row) => {
-    expect(row.meaning).toMatch(/\.$/);
-    const links = [...row.places.matchAll(/`(\w+)`\]\(([^)]+)\)/g)];
-    expect(links).not.toEqual([]);
-    for (const [, name = "", link = ""] of links) {
-      const path = join(dirname(file), link);
-      expect(existsSync(join(root, path)), path).toBe(true);
-      expect(read(path), `${path} has ${name}`).toMatch(new RegExp(`\\b${name}\\b`));
-    }
-  });
+  it.each(rows.map((row) => [row.term, row] as const))(
+    "defines %s in the stated file",
+    (_, row) => {
+      expect(row.meaning).toMatch(/\.$/);
+      const links = [...row.places.matchAll(/`(\w+)`\]\(([^)]+)\)/g)];
+      expect(links).not.toEqual([]);
+      for (const [, name = "", link = ""] of links) {
+        const path = join(dirname(file), link);
+        expect(existsSync(join(root, path)), path).toBe(true);
+        expect(read(path), `${path} has ${name}`).toMatch(new RegExp(`\\b${name}\\b`));
+      }
+    },
+  );
 });
 
 describe("documents", () => {
@@ -43,7 +46,7 @@ describe("documents", () => {
 
   it("name files and folders", () => expect(named.length).toBeGreaterThan(20));
 
-  it.each(named)("%s names %s, which is there", (_, name) => {
+  it.each(named)("%s names %s, which exists", (_, name) => {
     expect(existsSync(join(root, name))).toBe(true);
   });
 });
@@ -63,7 +66,7 @@ describe("the list of dependencies", () => {
       const [debian = ""] = read("docs/DEPENDENCIES.md").split("\n## npm packages\n");
       const rows = [...debian.matchAll(/^\| ([a-z][\w.+-]+) \| ([\d.]+) \|/gm)];
       const query = ["-W", "-f", `\${Package} \${Version}\n`, ...rows.map((row) => row[1] ?? "")];
-      // It fails where a package is not installed, and prints the others.
+      // dpkg-query fails if a package is not installed, but prints the others.
       const installed = spawnSync("dpkg-query", query, { encoding: "utf8" }).stdout;
       const found = [...installed.matchAll(/^(\S+) (?:\d+:)?(?:.*\+really)?(\d[\d.]*)/gm)];
       expect(found.length).toBeGreaterThan(20);
@@ -89,7 +92,7 @@ describe("the version of package.json", () => {
     expect([...new Set(versions)]).toEqual([version]);
   });
 
-  it("is what CMake projects of the documents and tests ask for", () => {
+  it("is the one that CMake projects in documents and tests require", () => {
     const asked = [
       "docs/examples/points/CMakeLists.txt",
       "shared/bindings/library/README.md",
@@ -120,7 +123,7 @@ describe("links to headings", () => {
     ),
   );
 
-  it("are there", () => expect(links.length).toBeGreaterThan(3));
+  it("exist", () => expect(links.length).toBeGreaterThan(3));
 
   it.each(links)("%s links to a heading of %s: %s", (_, path, name) => {
     const headings = [...prose(path).matchAll(/^#+ (.+)$/gm)].map((match) =>

@@ -40,7 +40,7 @@ describe("the contexts of a page", () => {
   };
   const budgets = (users: readonly User[]) => users.map(({ budget }) => budget);
 
-  it("share the budget, also when one of them is released", () => {
+  it("share the budget, and divide it again when one of them is released", () => {
     const { pool, users } = make(4, 3);
     expect(budgets(users)).toEqual([400, 400, 400]);
     if (users[1]) pool.release(users[1]);
@@ -56,7 +56,7 @@ describe("the contexts of a page", () => {
     pool.changed();
     await settled();
     expect(budgets(users)).toEqual([0, 600, 600]);
-    // The first has a picture. It gets a context again when it is used.
+    // The first one has a picture. It gets a context again when it is used.
     third.isBusy = false;
     pool.changed();
     await settled();
@@ -67,7 +67,7 @@ describe("the contexts of a page", () => {
     expect(second.budget).toBe(600);
   });
 
-  it("are taken from views that are out of sight first, and from any for a visitor", async () => {
+  it("are taken first from views out of sight, and from any view if a visitor needs one", async () => {
     const { pool, users } = make(2, 4);
     const [, second, third] = users as [User, User, User, User];
     second.isVisible = false;
@@ -77,7 +77,7 @@ describe("the contexts of a page", () => {
     second.isVisible = true;
     pool.request(second, true);
     await settled();
-    // Both are busy: the one whose last use is the longest ago.
+    // If both are busy, the least recently used one loses its context.
     expect(budgets(users)).toEqual([0, 600, 600, 0]);
     expect(third.budget).toBe(600);
   });
@@ -94,7 +94,7 @@ describe("a view that is being suspended", () => {
     return { pool, holder, other };
   };
 
-  it("gets a context again if it asks for one meanwhile", async () => {
+  it("gets a context again if it requests one in the meantime", async () => {
     const { pool, holder, other } = suspending();
     pool.request(holder);
     await settled();
@@ -105,7 +105,7 @@ describe("a view that is being suspended", () => {
     expect([holder.budget, other.budget]).toEqual([1200, 0]);
   });
 
-  it("gets it first if a visitor waits for it", async () => {
+  it("gets one before others if a visitor waits for it", async () => {
     const { pool, holder, other } = suspending();
     pool.request(holder, true);
     holder.isBusy = true;
@@ -137,7 +137,7 @@ describe("the step of an element", () => {
     });
     return { time, changes };
   };
-  /** Opens a scene with these values in a viewer, which is gone afterwards. */
+  /** Opens a scene with these values in a viewer, which is disposed of afterwards. */
   const openScene = (time: ElementTime, values: readonly number[]) => {
     const shown = { values, step: time.firstOf(values) ?? 0, on: () => {} };
     const viewer = { on: (_: string, listener: (detail: unknown) => void) => listener(shown) };
@@ -155,7 +155,7 @@ describe("the step of an element", () => {
     expect(time.firstOf([0, 1, 2])).toBe(1);
   });
 
-  it("is the nearest to the time of the group, also before a scene is open", () => {
+  it("is the nearest to the time of the group, even if the group chose it before a scene is open", () => {
     const { time, changes } = make();
     time.receive(19);
     expect(time.firstOf([0, 10, 20, 30])).toBe(2);
@@ -163,7 +163,7 @@ describe("the step of an element", () => {
     expect(changes).toEqual([]);
     time.receive(8);
     expect(time.step).toBe(1);
-    // What the group has chosen is not reported to it.
+    // A step that the group has chosen is not reported back to the group.
     expect(changes).toEqual([[1, undefined]]);
     time.step = 99;
     expect(time.step).toBe(3);
@@ -173,7 +173,7 @@ describe("the step of an element", () => {
 });
 
 describe("linked elements", () => {
-  it("receive what another one of their group sends", () => {
+  it("receive the changes of other elements of their group", () => {
     const groups = new LinkGroups();
     const received: [string, LinkedView][] = [];
     const member = (name: string) => ({
@@ -185,14 +185,14 @@ describe("linked elements", () => {
     groups.join("another", other);
     groups.send("group", a, { isovalues: [1] });
     expect(received).toEqual([["b", { isovalues: [1] }]]);
-    // One that joins later begins with the view of the group.
+    // An element that joins later begins with the view of the group.
     expect(groups.join("group", member("c"))).toEqual({ isovalues: [1] });
     groups.leave("group", a);
     groups.send("group", a, { isovalues: [2] });
     expect(received.length).toBe(1);
   });
 
-  it("have of a new member what their view lacks, and nothing else", () => {
+  it("take from a new member only the settings that their view lacks", () => {
     const groups = new LinkGroups();
     const received: LinkedView[] = [];
     groups.join("group", { receive: (view) => void received.push(view) });
@@ -227,7 +227,7 @@ describe("the address of a volume", () => {
   });
 });
 
-it("the reference is that of the code: npm run reference", () => {
+it("the reference matches the code: npm run reference", () => {
   const script = join(root, "web/bundle/element_reference.mjs");
   const printed = execFileSync(process.execPath, [script, "--print"], { encoding: "utf8" });
   expect(readFileSync(join(root, "web/element/REFERENCE.md"), "utf8")).toBe(printed);

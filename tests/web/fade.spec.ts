@@ -1,4 +1,4 @@
-// When pictures fade into each other, according to the calls of the renderer.
+// Tests by the calls of the renderer when pictures fade into each other.
 import { expect, it } from "vitest";
 import { Fade } from "../../web/viewer/fade.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
@@ -16,7 +16,7 @@ function recorded(mayFade = () => true): { fade: Fade; calls: string[] } {
   return { fade: new Fade(view as unknown as RendererModule, mayFade), calls };
 }
 
-it("fades from a picture to the one that what arrives makes of it", () => {
+it("fades from a picture to the picture with newly arrived data", () => {
   const { fade, calls } = recorded();
   fade.beforeDraw(0);
   fade.afterDraw(0, true);
@@ -36,7 +36,7 @@ it("fades from a picture to the one that what arrives makes of it", () => {
   expect(calls).toHaveLength(5);
 });
 
-it("goes on from where it is when more arrives in between", () => {
+it("continues from its present state when more data arrive in between", () => {
   const { fade, calls } = recorded();
   fade.afterDraw(0, true);
   fade.afterDraw(10, true);
@@ -47,7 +47,7 @@ it("goes on from where it is when more arrives in between", () => {
   expect(calls).toEqual(["hold", "begin", "fade 0.50", "fade 0.50", "hold", "begin", "fade 0.50"]);
 });
 
-it("lets go of what is held when something moves", () => {
+it("releases the held picture when something moves", () => {
   const { fade, calls } = recorded();
   fade.afterDraw(0, true);
   fade.afterDraw(10, true);
@@ -59,7 +59,7 @@ it("lets go of what is held when something moves", () => {
   expect(fade.isRunning).toBe(false);
 });
 
-it("fades to the first picture with occlusion, from the present one drawn again", () => {
+it("fades to the first picture with occlusion, from the present picture drawn again", () => {
   const { fade, calls } = recorded();
   const draw = () => calls.push("draw");
   const drawOccluded = () => calls.push("draw occluded");

@@ -1,4 +1,4 @@
-/** A clock that tests advance, with animation frames, which Node has not. */
+/** A clock that tests advance. It has animation frames, which Node lacks. */
 import { afterEach, beforeEach, vi } from "vitest";
 
 /** Timers and frames of each test of the present file or group wait for vi.advanceTimersByTime. */
@@ -18,8 +18,8 @@ export function fakeClock(): void {
 }
 
 /**
- * Timers of each test of the present file run as real ones do, so that connections work, and passTime
- * lets them pass at once.
+ * In each test of the present file, timers run in real time, so that connections work; `passTime`
+ * makes time jump.
  */
 export function clockThatJumps(): void {
   beforeEach(() => {
@@ -35,8 +35,8 @@ export function clockThatJumps(): void {
 }
 
 /**
- * What timers would do within this time has been done afterwards, and the requests that they make
- * have arrived where `ask` makes a request.
+ * Runs all timers of this time at once. Resolves when the requests that they make have arrived at
+ * the host to which `ask` makes a request.
  */
 export async function passTime(milliseconds: number, ask: () => Promise<Response>): Promise<void> {
   await vi.advanceTimersByTimeAsync(milliseconds);

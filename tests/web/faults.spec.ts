@@ -127,7 +127,7 @@ test("the documents name every fault, and no other", () => {
   expect(named.sort()).toEqual(Object.keys(faults).sort());
 });
 
-describe("a store that cannot be opened is told by what is wrong with it", () => {
+describe("a store that cannot be opened has the fault of its cause", () => {
   const broken: [string, FaultKind, () => Uint8Array][] = [
     ["an empty file", "cut-short", () => new Uint8Array()],
     ["a text", "not-a-store", () => new TextEncoder().encode("no store at all. ".repeat(5000))],
@@ -186,14 +186,14 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     }
   });
 
-  test("one try makes one request: what was begun early, and what is opened again", async () => {
+  test("each attempt makes one request, also if it was begun early or is a second one", async () => {
     const { signal } = new AbortController();
     const proxy = await proxyTo(host.url);
     const nothing = new FileSource(`${proxy.url}/nothing.isosplat`);
     nothing.warm();
     await expect(nothing.header(signal)).rejects.toMatchObject({ kind: "not-found" });
     expect(proxy.requests.length).toBe(1);
-    // Bypasses the caches at once, because they may contain the wrong bytes.
+    // The source bypasses the caches at once, because they may contain the wrong bytes.
     proxy.requests.length = 0;
     const name = put(damaged([{ offset: 60, bytes: 64 }]));
     const again = new FileSource(`${proxy.url}/${name}.isosplat`);
@@ -203,7 +203,7 @@ describe("a store that cannot be opened is told by what is wrong with it", () =>
     expect(proxy.requests.length).toBe(1);
   });
 
-  test("a host that never answers is tried again, and told of", async () => {
+  test("a host that never responds is tried again, and reported", async () => {
     const harness = newHarness();
     const proxy = await proxyTo(host.url);
     proxy.fault = () => ({ kind: "silence" });
@@ -230,7 +230,7 @@ const kinds: [string, (name: string) => Source, () => string][] = [
 
 describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => {
   const isServer = label !== "nginx";
-  /** The same with a proxy that counts requests. */
+  /** A source of the store behind a proxy that counts requests. */
   async function counted(name: string): Promise<{ proxy: FaultProxy; source: Source }> {
     const proxy = await proxyTo(address());
     return {
@@ -241,7 +241,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     };
   }
 
-  test("damaged chunks are left out, all others come, and that is the end of it", async () => {
+  test("damaged chunks are left out, all others arrive, and no further requests follow", async () => {
     const harness = newHarness();
     const chunks = chunksOfLevel0(300.5);
     expect(chunks.length).toBeGreaterThan(3);
@@ -274,7 +274,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.progress?.fault?.kind).toBe("damaged-part");
   }, 60_000);
 
-  test("what was damaged on its way is whole by itself when the way is in order", async () => {
+  test("parts that were damaged in transit are fetched again when the network is repaired", async () => {
     const harness = newHarness();
     const name = put(whole);
     if (isServer) await served(name, ({ ok }) => ok);
@@ -290,7 +290,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.progress?.fault).toBeNull();
   }, 90_000);
 
-  test("a damaged directory page is told of, and everything else settles", async () => {
+  test("a damaged directory page is reported, and everything else settles", async () => {
     const harness = newHarness();
     const store = openWhole(core, whole);
     const page = store.pages().find(({ level }) => level === 0);
@@ -305,7 +305,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.visible.length).toBeGreaterThan(0);
   });
 
-  test("every page damaged: nothing to draw, and it is said", async () => {
+  test("if every page is damaged, nothing is drawn, and the fault is reported", async () => {
     const harness = newHarness();
     const store = openWhole(core, whole);
     const pages = store.pages();
@@ -319,7 +319,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.visible).toEqual([]);
   });
 
-  test("a store that is replaced while open is told of once", async () => {
+  test("a store that is replaced while open is reported once", async () => {
     const harness = newHarness();
     const name = put(whole);
     if (isServer) await served(name, ({ ok }) => ok);
@@ -347,7 +347,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.replacements.length).toBe(1);
     expect(harness.replacements[0]?.kind).toBe("replaced");
     expect(harness.replacements[0]?.message).toContain(old);
-    // What the viewer does then.
+    // The viewer then does the following.
     session.source.forget();
     const next = new Harness();
     const again = await next.open(session.source, core);
@@ -355,7 +355,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     next.close();
   }, 90_000);
 
-  test("a store that is away for a while is back by itself", async () => {
+  test("a store that is missing for a while is used again without an action", async () => {
     const harness = newHarness();
     const name = put(whole);
     if (isServer) await served(name, ({ ok }) => ok);
@@ -375,7 +375,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.errors.map(({ kind }) => kind)).toEqual(["not-found"]);
   }, 90_000);
 
-  test("a store that is cut short while open is called so", async () => {
+  test("a store that is truncated while open has the fault cut-short", async () => {
     const harness = newHarness();
     const name = put(whole);
     if (isServer) await served(name, ({ ok }) => ok);
@@ -391,7 +391,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
     expect(harness.visible.length).toBeGreaterThan(0);
   }, 90_000);
 
-  test("a server that is out of order is tried by one request at a time", async () => {
+  test("a failing server is tried by one request at a time", async () => {
     const harness = newHarness();
     const name = put(whole);
     if (isServer) await served(name, ({ ok }) => ok);
@@ -413,7 +413,7 @@ describe.each(kinds)("on %s", { concurrent: true }, (label, source, address) => 
   }, 120_000);
 });
 
-test("the same file under another ETag is no other file", async () => {
+test("the same file with another ETag is not another file", async () => {
   const harness = newHarness();
   const name = put(whole);
   const session = await harness.open(new FileSource(`${host.url}${name}.isosplat`), core, {
@@ -428,9 +428,9 @@ test("the same file under another ETag is no other file", async () => {
   expect(harness.errors).toEqual([]);
 }, 60_000);
 
-test("another file of the same size, on a host that says neither ETag nor length", async () => {
+test("another file of the same size is detected on a host that sends neither ETag nor length", async () => {
   const harness = newHarness();
-  // The proxy removes these headers from answers, as CORS hides them.
+  // The proxy removes these header fields from responses, as CORS may hide them.
   const name = put(whole);
   const source = new FileSource(`${host.url}${name}.isosplat`);
   const fetchAll = globalThis.fetch;
@@ -454,7 +454,7 @@ test("another file of the same size, on a host that says neither ETag nor length
   }
 }, 60_000);
 
-test("of a group of requests that fails, nothing is uploaded late", async () => {
+test("if a group of requests fails, none of its chunks is uploaded later", async () => {
   const store = openWhole(core, whole);
   const chunks = [...store.chunksFor(0, 100.5), ...store.chunksFor(1, 100.5)];
   store.close();
@@ -475,8 +475,8 @@ test("of a group of requests that fails, nothing is uploaded late", async () => 
   expect(arrived.length).toBe(before);
 });
 
-describe("what the GPU does not take", () => {
-  test("is not resident, and the view makes do with less", async () => {
+describe("a chunk that does not fit into GPU memory", () => {
+  test("is not resident, and the view uses coarser levels", async () => {
     const harness = newHarness();
     const name = put(whole);
     const source = new FileSource(`${host.url}${name}.isosplat`);
@@ -496,7 +496,7 @@ describe("what the GPU does not take", () => {
     expect(harness.progress?.finestLevel).toBe(0);
   });
 
-  test("is taken back when the GPU says so later", async () => {
+  test("is removed if the GPU reports it later", async () => {
     const harness = newHarness();
     const name = put(whole);
     const source = new FileSource(`${host.url}${name}.isosplat`);
@@ -519,7 +519,7 @@ describe("what the GPU does not take", () => {
   });
 });
 
-test("workers that are lost are waited for, not the chunks' fault", async () => {
+test("chunks wait for lost workers, and do not count as damaged", async () => {
   const harness = newHarness();
   const name = put(whole);
   const inline = new InlineDecoder(core);

@@ -1,4 +1,6 @@
-/** Volumes' files from real hosts: what breaks, what is refused, and what is known already. */
+/**
+ * Files of volumes from real hosts: broken connections, refusals, and files that are known already.
+ */
 import { mkdtempSync, rmSync, utimesSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import type { AddressInfo } from "node:net";
@@ -66,13 +68,13 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
     expect(ranges()).toEqual([undefined, "bytes=30000-99999"]);
   });
 
-  test("begins anew where the host does not send parts", async () => {
+  test("begins again if the host does not send parts", async () => {
     faults = [{ kind: "truncate", bytes: 30_000 }, { kind: "whole" }];
     expect(await contentOf((await get(address())).file)).toEqual(bytes);
     expect(ranges()).toEqual([undefined, "bytes=30000-99999", undefined]);
   });
 
-  test("begins anew where the host does not say which version it sends", async () => {
+  test("begins again if the host does not state the file's version", async () => {
     const cut = { kind: "truncate", bytes: 30_000 } as const;
     const plain = createServer((_request, response) => {
       response.writeHead(200, { "Content-Length": bytes.length });
@@ -103,14 +105,14 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
     await expect(get(address())).rejects.toThrow("replaced while it was fetched: open it again");
   });
 
-  test("one that is known is not fetched", async () => {
+  test("a known file is not fetched", async () => {
     const { version } = await get(address());
     expect(version).toContain("GMT");
     const again = await get(address(), { isKnown: (found) => found === version });
     expect(again).toEqual({ file: undefined, version });
   });
 
-  test("one that is too large is refused by its length, before it arrives", async () => {
+  test("a file that is too large is refused by its length, before it arrives", async () => {
     let received = 0;
     const progress = (now: number) => {
       received = now;
@@ -140,7 +142,7 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
     await proxy.start();
   });
 
-  test("cancelling ends the wait for a host that is silent", async () => {
+  test("cancelling ends the wait for a host that does not respond", async () => {
     proxy.fault = () => ({ kind: "silence" });
     const ending = new AbortController();
     const fetched = get(address(), { signal: ending.signal });
@@ -149,7 +151,7 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
     await expect(fetched).rejects.toThrow("enough");
   });
 
-  test("files that a header names are those beside it, on the same host", async () => {
+  test("files that a header names are fetched relative to it, from the same host", async () => {
     const remote = new RemoteFiles(new URL(`${proxy.url}/scans/one/head.nhdr?key=1`), {
       signal: neverEnds,
       progress: () => {},

@@ -30,7 +30,7 @@ two,engine,size,MB,4,4,4
     ]);
   });
 
-  it("say where other programs are better than Isosplat, of the versions measured last", () => {
+  it("state where other programs are better than Isosplat, in their versions measured last", () => {
     const measures = readResults("peers").filter(({ case: what }) => what.includes("Isosplat "));
     const rows = (program: string, median: number) =>
       measures
@@ -48,7 +48,7 @@ two,engine,size,MB,4,4,4
     expect(text).not.toContain("vtk.js 1.0.0");
   });
 
-  it("cannot be written where a document has no place for them", () => {
+  it("cannot be written into a document without marks for them", () => {
     const table = { file: "A.md", name: "sizes", table: "| 1 |" };
     expect(withTable("<!-- sizes -->\n| 0 |\n<!-- end -->\n", table)).toContain("| 1 |\n<!-- end");
     expect(() => withTable("| 0 |\n", table)).toThrow("A.md: expected <!-- sizes -->");

@@ -30,11 +30,11 @@ it("sweeps one isovalue from the first to the last", () => {
   expect(frames.every((frame) => frame.camera === camera)).toBe(true);
 });
 
-it("goes through all views, each way in the same time", () => {
+it("visits all views, with the same time from each view to the next", () => {
   const cameras = [0, 90, 60].map((elevation) => ({ ...camera, elevation }));
   const frames = cameraPath(cameras, view, 5);
   expect(frames.map((frame) => frame.camera.elevation)).toEqual([0, 45, 90, 75, 60]);
-  // Slow at the ends of a way.
+  // It is slow at the ends of each part.
   const [first, second] = cameraPath(cameras.slice(0, 2), view, 11).map((f) => f.camera.elevation);
   expect([first, second]).toEqual([0, expect.closeTo(90 * 0.028, 6)]);
 });

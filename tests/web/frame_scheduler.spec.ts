@@ -1,4 +1,7 @@
-/** When the frames of a view are drawn and tested: with a clock of the test's own, and no GPU. */
+/**
+ * The times at which frames of a view are drawn and tested. The test has its own clock, and needs
+ * no GPU.
+ */
 import { beforeEach, expect, test, vi } from "vitest";
 import { FrameScheduler, type FrameSchedulerHost } from "../../web/viewer/frame_scheduler.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
@@ -9,7 +12,7 @@ import { fakeClock } from "./fake_clock.ts";
 fakeClock();
 beforeEach(() => void vi.stubGlobal("matchMedia", () => ({ matches: true })));
 
-/** A GPU that has finished everything as soon as it is asked. */
+/** A GPU that has always finished all its work. */
 const gl = {
   fenceSync: () => ({}),
   getSyncParameter: () => 1,
@@ -20,7 +23,9 @@ const gl = {
   isContextLost: () => false,
 };
 
-/** A view for which data are on their way, and when its occlusion queries began (ms). */
+/**
+ * A view for which data are being fetched, and the times at which its occlusion queries began (ms).
+ */
 function streaming() {
   const tested: number[] = [];
   let isDrawn = false;
@@ -70,7 +75,7 @@ function streaming() {
   return {
     scheduler,
     tested,
-    /** The camera moves, and with it what is drawn. Returns when. */
+    /** Moves the camera, which changes the picture. Returns the time. */
     move: () => {
       isDrawn = false;
       tested.length = 0;
@@ -81,7 +86,7 @@ function streaming() {
   };
 }
 
-test("what is visible is tested as soon as motion has ended, although more data are expected", () => {
+test("an occlusion query begins as soon as motion has ended, although more data are expected", () => {
   const { scheduler, tested, move } = streaming();
   vi.advanceTimersByTime(100);
   const moved = move();

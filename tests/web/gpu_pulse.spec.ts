@@ -30,7 +30,7 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-it("beats when what was sent at one call is done at the next", () => {
+it("beats if the commands sent at one call are done at the next", () => {
   const gpu = context();
   const pulse = new GpuPulse(gpu.gl);
   expect(pulse.beats()).toBe(false); // nothing was sent yet
@@ -40,7 +40,7 @@ it("beats when what was sent at one call is done at the next", () => {
   expect(gpu.alive).toBe(1);
 });
 
-it("does not beat for what was late, but for what comes after it", () => {
+it("does not beat for a late fence, but for the next one", () => {
   const gpu = context();
   const pulse = new GpuPulse(gpu.gl);
   pulse.beats();
@@ -54,7 +54,7 @@ it("does not beat for what was late, but for what comes after it", () => {
   expect(gpu.alive).toBe(1);
 });
 
-it("does not go by what was sent long ago", () => {
+it("ignores a fence that was sent long ago", () => {
   const gpu = context();
   const pulse = new GpuPulse(gpu.gl);
   pulse.beats();
@@ -65,12 +65,12 @@ it("does not go by what was sent long ago", () => {
   expect(pulse.beats()).toBe(true);
 });
 
-it("is not waited for without end where it never answers at once", () => {
+it("limits the wait if the GPU never responds at once", () => {
   const gpu = context();
   const pulse = new GpuPulse(gpu.gl);
   const callsUntilBeat = (): number => {
     for (let call = 1; call <= 1000; ++call) {
-      // The fence of the last call but one is signalled, but never that of the last call.
+      // The fence of the second last call is signalled, but never that of the last call.
       gpu.passed = call % 2 === 0;
       if (pulse.beats()) return call;
       vi.advanceTimersByTime(8);

@@ -1,4 +1,7 @@
-/** The importer in WebAssembly against the program: the same volumes, notes, errors and stores. */
+/**
+ * Compares the importer in WebAssembly with the program: volumes, notes, errors and stores must be
+ * the same.
+ */
 import { spawnSync } from "node:child_process";
 import {
   copyFileSync,
@@ -42,7 +45,10 @@ beforeAll(async () => {
 
 afterAll(() => rmSync(folder, { recursive: true, force: true }));
 
-/** Builds the store of a volume in a folder, as the program does by default: in the same folder. */
+/**
+ * Builds the store of a volume with the program, which writes it into the same folder. Returns the
+ * store, or the error.
+ */
 function buildNatively(inside: string, path: string, flags: string[]): Uint8Array | string {
   const { status, stderr } = spawnSync(isosplat, ["build", path, "-q", ...flags], { cwd: inside });
   if (status !== 0) return stderr.toString();
@@ -124,7 +130,7 @@ function voxelsOf(type: ArrayName, [x, y, z]: readonly number[]): Uint8Array {
 const nrrd = (type: string, sizes: readonly number[], more: string): string =>
   `NRRD0004\ntype: ${type}\ndimension: 3\nsizes: ${sizes.join(" ")}\n${more}\n`;
 
-describe("a store is that of the program, byte by byte", () => {
+describe("a store equals that of the program, byte by byte", () => {
   const sizes = [37, 5, 70];
   test.each(Object.keys(arrays) as ArrayName[])("NRRD of %s", async (type) => {
     const header = nrrd(
@@ -231,7 +237,7 @@ describe("a store is that of the program, byte by byte", () => {
     for (const name of ["cut.npy", "type.npy", "order.npy"]) await compare(inside, name);
   });
 
-  // Files of HDF5's own library; the refused ones have the program's words.
+  // Files written by the HDF5 library. If they are refused, the message is the program's.
   const hdf5 = join(root, "tests/native/hdf5");
   const hdf5Files = readdirSync(hdf5).filter((name) => name.endsWith(".h5"));
   test.each(hdf5Files)("HDF5: %s", async (name) => {
@@ -254,7 +260,7 @@ describe("a store is that of the program, byte by byte", () => {
     await compare(newFolder(files), name, flags, options);
   });
 
-  test("a dataset of an HDF5 file with several, which are found", async () => {
+  test("a dataset of an HDF5 file with several, and their list", async () => {
     const name = "several.h5";
     const inside = newFolder({ [name]: readFileSync(join(hdf5, name)) });
     for (const dataset of ["/a/b/long", "/image"]) {
@@ -448,7 +454,7 @@ describe("faults have the program's words", () => {
   });
 
   test("a volume that is too large is refused before it is read", async () => {
-    // Slices of 2^32 bytes, and of less, of volumes that need too much memory.
+    // Volumes that need too much memory, with slices of 2^32 bytes and of fewer.
     for (const sizes of [
       [65536, 65536, 3],
       [30000, 30000, 30],
@@ -506,7 +512,7 @@ describe("volumes are found among files", () => {
   };
   const header = nrrd("uint8", [2, 2, 2], "encoding: raw\ndata file: a.raw\n");
 
-  test("a header with its data, and nothing of unrelated files", async () => {
+  test("a header with its data, but no unrelated files", async () => {
     expect(await find({ "a.nhdr": header, "a.raw": "12345678", "b.txt": "no" })).toMatchObject([
       { path: "a.nhdr", format: "NRRD", files: 2, needsDims: false },
     ]);

@@ -1,4 +1,7 @@
-/** Damaged volumes through the reader and the builder in WebAssembly: a store or one error, never an abort. */
+/**
+ * Reads damaged volumes and builds their stores in WebAssembly. The result is a store or one error,
+ * never an abort.
+ */
 import { gzipSync } from "node:zlib";
 import { beforeAll, expect, test } from "vitest";
 import { CoreError } from "../../web/core/index.ts";
@@ -8,7 +11,7 @@ import { buildFrom, type LocalPrograms, localPrograms } from "../support/local_b
 import { fileOf } from "../support/local_import.ts";
 import { tiffOf } from "../support/tiff_files.ts";
 
-/** Per file. `ISOSPLAT_FUZZ_EDITS=10000 npx vitest run tests/web/import_fuzz.spec.ts` */
+/** Edits of each file. `ISOSPLAT_FUZZ_EDITS=10000 npx vitest run tests/web/import_fuzz.spec.ts` */
 const edits = Number(process.env.ISOSPLAT_FUZZ_EDITS ?? 100);
 const seed = Number(process.env.ISOSPLAT_FUZZ_SEED ?? 1);
 const memoryBytes = 128 << 20;

@@ -74,7 +74,7 @@ describe(".ci/install-packages", () => {
     expect(later.stdout).toMatch(/install -y .* libboost-dev$/m);
   });
 
-  it("says what it looked for where the index has none of the names", () => {
+  it("names the packages that it searched for if the index has none of them", () => {
     const result = run([], {}, { "libboost-dev": "1.71.0.0" });
     expect(result.status).toBe(1);
     expect(result.stderr).toContain("libboost1.81-dev, libboost1.83-dev");

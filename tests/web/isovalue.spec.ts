@@ -1,4 +1,4 @@
-// What the page says of isovalues, and how it moves them by itself.
+// The texts of the page about isovalues, and the sweep of an isovalue.
 import { describe, expect, it, vi } from "vitest";
 import { activeCellsAt } from "../../web/core/active_cells.ts";
 import { costText } from "../../web/page/panel/isovalue_cost.ts";
@@ -12,7 +12,7 @@ describe("the cost of an isovalue", () => {
     metadata: { active_cells: { low: -0.5, high: 3.5, counts: [10, 2000, 300, 4] } },
   } as unknown as StoreInfo;
 
-  it("is the active cells of its bin", () => {
+  it("is the number of active cells in its bin", () => {
     expect([-0.5, 0, 0.5, 1.4, 2.4, 3.5].map((value) => activeCellsAt(info, value))).toEqual([
       10, 10, 2000, 2000, 300, 4,
     ]);
@@ -20,7 +20,7 @@ describe("the cost of an isovalue", () => {
     expect(activeCellsAt({ metadata: {} } as StoreInfo, 1)).toBeUndefined();
   });
 
-  it("is said as far as it is known", () => {
+  it("is stated as far as it is known", () => {
     expect(costText(294_000, 400_000)).toBe("about 294 k active cells, 400 KB at full detail");
     expect(costText(294_000, undefined)).toBe("about 294 k active cells");
     expect(costText(undefined, undefined)).toBe("");
@@ -36,7 +36,7 @@ describe("the slider", () => {
   ] as const)("of the range %j begins and ends at multiples of its step", (range, step, ends) => {
     const scale = isovalueScale(range, step);
     expect(sliderEnds(scale)).toEqual(ends);
-    // So each step of the browser, which counts from the low end, is an isovalue of the scale.
+    // The browser counts steps from the low end, so each step is then an isovalue of the scale.
     const [low] = sliderEnds(scale);
     for (let i = 1; i < 40; ++i) {
       const at = Number((low + i * scale.step).toPrecision(10));

@@ -1,4 +1,4 @@
-/** Bytes of stores that are kept, so that one that is opened again makes no requests. */
+/** Kept bytes of stores: a store that is opened again makes no requests. */
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -15,7 +15,7 @@ describe("kept bytes", () => {
   const bytes = (length: number, first = 0) => Uint8Array.from({ length }, (_, i) => first + i);
   const [a, b] = [{}, {}];
 
-  test("are copies of what lies within one part", () => {
+  test("are copies of ranges within one part", () => {
     const kept = new KeptBytes(1000);
     const own = bytes(10, 5);
     kept.keep(a, 100, own);
@@ -28,7 +28,7 @@ describe("kept bytes", () => {
     expect(kept.take(b, 100, 3)).toBeUndefined();
   });
 
-  test("stay within their limit: the least recently used go first", () => {
+  test("stay within their limit: the least recently used are dropped first", () => {
     const kept = new KeptBytes(30);
     for (let i = 0; i < 3; ++i) kept.keep(a, 100 * i, bytes(10, i));
     kept.take(a, 0, 1);
@@ -93,7 +93,7 @@ describe("a source whose bytes are kept", () => {
     expect([source.requests, source.bytesReceived]).toEqual([requests, bytesReceived]);
   });
 
-  test("asks again for what was dropped, or is wrong", async () => {
+  test("requests bytes again that were dropped, or are wrong", async () => {
     const kept = new KeptBytes(64e6);
     const source = new KeptSource(new ServerSource({ base: server.url, volume: "test" }), kept);
     const first = await complete(source);
@@ -112,7 +112,7 @@ describe("a source whose bytes are kept", () => {
     expect(small.bytesReceived).toBeGreaterThan(some);
   });
 
-  test("of a step that is shown later fetches as little as it is told", async () => {
+  test("of a step that is shown later fetches only the levels that are requested", async () => {
     const fetched = async (stepCellPixels: number) => {
       const harness = new Harness();
       const source = new ServerSource({ base: server.url, volume: "test" });

@@ -39,7 +39,7 @@ const shown = (rows: ReturnType<typeof rowsOf>) =>
   rows.map((row) => (row.kind === "group" ? `[${row.group}]` : row.entry.title)).join("");
 
 describe("rows", () => {
-  it("list the layers of a group together, where its first one is", () => {
+  it("list the layers of a group together, at the position of its first layer", () => {
     const entries = entriesOf("a gb c gd he");
     expect(shown(rowsOf(entries, new Set()))).toBe("a[g]bdc[h]e");
     const [, group] = rowsOf(entries, new Set(["g"]));
@@ -63,7 +63,7 @@ describe("rows", () => {
     expect(titles("nothing")).toEqual([]);
   });
 
-  it("of a thousand are drawn where they are seen, and where the focus is", () => {
+  it("of a thousand layers are rendered only in view and at the focus", () => {
     const view = { top: 3400, height: 306, rowHeight: 34 };
     expect(rowsInView(1000, view, [0, 105])).toEqual([
       0,
@@ -90,7 +90,7 @@ describe("a layer that is dropped", () => {
     expect(dropOf(rows, 3, 3)).toEqual({ group: "g", after: 1 });
   });
 
-  it("stays in its group at the end of it, and leaves it elsewhere", () => {
+  it("stays in its group if dropped at the group's end, and leaves it elsewhere", () => {
     expect(dropOf(rows, 1, 4)).toEqual({ group: "g", after: 2 });
     expect(dropOf(rows, 1, 5)).toEqual({ group: "" });
     expect(dropOf(rows, 2, 1)).toEqual({ group: "", before: 1 });
@@ -137,7 +137,7 @@ describe("frames of reference", () => {
     ]);
   });
 
-  it("are one for stores of one file, wherever they lie in it", () => {
+  it("are the same for stores of one file, whatever their position in it", () => {
     const ofFile = (origin: Triple, file = "seg.nii.gz", more = {}) =>
       grid({ origin, metadata: { source: { file, ...more } } });
     const liver = { title: "liver", info: ofFile([100, 0, -50]) };
@@ -154,7 +154,7 @@ describe("frames of reference", () => {
     }
   });
 
-  it("are unknown without a place", () => {
+  it("are unknown without an address", () => {
     expect(notesOf(grid(), grid({ voxels: [2, 2, 2] }))).toEqual([
       expect.stringMatching(/^layer 0, layer 1: their files do not say where they lie/),
     ]);
@@ -209,7 +209,7 @@ describe("layers in the address", () => {
     expect(notes).toHaveLength(1);
   });
 
-  it("have an order that names each number once", () => {
+  it("have an order that contains each number once", () => {
     expect(readOrder("2,0,1")).toEqual([2, 0, 1]);
     for (const text of ["", "1,1", "-1", "0.5", "99999"]) expect(readOrder(text)).toBeUndefined();
   });
@@ -268,7 +268,7 @@ describe("layers in the address", () => {
     expect(made).toEqual({ present, unknown: 0 });
   });
 
-  it("count what does not exist, and list last what has no place in the order", async () => {
+  it("count layers that do not exist, and list layers last that the order lacks", async () => {
     const opened = [state(0)];
     const layers = [{ index: 4, visible: false }, { volume: "a" }, { volume: "gone" }];
     const made = await layersOfAddress(opened, layers, [2, 9], async ({ volume = "" }) =>

@@ -1,4 +1,7 @@
-/** What layers share, and where they lie: the sample budget, requests, progress and transforms. */
+/**
+ * The resources that layers share (sample budget, requests, progress), their order, and their
+ * transforms.
+ */
 import { describe, expect, test } from "vitest";
 import type { StoreInfo } from "../../web/core/types.ts";
 import { RequestLimit } from "../../web/stream/request_limit.ts";
@@ -31,7 +34,7 @@ describe("the sample budget", () => {
     expect(shareSamples(1200, [need(0), need(0, 0)])).toEqual([600, 600]);
   });
 
-  test("leaves everyone its coarse levels, and little to those outside of the picture", () => {
+  test("leaves each layer its coarse levels, and little more to layers outside of the picture", () => {
     expect(shareSamples(1200, [need(0.5, 1, 100), need(0.5, 1, 300)])).toEqual([500, 700]);
     const [outside = 0, inside = 0] = shareSamples(1050, [need(0), need(1)]);
     expect([outside, inside]).toEqual([50, 1000]);
@@ -63,7 +66,7 @@ describe("the order of layers", () => {
     return { list, entries, layerOf, order };
   }
 
-  test("is that of adding until a layer is moved", () => {
+  test("is the order in which they were added, until a layer is moved", () => {
     const { list, layerOf, order } = listOf("abcd");
     expect(list.move(layerOf("d"), 0)).toBe(true);
     expect(order()).toBe("dabc");
@@ -85,7 +88,7 @@ describe("the order of layers", () => {
     expect(() => list.move(layerOf("X"), 0)).toThrow(RangeError);
   });
 
-  test("knows no other index", () => {
+  test("refuses any other index", () => {
     const { list, layerOf, order } = listOf("abc");
     for (const index of [-1, 3, 0.5, Number.NaN]) {
       expect(() => list.move(layerOf("a"), index)).toThrow(`from 0 to 2, found ${index}`);
@@ -93,14 +96,14 @@ describe("the order of layers", () => {
     expect(order()).toBe("abc");
   });
 
-  test("knows whose volume a number is: those of steps follow the layer's own", () => {
+  test("finds the layer of a volume's number: numbers of steps follow the layer's number", () => {
     const { list, entries } = listOf("abc"); // 0, 1, 2
     expect([0, 2, 7].map((volume) => list.idOf(volume))).toEqual([0, 2, 2]);
     list.remove(entries[1] as LayerEntry);
     expect(list.idOf(1)).toBe(0);
   });
 
-  test("leaves the first layer what it is: the one that was added first", () => {
+  test("does not change which layer counts as the first: the one added first", () => {
     const { list, entries, layerOf } = listOf("abcd");
     list.move(layerOf("a"), 3);
     list.move(layerOf("d"), 0);
@@ -115,7 +118,7 @@ describe("the order of layers", () => {
 });
 
 describe("requests", () => {
-  test("one session alone makes as many as its source takes", () => {
+  test("a single session makes as many as its source allows", () => {
     const share = new RequestLimit().join(
       () => 3,
       () => {},
@@ -126,7 +129,7 @@ describe("requests", () => {
     }
   });
 
-  test("several make no more together, and take turns", () => {
+  test("several sessions together make no more, and take turns", () => {
     const limit = new RequestLimit();
     const told: string[] = [];
     const join = (name: string, concurrency: number) =>
@@ -147,7 +150,7 @@ describe("requests", () => {
     expect(told).toEqual(["b", "c"]);
     expect([a.free, b.free, c.free]).toEqual([1, 1, 1]);
     told.length = 0;
-    // Those that were told begin their requests, or wait again.
+    // Sessions that were notified begin their requests, or wait again.
     b.ended();
     expect(told).toEqual(["a"]);
     a.leave();
@@ -164,16 +167,16 @@ describe("progress", () => {
     ...change,
   });
 
-  test("one layer's is its own", () => {
+  test("the progress of one layer is unchanged", () => {
     const own = progress("refining", { chunksToGo: 3 });
     expect(progressOfLayers([own], 5)).toBe(own);
   });
 
-  test("nothing is missing where no layer is shown", () => {
+  test("nothing is missing if no layer is shown", () => {
     expect(progressOfLayers([], 5)).toMatchObject({ state: "complete", complete: true });
   });
 
-  test("numbers are added, and the picture is complete when all are", () => {
+  test("numbers are added, and the picture is complete when all layers are", () => {
     const a = progress("complete", { samplesResident: 5, sampleBudget: 10, finestLevel: 1 });
     const b = progress("complete", { samplesResident: 7, sampleBudget: 20, finestLevel: 0 });
     const both = progressOfLayers([a, b], 30);
@@ -187,7 +190,7 @@ describe("progress", () => {
     expect(progressOfLayers([openingProgress, openingProgress], 30).state).toBe("opening");
   });
 
-  test("a fault of one is the fault of the picture", () => {
+  test("a fault of one layer is the fault of the picture", () => {
     const fault = { kind: "unreachable", message: "gone" } as const;
     const both = progressOfLayers([progress("complete"), progress("offline", { fault })], 30);
     expect(both).toMatchObject({ state: "offline", complete: false, fault });
@@ -223,7 +226,7 @@ describe("transforms", () => {
   test("have a scale if they change all lengths by the same factor", () => {
     expect(scaleOf(identity)).toBe(1);
     expect(volumeScaleOf(identity)).toBe(1);
-    // A shear keeps volumes, and a mirror image has the same.
+    // A shear keeps volumes, and a reflection keeps them as well.
     expect(volumeScaleOf([-2, 5, 0, 10, 0, 3, 0, 20, 0, 0, 4, 30, 0, 0, 0, 1])).toBe(24);
     expect(scaleOf([0, -2, 0, 10, 2, 0, 0, 20, 0, 0, -2, 30, 0, 0, 0, 1])).toBe(2);
     expect(scaleOf(transform)).toBeUndefined();
@@ -252,7 +255,7 @@ describe("transforms", () => {
     }
   });
 
-  test("streaming sees the store as the picture shows the moved grid", () => {
+  test("the view for streaming shows the store as the picture shows the moved grid", () => {
     const view = Float64Array.from({ length: 16 }, (_, i) => Math.sin(i));
     const own = viewProjectionOf(view, transform);
     const clip = (matrix: Float64Array, point: readonly number[]) =>
@@ -263,7 +266,7 @@ describe("transforms", () => {
     clip(own, [1, 2, 3]).forEach((number, i) => void expect(number).toBeCloseTo(expected[i] ?? 0));
   });
 
-  test("what is not affine, or flat, is refused", () => {
+  test("transforms that are not affine, or are singular, are refused", () => {
     for (const wrong of [
       [],
       identity.slice(1),

@@ -15,14 +15,14 @@ describe("the disc that shows the key light's direction", () => {
     elevation,
   });
 
-  it("has the light from the eye in its middle, and the light from above left there", () => {
+  it("has the light from the eye in its middle, and the light from above left at the upper left", () => {
     expect(lightOnDisc(light(0, 0))).toEqual({ x: 0, y: 0 });
     const { x, y } = lightOnDisc(defaultLight);
     expect(x).toBeLessThan(-0.3);
     expect(y).toBeGreaterThan(0.3);
   });
 
-  it("leads from each direction in front of the surface to itself", () => {
+  it("maps each direction in front of the surface to a point and back", () => {
     for (const azimuth of [-85, -40, 0, 10, 90]) {
       for (const elevation of [-80, -30, 0, 45]) {
         const { x, y } = lightOnDisc(light(azimuth, elevation));
@@ -33,7 +33,7 @@ describe("the disc that shows the key light's direction", () => {
     }
   });
 
-  it("has what is beyond its edge, and what is behind the surface, on its edge", () => {
+  it("moves points beyond its edge, and directions behind the surface, to its edge", () => {
     expect(lightFromDisc(5, 0)).toEqual({ azimuth: 90, elevation: 0 });
     expect(lightFromDisc(0, -3)).toEqual({ azimuth: 0, elevation: -90 });
     const { x, y } = lightOnDisc(light(150, 20));

@@ -171,7 +171,7 @@ describe("session files", () => {
     expect(() => readSession(text)).toThrow(message);
   });
 
-  it("have space for as many measurements as there may be", () => {
+  it("have space for the maximum number of measurements", () => {
     const third = -1 / 3;
     const path: Measurement = {
       kind: "path",
@@ -187,7 +187,7 @@ describe("session files", () => {
     expect(readSession(writeSession({ ...session, measurements })).measurements).toHaveLength(500);
   });
 
-  it("keep nothing that the format does not have", () => {
+  it("drop everything that the format does not have", () => {
     const text = change({
       measurements: [{ ...point, points: [{ position: [1, 2, 3], value: "x", more: 1 }], more: 2 }],
     });

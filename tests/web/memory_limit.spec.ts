@@ -1,4 +1,4 @@
-/** The program where it gets no more memory (ulimit -v): it answers 503, and goes on. */
+/** The program under a memory limit (ulimit -v): it answers 503, and continues. */
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { get } from "node:http";
@@ -23,9 +23,11 @@ function ask(port: number, path: string): Promise<{ status: number; body: string
   });
 }
 
-test("a server under ulimit -v serves what it can, and goes on", { timeout: 60_000 }, async () => {
+test("a server under ulimit -v serves what it can, and continues", {
+  timeout: 60_000,
+}, async () => {
   const port = await freePort();
-  // What it starts with, and little more. (Threads that compute: one for two cores.)
+  // The memory that it needs to start, and little more. It has one computing thread for two cores.
   const kilobytes = 185_000 + 1100 * availableParallelism();
   // biome-ignore format: options with their values
   const server = spawn("bash", [

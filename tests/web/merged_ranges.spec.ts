@@ -60,7 +60,7 @@ const turn = () => new Promise((resolve) => setTimeout(resolve, 0));
 const placeOf = ({ offset, bytes }: Request) => [offset, bytes];
 
 describe("ranges of many readers", () => {
-  test("those that wait are fetched together if they are near, and each reader gets its own", async () => {
+  test("waiting ranges are fetched together if they are near, and each reader gets its own", async () => {
     const { file, requests } = fileOf(1);
     const merged = new MergedRanges(file);
     const places = [
@@ -86,7 +86,7 @@ describe("ranges of many readers", () => {
     }
   });
 
-  test("no more requests run at a time than the file takes", async () => {
+  test("no more requests run at a time than the file allows", async () => {
     const { file, requests } = fileOf(3);
     const merged = new MergedRanges(file);
     const reading = Array.from({ length: 8 }, (_, i) => read(merged, i * 100_000, 1));
@@ -115,7 +115,7 @@ describe("ranges of many readers", () => {
     await Promise.all([...reading, large]);
   });
 
-  test("a reader that ends leaves the others alone, and the last one ends the request", async () => {
+  test("aborting a reader does not affect the others, and the last one ends the request", async () => {
     const { file, requests } = fileOf(1);
     const merged = new MergedRanges(file);
     const [a, b, c] = [new AbortController(), new AbortController(), new AbortController()];
@@ -137,7 +137,7 @@ describe("ranges of many readers", () => {
     expect(requests).toHaveLength(1);
   });
 
-  test("a fault is that of each of its readers, and later requests work", async () => {
+  test("a fault is reported to each reader of the request, and later requests work", async () => {
     const { file, requests } = fileOf(1);
     const merged = new MergedRanges(file);
     const reading = [0, 1].map((i) => read(merged, i, 1));

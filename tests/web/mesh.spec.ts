@@ -1,4 +1,7 @@
-/** Surfaces as files in Node: the same bytes as the program writes, from the same store. */
+/**
+ * Writes surfaces as files in Node. The bytes must equal those that the program writes from the
+ * same store.
+ */
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -32,7 +35,7 @@ afterAll(() => rmSync(folder, { recursive: true, force: true }));
 
 const source = (content = bytes) => new BlobSource(new Blob([content as BlobPart]), "fixture");
 
-/** What `isosplat extract --mesh` writes, and the comment in it. */
+/** The file that `isosplat extract --mesh` writes, and the comment in it. */
 function extracted(format: string, ...more: string[]): { file: Buffer; comment: string } {
   const path = join(folder, `part.${format}`);
   execFileSync(isosplat, [
@@ -82,7 +85,7 @@ describe("a surface as a file", () => {
     expect(file.equals(mine)).toBe(true);
   });
 
-  test("is foretold", async () => {
+  test("has the predicted size", async () => {
     const n = 60;
     const ball = Uint8Array.from({ length: n ** 3 }, (_, i) => {
       const [x, y, z] = [i % n, Math.floor(i / n) % n, Math.floor(i / n ** 2)];
@@ -143,7 +146,7 @@ describe("a surface as a file", () => {
     expect(huge.problem).toContain("30 million cells: choose a coarser level");
   });
 
-  test("names a block that is damaged", async () => {
+  test("reports the damaged block by its name", async () => {
     const reader = await SurfaceReader.open(source(), new AbortController().signal);
     const [chunk] = await reader.chunksOf(isovalue, 0, new AbortController().signal);
     reader.close();
@@ -163,7 +166,7 @@ describe("a surface as a file", () => {
   });
 });
 
-test("area and volume are those of a ball", async () => {
+test("has the area and volume of a ball", async () => {
   const reader = await SurfaceReader.open(source(), new AbortController().signal);
   const extent = await surfaceExtent(reader, isovalue);
   reader.close();

@@ -26,7 +26,7 @@ function moved(isovalues: readonly number[], apart: number): Motion {
   return motion;
 }
 
-it("looks ahead where a slider is going", () => {
+it("predicts the isovalue of a moving slider", () => {
   const motion = moved([100, 100.5, 101, 101.5, 102, 102.5, 103, 103.5, 104], 20);
   expect(motion.isovalueMoves).toBe(true);
   // 25 a second, for 0.4 s.
@@ -35,14 +35,14 @@ it("looks ahead where a slider is going", () => {
   motion.close();
 });
 
-it("does not take two quick key presses for a movement that goes on", () => {
+it("does not take two quick key presses for a continuing movement", () => {
   const motion = moved([100, 100.5, 101], 20);
   expect(motion.isovalueMoves).toBe(true);
   expect(motion.isovaluesAhead(range, false)).toBeUndefined();
   motion.close();
 });
 
-it("looks nowhere when the slider goes to and fro, or too fast to be of use", () => {
+it("predicts nothing if the slider goes back and forth, or too fast", () => {
   const trembling = moved([100, 101, 100, 101, 100, 101, 100, 101, 100], 20);
   expect(trembling.isovaluesAhead(range, false)).toBeUndefined();
   trembling.close();
@@ -51,7 +51,7 @@ it("looks nowhere when the slider goes to and fro, or too fast to be of use", ()
   fast.close();
 });
 
-it("looks ahead of slow movements alone where fine levels are resident for every isovalue", () => {
+it("predicts only slow movements if fine levels are resident for every isovalue", () => {
   const steps = (by: number) => Array.from({ length: 9 }, (_, i) => 100 + i * by);
   const whole = moved(steps(0.5), 20); // 25 a second: the range in 10 s
   expect(whole.isovaluesAhead(range, true)).toBeUndefined();
@@ -61,7 +61,7 @@ it("looks ahead of slow movements alone where fine levels are resident for every
   slow.close();
 });
 
-it("is over when nothing has changed for a while", () => {
+it("ends when nothing has changed for a while", () => {
   const rested = vi.fn();
   const motion = new Motion(rested);
   const view = { viewProjection: new Float64Array(16), viewport: { width: 8, height: 6 } };

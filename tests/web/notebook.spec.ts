@@ -1,4 +1,5 @@
-// The notebook widget without a browser: what it accepts, and the Python class that has its traits.
+// The notebook widget without a browser: the values that it accepts, and the Python class with its
+// traits.
 import { spawnSync } from "node:child_process";
 import { fileURLToPath } from "node:url";
 import { describe, expect, it } from "vitest";
@@ -63,7 +64,7 @@ print(json.dumps({
     "numbers": numbers(),
 }))
 `;
-  // Debian's, which has Debian's packages.
+  // Debian's Python, which has Debian's packages.
   const run = spawnSync("/usr/bin/python3", ["-B", "-c", script, file], { encoding: "utf8" });
 
   it.skipIf(run.status === 3 || run.error)("has the traits that the module reads", () => {
@@ -88,7 +89,7 @@ print(json.dumps({
     expect(found.noNumber).toMatch(/^TraitError: isovalue: expected a finite number, found nan$/);
     expect(found.noText).toMatch(/^ValueError: src: expected .*found 5/);
     expect(found.private).toMatch(/^TypeError: .*found _css$/);
-    // What programs have are NumPy's numbers and arrays.
+    // Programs have numbers and arrays of NumPy.
     const numbers = [
       60.5,
       [{ isovalue: 7 }],

@@ -1,4 +1,4 @@
-/** Which picture is tested, and with which threshold, until a view is complete. */
+/** The pictures that are tested, and their thresholds, until a view is complete. */
 import { expect, test } from "vitest";
 import { type OcclusionNeeds, OcclusionQueries } from "../../web/stream/occlusion_queries.ts";
 
@@ -11,27 +11,30 @@ const nothing: OcclusionNeeds = {
 };
 const loading: OcclusionNeeds = { ...nothing, isLoading: true };
 
-/** Asks of the present picture, and answers; `fast` or at rest. Returns the threshold. */
+/**
+ * Runs the query that the present picture needs, and records its result. `settled`: the picture is
+ * at rest. Returns the threshold.
+ */
 function answered(queries: OcclusionQueries, settled: boolean): number | undefined {
   const query = queries.query(settled);
   if (query) queries.record(query, settled);
   return query?.minPixels;
 }
 
-test("fast pictures tell what to fetch; one picture at rest tells that it is everything", () => {
+test("fast pictures find the chunks to fetch; one picture at rest confirms that none is missing", () => {
   const queries = new OcclusionQueries();
   queries.need({ ...nothing, isUndecided: true });
   expect(answered(queries, false)).toBe(255);
   queries.need(loading);
   expect(queries.query(false)).toBeUndefined();
-  // A picture of some of the chunks: more may be visible in it.
+  // A picture with some of the chunks. More regions may be visible in it.
   queries.pictureChanged();
   expect(answered(queries, false)).toBe(255);
   queries.pictureChanged();
   queries.need(nothing);
   expect(queries.needsRest).toBe(false);
   expect(answered(queries, false)).toBe(0);
-  // The next picture is that at rest: another fast one would find less than it.
+  // The next picture is the resting one, because another fast picture would find less.
   queries.need(loading);
   queries.pictureChanged();
   expect(queries.query(false)).toBeUndefined();
@@ -44,14 +47,14 @@ test("fast pictures tell what to fetch; one picture at rest tells that it is eve
   queries.need(nothing);
   expect(queries.done).toBe(true);
   expect(queries.needsRest).toBe(false);
-  // Another view begins anew.
+  // Another view begins with the first step again.
   queries.viewChanged();
   queries.need({ ...nothing, isUndecided: true });
   expect(queries.done).toBe(false);
   expect(answered(queries, false)).toBe(255);
 });
 
-test("what the last picture at rest finds is tested again at rest", () => {
+test("after the last picture at rest has found chunks, another one at rest is tested", () => {
   const queries = new OcclusionQueries();
   for (let step = 0; step < 2; ++step) {
     queries.need(nothing);
@@ -67,7 +70,7 @@ test("what the last picture at rest finds is tested again at rest", () => {
   expect(queries.done).toBe(true);
 });
 
-test("coarse levels on their way are waited for", () => {
+test("queries wait for coarse levels that are being fetched", () => {
   const queries = new OcclusionQueries();
   queries.need({ ...nothing, isUndecided: true, isTooCoarse: true });
   expect(queries.query(false)).toBeUndefined();

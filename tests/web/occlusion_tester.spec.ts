@@ -8,7 +8,7 @@ import { fakeClock } from "./fake_clock.ts";
 fakeClock();
 
 const failing = (): never => {
-  throw new TypeError("the driver gives nothing back");
+  throw new TypeError("the driver returns nothing");
 };
 
 /** A session that requests one query, and a viewer whose renderer behaves as stated. */
@@ -38,13 +38,13 @@ function tested(view: Partial<RendererModule>): { told: string[]; tester: Occlus
   return { told, tester };
 }
 
-test("one that cannot be begun", () => {
+test("a query that cannot begin", () => {
   const { told, tester } = tested({ beginOcclusionQuery: failing });
   expect(told).toEqual(["failed", "ended"]);
   expect(tester.isRunning).toBe(false);
 });
 
-test("one whose answer cannot be read", async () => {
+test("a query whose result cannot be read", async () => {
   let reads = 0;
   const { told, tester } = tested({
     beginOcclusionQuery: () => {},
@@ -59,14 +59,14 @@ test("one whose answer cannot be read", async () => {
   expect(vi.getTimerCount()).toBe(0);
 });
 
-test("one that is answered", async () => {
+test("a query with a result", async () => {
   const answer = new Uint32Array(33);
   const { told } = tested({ beginOcclusionQuery: () => {}, takeOcclusionQuery: () => answer });
   await vi.advanceTimersByTimeAsync(1000);
   expect(told).toEqual(["answered", "rest", "ended"]);
 });
 
-test("layers get their turns, those that request a test", async () => {
+test("layers that request a test take turns", async () => {
   const asked: number[] = [];
   const layer = (number: number, wants: boolean) => {
     const query = { ids: new Uint32Array([7]), minPixels: 0, view: 1, picture: 1 };

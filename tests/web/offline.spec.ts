@@ -6,7 +6,7 @@ import { FrameReader } from "../../web/stream/frames.ts";
 
 const id = "0123456789abcdef0123456789abcdef";
 
-describe("which answers are kept", () => {
+describe("the responses that are kept", () => {
   it.each([
     ["v1/volumes", "", "list"],
     ["v1/volumes", "?query=head", undefined],
@@ -37,7 +37,7 @@ describe("parts of a file", () => {
     }
   });
 
-  it("cover another one if they leave no gap", () => {
+  it("cover another range if they leave no gap", () => {
     const kept = [
       { first: 0, last: 9 },
       { first: 5, last: 6 },
@@ -57,12 +57,12 @@ describe("the chunks of a batch", () => {
   const addresses = places.map((place) => `${base}chunks/${place}`);
   const chunks = [20, 0, 16].map((bytes, i) => new Uint8Array(bytes).fill(i + 1));
 
-  it("have the addresses of chunks that are asked for alone", () => {
+  it("have the addresses of chunks that are requested alone", () => {
     expect(chunkAddresses(`${base}batch?chunks=${places.join(",")}`)).toEqual(addresses);
     expect(chunkAddresses(`${base}chunks/${places[0]}`)).toBeUndefined();
   });
 
-  it("make other batches, which the page reads", () => {
+  it("are combined to other batches, which the page reads", () => {
     const frames = framesOf(addresses, chunks);
     expect(chunksInFrames(frames)).toEqual(chunks);
     const asked = places.map((place, handle) => {
@@ -80,7 +80,7 @@ describe("the chunks of a batch", () => {
     expect(read).toEqual(chunks);
   });
 
-  it("are only those that came whole, and that the server could read", () => {
+  it("are kept only if they arrived completely and the server could read them", () => {
     const frames = framesOf(addresses, chunks);
     expect(chunksInFrames(frames.subarray(0, frames.length - 1))).toHaveLength(2);
     new DataView(frames.buffer).setUint32(4, 7, true); // the status of the first

@@ -1,4 +1,4 @@
-/** The OpenAPI document of a real server against its answers, for each route and status. */
+/** Compares the responses of a real server with its OpenAPI document, for each route and status. */
 import { execFileSync } from "node:child_process";
 import { once } from "node:events";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -33,7 +33,7 @@ interface OpenApi {
   paths: Record<string, { get: Operation }>;
   components: { responses: Record<string, Documented> };
 }
-/** As a server sends it. */
+/** The document, as a server sends it. */
 let document: OpenApi;
 let paths: { path: string; get: Operation }[] = [];
 
@@ -69,7 +69,7 @@ async function get(port: number, path: string, headers: Record<string, string> =
   return { status: statusCode, headers: fields, body: Buffer.concat(parts) } satisfies Answer;
 }
 
-/** A request that no client library sends. */
+/** Sends a request that client libraries refuse to send. */
 async function getRaw(port: number, head: string): Promise<Answer> {
   const socket = connect(port, "127.0.0.1");
   socket.write(`${head}\r\nHost: localhost\r\nConnection: close\r\n\r\n`);
@@ -92,7 +92,7 @@ async function getRaw(port: number, head: string): Promise<Answer> {
 const ajv = new Ajv2020({ strict: false });
 ajv.addFormat("binary", true);
 
-/** A schema of the document, by its JSON pointer. */
+/** Checks a value by a schema of the document (a JSON pointer). Returns the errors. */
 function valid(pointer: string, value: unknown): string {
   const check = ajv.getSchema(`api#${pointer}`);
   if (!check) throw new Error(`no schema at ${pointer}`);
@@ -243,7 +243,7 @@ describe("openapi.json", () => {
     );
   });
 
-  test("describes what every route answers", async () => {
+  test("describes the responses of every route", async () => {
     const port = ports.open;
     for (const { path, get: operation } of paths) {
       const url = target(path);
@@ -274,7 +274,8 @@ describe("openapi.json", () => {
     const documented = paths.flatMap(({ path, get }) =>
       Object.keys(get.responses).map((status) => `${path} ${status}`),
     );
-    // Not caused here: 413 needs a larger store, 503 as many bodies as exceed the memory for them.
+    // This test does not cause 413, which needs a larger store, and 503, which needs bodies that
+    // exceed the memory.
     const missing = documented.filter((place) => !checked.has(place));
     expect(missing.filter((place) => !/ (413|503)$/.test(place))).toEqual([]);
   }, 120_000);

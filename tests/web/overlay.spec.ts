@@ -1,4 +1,4 @@
-// What lies above the picture, and the views along the axes.
+// The overlays above the picture, and the views along the axes.
 import { describe, expect, it } from "vitest";
 import { axisNames } from "../../web/overlay/axis_names.ts";
 import { boundingBox } from "../../web/overlay/bounding_box.ts";
@@ -81,7 +81,7 @@ describe("the clip box", () => {
       const after = faceOnScreen(info, screen, movedFace(clip, face, share), face);
       if (!before || !after) throw new Error("not in front of the eye");
       const moved = { right: after.x - before.x, down: after.y - before.y };
-      // Shorter movements are those of an axis that is seen end on.
+      // An axis that is seen end-on moves less.
       if (Math.hypot(moved.right, moved.down) < 20) continue;
       expect(draggedShare(info, screen, clip, face, moved)).toBeCloseTo(share, 2);
       // Movement across the axis does not count.
@@ -99,7 +99,7 @@ describe("the clip box", () => {
     const face = { axis: 1, end: "low" } as const;
     const step = draggedShare(axis, perspective, clip, face, { right: 8, down: 0 }) - 0.1;
     expect(Math.abs(step)).toBeLessThanOrEqual(0.1);
-    // Beyond the vanishing point, as far as there is.
+    // Beyond the vanishing point, the movement is limited.
     for (const right of [-1e6, 1e6]) {
       const share = draggedShare(info, perspective, clip, face, { right, down: 0 });
       expect(Number.isFinite(share)).toBe(true);
@@ -109,7 +109,7 @@ describe("the clip box", () => {
     }
   });
 
-  it("is never empty, and keeps what it does not move", () => {
+  it("is never empty, and keeps the faces that do not move", () => {
     const planes = [{ normal: [0, 0, 1] as const, offset: 2 }] as unknown as Clip["planes"];
     const cut = { ...clip, planes };
     expect(movedFace(cut, { axis: 0, end: "low" }, 5)).toEqual({ ...cut, low: [0.89, 0.1, 0.25] });
@@ -121,7 +121,7 @@ describe("the clip box", () => {
     expect(cut.low).toEqual([0.2, 0.1, 0.25]);
   });
 
-  it("moves by keys as a slider does", () => {
+  it("moves by keys like a slider", () => {
     expect(shareAfterKey("ArrowRight", 0.5, false)).toBeCloseTo(0.51);
     expect(shareAfterKey("ArrowDown", 0.5, true)).toBeCloseTo(0.4);
     expect(shareAfterKey("PageUp", 0.5, false)).toBeCloseTo(0.6);
@@ -129,7 +129,7 @@ describe("the clip box", () => {
     expect(shareAfterKey("a", 0.5, false)).toBeUndefined();
   });
 
-  it("has twelve edges, and fewer where it reaches behind the eye", () => {
+  it("has twelve edges, and fewer if it reaches behind the eye", () => {
     expect(clipEdges(info, perspective, clip)).toHaveLength(12);
     const near = { ...info, origin: [-9, -12, -4] } as unknown as StoreInfo;
     const edges = clipEdges(near, perspective, clip);
@@ -154,7 +154,7 @@ describe("lengths", () => {
     expect(formatVolume(0)).toBe("0 mm³");
   });
 
-  it("have the unit that fits them", () => {
+  it("have a unit that suits their size", () => {
     expect([25, 0.05, 1500, 2e-5, 0, 7.25].map(formatLength)).toEqual([
       "25 mm",
       "50 µm",
@@ -171,7 +171,7 @@ describe("lengths", () => {
     ]);
   });
 
-  it("make a bar that is no longer than it may be, and more than a third of that", () => {
+  it("make a bar between a third of the maximum length and the maximum", () => {
     for (const scale of [0.013, 0.5, 1, 3, 17, 4000]) {
       const bar = scaleBar(scale, 140);
       expect(bar?.pixels).toBeLessThanOrEqual(140);
@@ -219,13 +219,13 @@ describe("the box of the volume", () => {
 });
 
 describe("the names of the axes", () => {
-  it("are those of a patient if the format has patient coordinates", () => {
+  it("are anatomical if the format has patient coordinates", () => {
     expect(axisNames(info)[0]).toEqual(["R", "L"]);
     const raw = { ...info, metadata: { source: { format: "raw" } } } as unknown as StoreInfo;
     expect(axisNames(raw)[2]).toEqual(["−z", "z"]);
   });
 
-  it("are x, y and z if a note of the import doubts the sides", () => {
+  it("are x, y and z if a note states that left and right may be swapped", () => {
     const noted = (note: string) => ({
       ...info,
       metadata: { ...info.metadata, notes: [note] },
@@ -254,7 +254,7 @@ describe("views along the axes", () => {
     expect(seen).toEqual({ ...camera, azimuth: 90, elevation: 0, roll: 0 });
   });
 
-  it("are reached the shorter way round", () => {
+  it("are reached by the shorter rotation", () => {
     const to = { ...camera, azimuth: -170, distance: 2, roll: 0 };
     const half = cameraBetween(camera, to, 0.5);
     expect(half.azimuth).toBe(180);

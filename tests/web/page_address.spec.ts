@@ -1,4 +1,4 @@
-// When the address bar is brought up to date.
+// The times at which the address bar is updated, and its content.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { defaultParts } from "../../web/overlay/parts.ts";
 import { AddressBar, type AddressState, addressOf } from "../../web/page/address/page_address.ts";
@@ -40,7 +40,7 @@ const view: AddressState = {
   layers: null,
 };
 
-it("is written once, with what is shown last, when nothing changes any more", () => {
+it("is written once, with the last state, when nothing changes any more", () => {
   let isovalue = 60;
   const pending: boolean[] = [];
   const rested: string[] = [];
@@ -63,7 +63,7 @@ it("is written once, with what is shown last, when nothing changes any more", ()
   expect(rested).toEqual(["?isovalue=90"]);
 });
 
-it("has what differs from the scene", () => {
+it("has only the settings that differ from the scene", () => {
   const clip = { low: [0, 0, 0], high: [1, 1, 0.5], planes: [], caps: false } as Clip;
   const slices: Slices = { along: [0.5, null, null] };
   const look = { ...defaultLook, kind: "exact", background: "#203040" } as const;
@@ -80,7 +80,7 @@ it("has what differs from the scene", () => {
   });
 });
 
-it("leaves measurements out that do not fit into a request, and says so", () => {
+it("leaves measurements out that do not fit into a request, and reports it", () => {
   let measures = ["point,1,2,3"];
   const rested: [string, boolean][] = [];
   const bar = new AddressBar(

@@ -55,7 +55,7 @@ describe("numbers that people type", () => {
     expect(typed.map(parseValue)).toEqual([12.5, 12.5, 60.5, -1024, -500, 3, 0.5, 7, 1e-7, 1500]);
   });
 
-  it("takes groups of digits where there is no doubt", () => {
+  it("accepts groups of digits if they are unambiguous", () => {
     const typed = [
       "1.024,5",
       "1,024.5",
@@ -68,7 +68,7 @@ describe("numbers that people type", () => {
     expect(typed.map(parseValue)).toEqual([1024.5, 1024.5, 1024.5, 1024, 1234567, 1234567, 12000]);
   });
 
-  it("takes nothing else", () => {
+  it("accepts nothing else", () => {
     const typed = [
       "",
       " ",
@@ -105,7 +105,7 @@ describe("a surface that is added", () => {
     expect(new Set(narrow).size, String(narrow)).toBe(8);
   });
 
-  it("is at a suggestion as long as there is one", () => {
+  it("has a suggested isovalue as long as one is free", () => {
     expect(added(3, [60.5, 100.5, 180.5])).toEqual([60.5, 180.5, 100.5]);
   });
 });
@@ -136,13 +136,13 @@ describe("the isovalue scale", () => {
     expect([0.0037, 0.1, 7, 250].map(roundStep)).toEqual([0.002, 0.1, 5, 200]);
   });
 
-  it("stays within a range that is no multiple of the step", () => {
+  it("stays within a range that is not a multiple of the step", () => {
     const scale = isovalueScale([-0.51, 0.777], 2e-5);
     expect(roundToScale(1, scale)).toBe(0.777);
     expect(roundToScale(-1, scale)).toBe(-0.51);
   });
 
-  it("survives a volume of one value", () => {
+  it("is valid for a volume of one value", () => {
     const scale = isovalueScale([5, 5], 1);
     expect(scale.high).toBeGreaterThan(scale.low);
     expect(roundToScale(5, scale)).toBe(5);
@@ -168,7 +168,7 @@ describe("the status line", () => {
     fault: null,
   };
 
-  it("says what is to go, and when it is complete", () => {
+  it("states the data still to fetch, and when the view is complete", () => {
     expect(stateText(progress)).toBe("120 KB to go");
     expect(stateText({ ...progress, state: "complete" })).toBe("complete");
     const preparation = { bytes: 1_200_000, bytesPlanned: 4_000_000 };
@@ -179,7 +179,7 @@ describe("the status line", () => {
     expect(stateText({ ...progress, state: "offline" })).toContain("trying again");
   });
 
-  it("says what is missing when no more comes", () => {
+  it("states what is missing if no more data will arrive", () => {
     const fault = { kind: "damaged-part", message: "" } as const;
     const damaged: Progress = { ...progress, state: "incomplete", fault, damagedParts: 3 };
     expect(stateText(damaged)).toBe("complete except for 3 damaged parts");
@@ -199,7 +199,7 @@ describe("the status line", () => {
     }
   });
 
-  it("says which levels are shown", () => {
+  it("states the levels that are shown", () => {
     expect(levelText(progress)).toBe("levels 0–2");
     expect(levelText({ ...progress, coarsestLevel: 0 })).toBe("full resolution");
     expect(levelText({ ...progress, finestLevel: 2 })).toBe("level 2");

@@ -1,4 +1,4 @@
-// What the controls of the panel do when settings have changed since it was drawn.
+// The actions of the panel's controls if settings have changed since the panel was drawn.
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import { clippingSection } from "../../web/page/panel/clipping_section.ts";
 import { DisplaySettings } from "../../web/page/panel/display_settings.ts";
@@ -10,7 +10,7 @@ import { wholeVolume } from "../../web/viewer/clipping.ts";
 import { defaultLook, maxSurfaces } from "../../web/viewer/types.ts";
 import type { Viewer } from "../../web/viewer/viewer.ts";
 
-// It reads the colour scheme of the browser.
+// The real module reads the colour scheme of the browser.
 vi.mock("../../web/page/shell/theme.ts", () => ({ theme: () => "light", themeBackground: {} }));
 
 const info = {
@@ -47,7 +47,7 @@ beforeEach(() => {
   vi.stubGlobal("cancelAnimationFrame", () => {});
   settings = new DisplaySettings(...args);
   surfaces = new SurfaceSettings(...args);
-  // As it was drawn: it does not change below.
+  // The state with which the panel was drawn. It does not change below.
   state = { ...settings.state, ...surfaces.state, info } as unknown as PanelState;
   actions = { ...settings.actions, ...surfaces.actions } as PanelActions;
 });
@@ -65,7 +65,7 @@ function listeners(template: unknown, event: string): Listener[] {
 }
 
 describe("the section of slices", () => {
-  it("keeps a slice that was shown a moment ago, and hides it when its button is pressed again", () => {
+  it("keeps a slice that was just shown, and hides it when its button is pressed again", () => {
     const [x, y] = listeners(slicesSection(state, actions), "click");
     x?.({ currentTarget: {} });
     y?.({ currentTarget: {} });
@@ -74,7 +74,7 @@ describe("the section of slices", () => {
     expect(settings.state.slices.along).toEqual([null, 0.5, null]);
   });
 
-  it("keeps the value of black that was entered before that of white", () => {
+  it("keeps the value of black if the value of white is entered next", () => {
     actions.changeSlices((now) => ({ ...now, along: [0.5, null, null] }));
     state = { ...state, slices: settings.state.slices };
     const [, black, white] = listeners(slicesSection(state, actions), "change");
@@ -89,7 +89,7 @@ describe("the section of slices", () => {
 });
 
 describe("the section of clipping", () => {
-  it("keeps what another control has changed", () => {
+  it("keeps the changes of another control", () => {
     const template = clippingSection(state, actions);
     const [x, y, , plane] = listeners(template, "input");
     const [, , caps] = listeners(template, "click");
@@ -101,7 +101,7 @@ describe("the section of clipping", () => {
     expect(settings.state.clip).toMatchObject({ caps: true, planes: [{ offset: 1 }] });
   });
 
-  it("does not move a plane that has taken the place of the one that was drawn", () => {
+  it("does not move a plane that has replaced the one that was drawn", () => {
     const sliders = listeners(clippingSection(state, actions), "input");
     const other = { normal: [0, 1, 0] as [number, number, number], offset: 3 };
     actions.changeClip((now) => ({ ...now, planes: [other] }));
@@ -110,7 +110,7 @@ describe("the section of clipping", () => {
   });
 });
 
-it("the sliders of the light keep what another one has set", () => {
+it("each slider of the light keeps the settings of the others", () => {
   const [key, sky] = listeners(lightSection(state, actions), "input");
   key?.({ currentTarget: { value: "1.5" } });
   actions.turnLight(10, 0);
@@ -132,7 +132,7 @@ describe("the list of surfaces", () => {
     expect(surfaces.surfaces.length).toBe(maxSurfaces);
   });
 
-  it("has an active surface, also when one is chosen that is gone", () => {
+  it("has an active surface, even if a removed one is chosen", () => {
     actions.activate(1);
     expect(surfaces.state.active).toBe(0);
   });

@@ -16,7 +16,7 @@ it("keeps what is prefetched until the movement is over", () => {
   expect(prefetch.select([e], [d, e], [])).toEqual([e]);
 });
 
-it("asks for nothing again that has arrived", () => {
+it("requests no chunk again that has arrived", () => {
   const prefetch = new Prefetch();
   expect(prefetch.select([], [], [a, b])).toEqual([a, b]);
   expect(prefetch.select([a], [b], [])).toEqual([b]);

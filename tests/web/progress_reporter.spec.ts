@@ -1,4 +1,4 @@
-/** What of the streaming progress is reported at once. */
+/** The changes of progress that are reported at once. */
 import { afterEach, expect, test, vi } from "vitest";
 import { ProgressReporter } from "../../web/stream/progress_reporter.ts";
 import type { Progress } from "../../web/stream/types.ts";
@@ -7,7 +7,7 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-test("numbers wait, but not that the last chunk has arrived, or that others are missing", () => {
+test("numbers wait, but the arrival of the last chunk and new missing chunks are reported at once", () => {
   vi.useFakeTimers();
   let current = { state: "refining", chunksToGo: 5, bytesFetched: 0 } as Progress;
   const reported: number[] = [];
@@ -24,7 +24,7 @@ test("numbers wait, but not that the last chunk has arrived, or that others are 
   update(4, 1000);
   update(3, 2000);
   expect(reported).toEqual([5]);
-  // The picture of a view is drawn when its last chunk is there.
+  // The picture of a view is drawn when its last chunk has arrived.
   update(0, 5000);
   expect(reported).toEqual([5, 0]);
   // An occlusion query has found more.

@@ -41,8 +41,8 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
   }
 
   /**
-   * The lines of the server's own log: what the cache answers is not among them. The server writes
-   * the line of a response after it has sent it, so the last ones may be missing.
+   * The lines of the server's log, which lacks the requests that the cache answered. The server
+   * writes the line of a response after it has sent it, so the last ones may be missing.
    */
   const served = () =>
     readFileSync(log, "utf8")
@@ -79,7 +79,7 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
     rmSync(folder, { recursive: true, force: true });
   });
 
-  test("what never changes is fetched from the server once", async () => {
+  test("content that never changes is fetched from the server once", async () => {
     const path = `${content}/chunks?isovalue=100..120&level=0`;
     const first = await get(path);
     const second = await get(path);
@@ -121,7 +121,7 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
     expect(whole.body.equals(file)).toBe(true);
   });
 
-  test("what needs a token is not kept for others", async () => {
+  test("content that needs a token is not kept for others", async () => {
     const authorization = `Bearer ${token}`;
     for (const path of [`${secret}/header`, `${secret}/file`]) {
       const first = await get(path, { authorization });
@@ -134,13 +134,13 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
 
   test("metrics are not for the proxy's clients", async () => {
     expect((await get("/metrics")).status).toBe(404);
-    // By another spelling, which nginx takes for the same path, and by one which it does not.
+    // Try a spelling that nginx decodes to the same path, and one that it does not.
     expect((await get("/%6detrics")).status).toBe(404);
     expect([401, 404]).toContain((await get("/metrics/")).status);
     expect((await get("/readyz")).status).toBe(200);
   });
 
-  test("names of others, and pages of other sites, are refused", async () => {
+  test("other host names, and pages of other sites, are refused", async () => {
     expect((await get("/v1/volumes", { ":authority": "evil.example" })).status).toBe(403);
     const cross = { origin: "https://evil.example", "sec-fetch-site": "cross-site" };
     expect((await get("/v1/volumes", cross)).status).toBe(403);

@@ -113,7 +113,7 @@ describe("the README's commands", () => {
         child.on("error", reject);
         child.on("close", (code) => reject(new Error(`exit status ${code}: ${printed}`)));
       });
-      // What view prints has a token, without which nothing of the volume can be read.
+      // The address that view prints has a token, without which the volume cannot be read.
       const isScene = args[1]?.endsWith(".isobundle");
       const list = new URL(isScene ? "/v1/scenes" : "/v1/volumes", url);
       const token = new URL(url).searchParams.get("token");

@@ -1,4 +1,4 @@
-// The reduced copy of a volume: where its voxels are, and what they are.
+// The reduced copy of a volume: the positions and values of its voxels.
 import { expect, it } from "vitest";
 import type { VolumeDescription } from "../../web/builder/types.ts";
 import { reducedVolume } from "../../web/import/reduced_volume.ts";
@@ -12,7 +12,7 @@ const volume: VolumeDescription = {
   format: "raw",
 };
 
-it("has the nearest voxels to even places, the first and the last among them", () => {
+it("has the voxels nearest to evenly spaced positions, including the first and the last", () => {
   const read: number[] = [];
   const { description, voxels } = reducedVolume(volume, (z) => {
     read.push(z);

@@ -35,7 +35,10 @@ const bytesOf = (file: string) =>
     .update(readFileSync(join(work, file)))
     .digest("hex");
 
-/** A folder with a Debian package and an archive of two files, written at a time, in an order. */
+/**
+ * Makes a folder with a Debian package and an archive. Their files are written at this time, in the
+ * order of `names`.
+ */
 function packages(folder: string, names: string[], seconds: number, mode: number) {
   const top = join(work, `${folder}-files`);
   const add = (name: string, text: string) => {
@@ -59,7 +62,7 @@ function packages(folder: string, names: string[], seconds: number, mode: number
 describe.runIf(hasDpkg)("native/packaging/make-reproducible", () => {
   const script = join(root, "native/packaging/make-reproducible");
 
-  it("makes the same bytes of the same files, whenever and in whichever order they were written", () => {
+  it("makes the same bytes from the same files, whatever the time and order of their writing", () => {
     packages("first", ["a", "b"], 1_000_000_000, 0o600);
     packages("second", ["b", "a"], 1_100_000_000, 0o644);
     const files = ["isosplat_1_all.deb", "isosplat.tar.gz"];
@@ -88,7 +91,7 @@ describe.runIf(hasDpkg)("native/packaging/make-reproducible", () => {
   });
 });
 
-/** What SPDX 2.3 requires of the parts that .ci/sbom.mjs writes, and no other names. */
+/** The schema of the parts of SPDX 2.3 that .ci/sbom.mjs writes. It allows no other names. */
 const identifier = { type: "string", pattern: "^SPDXRef-[A-Za-z0-9.-]+$" };
 const text = { type: "string", minLength: 1 };
 const object = (required: Record<string, object>, optional: Record<string, object> = {}) => ({
@@ -176,7 +179,7 @@ describe.runIf(hasDpkg && existsSync("/usr/share/doc/emscripten"))("the list of 
     return readFileSync(join(work, `all/isosplat-${version}.spdx.json`), "utf8");
   };
 
-  it("has what SPDX 2.3 requires, all packages, and what they contain and depend on", () => {
+  it("has what SPDX 2.3 requires, and all packages with their contents and dependencies", () => {
     packages("all", ["a"], 1_000_000_000, 0o644);
     const written = write();
     expect(written).toBe(write());
@@ -208,7 +211,7 @@ describe.runIf(hasDpkg && existsSync("/usr/share/doc/emscripten"))("the list of 
     expect(byName.get("libc6")?.versionInfo).toBe(libc);
   });
 
-  it("cannot be made of an empty folder", () => {
+  it("cannot be made from an empty folder", () => {
     mkdirSync(join(work, "all"));
     expect(write).toThrow("found none: npm run release");
   });

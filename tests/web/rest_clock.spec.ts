@@ -1,4 +1,4 @@
-/** When a view is at rest, and is drawn exactly. */
+/** The time from which a view is at rest and is drawn exactly. */
 import { expect, test } from "vitest";
 import { RestClock } from "../../web/viewer/rest_clock.ts";
 
@@ -18,19 +18,19 @@ test("while data are in flight, it rests later", () => {
   clock.isStreaming = true;
   clock.moved(1000);
   expect(clock.restsAt).toBe(1500);
-  // What is visible is tested before.
+  // The occlusion query runs before.
   expect(clock.movesUntil).toBe(1220);
   clock.arrived(1000);
   expect(clock.restsAt).toBe(2500);
 });
 
-test("a view whose fast picture took long does not rest before the chunks that it asks for", () => {
+test("a view whose fast picture took long does not rest before its requested chunks have arrived", () => {
   const clock = new RestClock();
   clock.isStreaming = true;
   clock.arrived(1000);
   clock.fastPictureTested(3000);
   expect(clock.restsAt).toBeGreaterThan(3000);
-  // The chunks arrive, and the next fast picture asks for nothing more.
+  // The chunks arrive, and the query of the next fast picture requests no more.
   clock.arrived(3300);
   clock.fastPictureTested(4000);
   clock.restNow();

@@ -36,13 +36,13 @@ async function tries(kind: "not-found" | "unreachable", milliseconds: number): P
   return times;
 }
 
-test("what is tried slowly is tried after 12, 14, and then every 16 s", async () => {
+test("slow retries come after 12 s, 14 s, and then every 16 s", async () => {
   const seconds = gaps(await tries("not-found", 80_000)).map((gap) => Math.round(gap / 1000));
   expect(seconds).toEqual([12, 14, 16, 16, 16]);
   expect(longestSlowRetry).toBeLessThan(longestGap);
 });
 
-test("what is tried soon comes to one try in ten seconds", async () => {
+test("soon retries slow down to one attempt in ten seconds", async () => {
   const times = await tries("unreachable", 120_000);
   const late = gaps(times.filter((time) => time - (times[0] ?? 0) > 20_000));
   expect(late.length).toBeGreaterThan(5);
@@ -50,11 +50,11 @@ test("what is tried soon comes to one try in ten seconds", async () => {
   expect(Math.max(...gaps(times))).toBeLessThan(longestGap);
 });
 
-test("what fails for another reason than what was looked up is not hastened twice", async () => {
+test("a failure with a cause other than the checked one is not hastened twice", async () => {
   let hastened = 0;
   const backoff = new Backoff({
     trouble: () => {},
-    // As a session does that finds that the store at its address is intact.
+    // A session does this if it finds that the store at its address is intact.
     slow: () => {
       ++hastened;
       backoff.hasten();
@@ -72,7 +72,7 @@ test("what fails for another reason than what was looked up is not hastened twic
   const tried = backoff.retry(ending.signal, attempt, { slowly: true });
   tried.catch(() => {});
   await vi.advanceTimersByTimeAsync(60_000);
-  // At once, and then slowly.
+  // The first retry is at once, and later ones are slow.
   expect(hastened).toBe(times.length);
   expect(gaps(times)[0]).toBeLessThan(1000);
   expect(Math.min(...gaps(times).slice(1))).toBeGreaterThanOrEqual(shortestGap);
@@ -82,7 +82,7 @@ test("what fails for another reason than what was looked up is not hastened twic
   backoff.close();
 });
 
-test("one damaged part is looked at slowly, of several one at a time", async () => {
+test("damaged parts are retried slowly, one at a time", async () => {
   for (const parts of [["a"], ["a", "b", "c"]]) {
     const looks: { part: string; at: number }[] = [];
     const isDamaged = new StreamError("damaged-part", "its checksum differs");

@@ -61,7 +61,7 @@ async function wholeOf(source: {
 }
 
 describe("a scene's document", () => {
-  it("has its members, the defaults of others, and what is unknown", () => {
+  it("has its members, defaults for absent ones, and unknown members", () => {
     const scene = parseScene(document);
     expect(scene.name).toBe("Golden stores");
     expect(scene.layers.map(({ name, stores, visible }) => [name, ...stores, visible])).toEqual([
@@ -125,7 +125,7 @@ describe("a scene's document", () => {
   });
 
   // The program reads the same documents (shared/core/scene/parse_scene.cpp).
-  it("is refused where the program refuses it, with the same words", { timeout: 120_000 }, () => {
+  it("is refused if the program refuses it, with the same message", { timeout: 120_000 }, () => {
     const folder = mkdtempSync(join(tmpdir(), "isosplat-scene-"));
     const file = join(folder, "scene.json");
     const chance = new Chance(7);
@@ -175,7 +175,7 @@ describe("a scene's document", () => {
         writeFileSync(file, text);
         const found = fault(() => parseScene(utf8(text)));
         const said = programSays(file);
-        // Up to what was found, whose numbers JavaScript writes in another way.
+        // The message without the found value, whose numbers JavaScript writes in another way.
         const expected = (message: string) => message.replace(/, found .*/s, "").trim();
         if (found) ++refused;
         expect([text, expected(found)]).toEqual([text, expected(said)]);
@@ -186,7 +186,7 @@ describe("a scene's document", () => {
     expect(refused).toBeGreaterThan(50);
   });
 
-  it("is refused if it is no JSON, no UTF-8 or too large", () => {
+  it("is refused if it is not JSON, not UTF-8 or too large", () => {
     expect(fault(() => parseScene(utf8("{")))).toContain("expected JSON");
     expect(fault(() => parseScene(new Uint8Array([0xff, 0xfe])))).toContain("expected JSON");
     expect(fault(() => parseScene(utf8("[".repeat(1_000_000))))).toContain("expected JSON");
@@ -214,13 +214,13 @@ function programSays(file: string): string {
   } catch (error) {
     const { stderr } = error as { stderr: Buffer };
     const message = /scene: .*/.exec(stderr.toString())?.[0] ?? "";
-    // Stores that are missing are no fault of the document.
+    // Missing stores are not a fault of the document.
     return message;
   }
 }
 
 describe("the coarse parts of a bundle", () => {
-  it("are kept up to a size, and fetched again when they are needed", async () => {
+  it("are kept up to a limit, and fetched again when they are needed", async () => {
     const asked: [number, number][] = [];
     const headerBytes = new DataView(bundle.buffer, bundle.byteOffset).getUint32(12, true);
     const file: BundleFile = {
@@ -257,7 +257,7 @@ describe("the coarse parts of a bundle", () => {
     expect(asked).toHaveLength(2);
     expect(first.keptBytes).toBe(headerBytes + one.bytes + two.bytes);
 
-    // One of them fits: that which was used last.
+    // One of them fits: the most recently used one.
     asked.length = 0;
     const small = new Bundle(file, instance, Math.max(one.bytes, two.bytes));
     await small.fetchCoarse([one.path], signal);
@@ -314,7 +314,7 @@ describe("a bundle's header", () => {
       const damaged = bundle.slice(0, size);
       const at = chance.whole(0, size - 1);
       damaged[at] = (damaged[at] ?? 0) ^ chance.whole(1, 255);
-      // A larger size of the header asks for more bytes.
+      // If the header states a larger size, more bytes are needed.
       const message = fault(() => {
         const found = parseBundleHeader(instance, damaged, "golden");
         if (typeof found === "number") throw new StreamError("cut-short", "golden: more bytes");
@@ -345,7 +345,7 @@ describe("a scene of files", () => {
     );
   });
 
-  it("beside each other has those that were chosen", async () => {
+  it("with separate stores has the chosen ones", async () => {
     const [first] = stores;
     const scene = sceneOfFiles([
       { path: "scan/scene.json", file: new Blob([document]) },
@@ -356,7 +356,7 @@ describe("a scene of files", () => {
     expect(fault(() => opened?.source("tiny.isosplat"))).toContain("choose it too");
   });
 
-  it("beside each other tells stores of one name apart by their folders", async () => {
+  it("with separate stores distinguishes stores of one name by their folders", async () => {
     const layers = ["a/x.isosplat", "b/x.isosplat"].map((store) => ({ store }));
     const json = new Blob([JSON.stringify({ ...example, layers })]);
     const [first, second] = stores.map(({ file }) => file);
@@ -418,7 +418,7 @@ describe("a scene of a server", () => {
     expect(file.requests).toBeGreaterThan(1);
   });
 
-  it("that is replaced is read again", async () => {
+  it("is read again if it was replaced", async () => {
     const other = join(folder, "other.isobundle");
     writeFileSync(other, bundle);
     const scene = servedScene({ base: server.url, scene: "other" });
@@ -434,7 +434,8 @@ describe("a scene of a server", () => {
     const source = opened.source("tiny.isosplat"); // not in the first response
     const before = await source.contentId(signal);
     expect(before).toMatch(/^[0-9a-f]{32}$/);
-    // The same stores in another document: another content of the scene, the same one of the store.
+    // Another document has the same stores: the content of the scene changes, that of the store
+    // does not.
     const changed = JSON.parse(document.toString()) as { layers: object[] };
     changed.layers.reverse();
     writeFileSync(join(folder, "head/changed.scene.json"), JSON.stringify(changed));
@@ -466,7 +467,7 @@ describe("a scene of a server", () => {
     );
   });
 
-  it("takes further steps, which `isosplat build` appends while it is served", async () => {
+  it("gets further steps, which `isosplat build` appends while it is served", async () => {
     const files = [0.2, 0.25, 0.3].map((radius, step) => {
       const header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 24 24 24\nencoding: raw\n\n";
       const voxels = ballVoxels(24, { centre: [0.5, 0.5, 0.5], radius });
@@ -499,7 +500,7 @@ describe("a scene of a server", () => {
     expect(opened.document.time?.values).toHaveLength(3);
   });
 
-  it("that does not exist is not found", async () => {
+  it("is not found if it does not exist", async () => {
     const scene = servedScene({ base: server.url, scene: "none" });
     await expect(scene.open(instance, signal)).rejects.toMatchObject({ kind: "not-found" });
   });
@@ -564,7 +565,7 @@ describe("a scene at an address", () => {
       expect(source.address).toBe(`${host.origin}/${path}`);
       expect(opened.source(source.address ?? "").name).toBe(source.name);
     }
-    // The bundle's header, the coarse parts of both, and what is left of each.
+    // Four requests: the bundle's header, the coarse parts of both stores, and the rest of each.
     expect(host.asked.length).toBeLessThanOrEqual(4);
     const absent = opened.source("golden.isobundle#absent.isosplat");
     await expect(absent.header(signal)).rejects.toThrow("expected the store absent.isosplat");

@@ -14,7 +14,7 @@ describe("the schema of scenes", () => {
     expect(validate(example)).toBe(true);
   });
 
-  it("accepts slices, look and measurements, and null for what is absent", () => {
+  it("accepts slices, look and measurements, and null for absent ones", () => {
     const point = { position: [0, 0, 0], level: 2, normal: null };
     const members = {
       slices: { along: [0.5, null, 1], plane: null, range: [0, 1] },
@@ -28,7 +28,7 @@ describe("the schema of scenes", () => {
     expect(validate({ ...example, slices: null, look: null, measurements: null })).toBe(true);
   });
 
-  it("keeps what it does not know", () => {
+  it("accepts unknown members", () => {
     expect(validate({ ...example, time: { steps: [0, 1], step: 7 } })).toBe(true);
     expect(validate({ ...example, future: [1], layers: [{ store: "a", more: 1 }] })).toBe(true);
   });

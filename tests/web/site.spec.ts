@@ -50,7 +50,7 @@ describe.skipIf(!hasNginx || !existsSync(program))("a volume of a static site", 
     }
   });
 
-  test("a volume that is published again has another content id, and is read anew", async () => {
+  test("a volume that is published again has another content id, and is read again", async () => {
     const source = open("head");
     const before = await source.contentId(signal);
     const old = await source.header(signal);
@@ -60,7 +60,7 @@ describe.skipIf(!hasNginx || !existsSync(program))("a volume of a static site", 
     expect(await source.header(signal)).not.toEqual(old);
   });
 
-  test("names that the catalog does not have, and what is no catalog", async () => {
+  test("names that the catalog lacks, and files that are not catalogs, are errors", async () => {
     await expect(open("other").header(signal)).rejects.toThrow(/has no volume other/);
     const page = new SiteSource({ catalog: `${server.url}index.html`, volume: "head" });
     const error = await page.header(signal).catch((reason) => reason);

@@ -22,7 +22,7 @@ function world(index: readonly number[]): number[] {
   );
 }
 
-it.each([0, 1, 2])("lie across axis %i at the voxel that is asked for", (axis) => {
+it.each([0, 1, 2])("are perpendicular to axis %i at the requested voxel", (axis) => {
   for (const share of [0, 0.3, 1]) {
     const along = [0, 1, 2].map((other) => (other === axis ? share : null));
     const slices = { along } as unknown as Slices;
@@ -49,7 +49,7 @@ it.each([0, 1, 2])("lie across axis %i at the voxel that is asked for", (axis) =
   }
 });
 
-it("are as many as there are places and planes", () => {
+it("are one for each position and plane", () => {
   expect(hasSlices(noSlices)).toBe(false);
   expect(slicePlanes(noSlices, info)).toEqual([]);
   const plane = { normal: [0, 0.6, 0.8] as [number, number, number], offset: 3 };
@@ -57,7 +57,7 @@ it("are as many as there are places and planes", () => {
   expect(slicePlanes({ along: [null, null, null], plane }, info)).toEqual([plane]);
 });
 
-it("are made usable whatever a script sets", () => {
+it("are made valid, whatever a script sets", () => {
   const plane = { normal: [0, 0, 2], offset: 1 } as const;
   const set = (slices: unknown) => usableSlices(slices as Slices);
   for (const nothing of [{}, { along: [] }, { along: [Number.NaN, undefined, "x"] }]) {

@@ -10,7 +10,7 @@ const core = (name: string) =>
 const specification = core("codec/CHUNK.md");
 const tables = readTables(specification);
 
-test("the specification's tables are the code's", () => {
+test("the specification's tables match the code", () => {
   expect(tables.quads.length).toBe(256);
   expect(tables.tokens.length).toBe(54);
   expect(tables.weights.length).toBe(16);
@@ -28,7 +28,7 @@ test("the specification's tables are the code's", () => {
   );
 });
 
-test("limits in the documents are the code's", () => {
+test("limits in the documents match the code", () => {
   const header = readFileSync(new URL("../../server/server.h", import.meta.url), "utf8");
   const http = readFileSync(new URL("../../server/HTTP.md", import.meta.url), "utf8");
   const mebibytes = (name: string) =>
@@ -58,7 +58,7 @@ describe.each(readdirSync(golden).filter((file) => file.endsWith(".isosplat")))(
   const store = readStore(file);
   const digest = readFileSync(new URL(name.replace(".isosplat", ".txt"), golden), "utf8");
 
-  test("a reader written from FORMAT.md finds its way", () => {
+  test("a reader written from FORMAT.md finds all parts", () => {
     expect(store.spacing).toEqual([0.5, 0.5, 2]);
     expect(store.metadata.name).toBe(name.replace(".isosplat", ""));
   });
@@ -97,7 +97,7 @@ describe("the worked examples", () => {
     expect(expectBytes("codec/CHUNK.md", 2, 2520)).toBe(3);
   });
 
-  test("say what the golden store holds", () => {
+  test("describe the content of the golden store", () => {
     expect(store).toMatchObject({ version: [1, 0], fileBytes: 2584, voxels: [3, 3, 3], bits: 8 });
     expect(store.range).toEqual([0, 42]);
     const chunk = { level: 0, block: [0, 0, 0], band: 0, begin: 0, end: 42 };

@@ -8,7 +8,7 @@ const frame = (kind: SplatKind, programsLinked = 0, shading: Shading = "exact") 
   programsLinked,
 });
 
-it("draws ellipses in motion and the exact surface at rest, on a GPU that can", () => {
+it("draws ellipses in motion and the exact surface at rest, on a fast GPU", () => {
   const choice = new SplatChoice();
   choice.measured(frame("ellipse"), 8, 100);
   expect(choice.splats(false, 100).kind).toBe("ellipse");
@@ -34,13 +34,13 @@ it("does not repeat an exact picture that took too long, until the view is anoth
   expect(choice.splats(true, 100).kind).toBe("exact");
 });
 
-it("does not try the exact picture where motion is hopeless already", () => {
+it("does not try the exact picture if motion is already too slow", () => {
   const choice = new SplatChoice();
   choice.measured(frame("quad"), 900, 100);
   expect(choice.splats(true, 100).kind).toBe("ellipse");
 });
 
-it("does not judge by frames that had to link programs", () => {
+it("ignores the times of frames that had to link programs", () => {
   const choice = new SplatChoice();
   choice.measured(frame("ellipse", 1), 900, 100);
   expect(choice.splats(false, 100).kind).toBe("ellipse");

@@ -11,7 +11,7 @@ import { clockThatJumps, passTime } from "./fake_clock.ts";
 import { core as load, storeBytes } from "./fixture.ts";
 import { Harness, view } from "./stream_harness.ts";
 
-/** The real server, and nginx, with the same store, each behind a proxy. */
+/** The folder of the store. The real server and nginx serve it, each behind a proxy. */
 let folder: string;
 let isosplat: RunningServer;
 let host: Nginx;
@@ -44,7 +44,7 @@ afterEach(async () => {
   await server?.stop();
 });
 
-/** Past what retries and pauses wait for; a minute is five of the slowest retries. */
+/** Lets a minute pass. This is longer than all pauses, and than three of the slowest retries. */
 const waitAMinute = () => passTime(60_000, () => fetch(`${server.target}/healthz`));
 
 async function proxyOf(target: string): Promise<void> {
@@ -87,12 +87,12 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(requests).toBeLessThanOrEqual(6);
   });
 
-  test("any isovalue has a surface without a request once the coarse tail is there", async () => {
+  test("any isovalue has a surface without a request once the coarse tail is resident", async () => {
     const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
     const before = server.requests.length;
-    // A moving slider: each change follows the last at once.
+    // Moves a slider: each change follows the previous one at once.
     for (let isovalue = -99; isovalue < 500; isovalue += 20) {
       session.update(view(isovalue));
       expect(harness.visible.length).toBeGreaterThan(0);
@@ -101,7 +101,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     await harness.complete();
   });
 
-  test("an isovalue within resident bands asks for nothing", async () => {
+  test("an isovalue within resident bands makes no request", async () => {
     const session = await harness.open(source(), core, { firstIsovalues: [100.5] });
     session.update(view(100.5));
     await harness.complete();
@@ -155,7 +155,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(harness.progress?.samplesResident).toBe(harness.samples);
   });
 
-  test("answers that come slowly, late and out of order are put together", async () => {
+  test("responses that arrive slowly, late and out of order are combined", async () => {
     server.fault = (_path, number) =>
       number % 3 === 0
         ? { kind: "delay", milliseconds: 30 + (number % 5) * 20 }
@@ -167,7 +167,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect([...harness.uploaded.values()].every((times) => times === 1)).toBe(true);
   });
 
-  test("broken connections and 5xx are tried again, without a word where it helps", async () => {
+  test("broken connections and 5xx are retried, without a report if that succeeds", async () => {
     const faults = [
       { kind: "reset" } as const,
       { kind: "status", status: 500 } as const,
@@ -182,7 +182,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(harness.errors.filter(({ retrying }) => !retrying)).toEqual([]);
   });
 
-  test("429 is waited out for as long as the server says", async () => {
+  test("after 429, requests wait for the time that the server states", async () => {
     const session = await harness.open(source(), core);
     let begunAt = 0;
     const triedAt: number[] = [];
@@ -198,7 +198,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(Math.min(...triedAt) - begunAt).toBeGreaterThan(900);
   });
 
-  test("a server that goes away is reported once, and streaming goes on when it is back", async () => {
+  test("a server that stops is reported once, and streaming continues when it is back", async () => {
     const session = await harness.open(source(), core);
     session.update(view(100.5));
     await harness.complete();
@@ -245,7 +245,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(harness.visible.length).toBeGreaterThan(0);
   });
 
-  test("404 is reported, and not asked again and again", async () => {
+  test("404 is reported, and not retried in a loop", async () => {
     const session = await harness.open(source(), core);
     session.update(view(100.5));
     await harness.complete();
@@ -263,7 +263,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     await harness.complete();
   });
 
-  test("what is no longer needed is cancelled", async () => {
+  test("requests that are no longer needed are cancelled", async () => {
     const session = await harness.open(source(), core);
     session.update(view(100.5));
     await harness.complete();
@@ -290,7 +290,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     session.update(view(300.5));
   });
 
-  test("volumes opened one after the other do not add up in the core's memory", async () => {
+  test("volumes that are opened one after the other do not accumulate in the core's memory", async () => {
     const openOne = async (): Promise<number> => {
       const each = new Harness();
       const session = await each.open(source(), core);
@@ -325,7 +325,7 @@ describe.each(sources)("from %s", (_, target, source) => {
     expect(harness.errors).toEqual([]);
   }, 60_000);
 
-  test("opening can be ended, and fails in words", async () => {
+  test("opening can be aborted, and fails with a message", async () => {
     server.fault = () => ({ kind: "delay", milliseconds: 2000 });
     const ending = new AbortController();
     const opened = harness.open(source(), core, { signal: ending.signal });

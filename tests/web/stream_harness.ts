@@ -57,7 +57,7 @@ export class Harness {
   ): Promise<StreamSession> {
     this.session = await StreamSession.open(source, core, {
       decoder: new InlineDecoder(core),
-      // Only tests of it let anything be fetched at rest.
+      // Only tests of the background loader set another value.
       backgroundBytes: 0,
       ...options,
       events: {
@@ -98,12 +98,12 @@ export class Harness {
     return this.session;
   }
 
-  /** As if the picture at rest were tested in the next frame. */
+  /** Answers as if the picture at rest were tested in the next frame. */
   #answerOcclusion(): void {
     setTimeout(() => {
       const query = this.session?.occlusionQuery(true);
       if (!query) return;
-      // Of each chunk its handle, the tested regions, and the visible ones.
+      // For each chunk: its handle, the tested regions, and the visible ones.
       const answers = new Uint32Array(visibilityWords * query.ids.length).fill(~0);
       query.ids.forEach((id, i) => {
         answers[visibilityWords * i] = id;

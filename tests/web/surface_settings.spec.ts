@@ -1,10 +1,10 @@
-// The isovalue that moves by itself, and what ends it; the first isovalue of another store.
+// The sweep of an isovalue and the actions that end it, and the first isovalue of another store.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { SurfaceSettings } from "../../web/page/panel/surface_settings.ts";
 import type { StoreInfo } from "../../web/stream/index.ts";
 import type { Viewer } from "../../web/viewer/index.ts";
 
-// It reads the colour scheme of the browser.
+// The real module reads the colour scheme of the browser.
 vi.mock("../../web/page/shell/theme.ts", () => ({ theme: () => "light", themeBackground: {} }));
 
 const viewer = {
@@ -38,7 +38,7 @@ it.each([
   expect(settings.state.isSweeping).toBe(false);
 });
 
-it("leaves what is typed as it is until it is entered", () => {
+it("leaves typed text unchanged until it is entered", () => {
   settings.actions.type("7");
   settings.actions.changeSurface(0, { isovalue: 60 });
   expect(settings.state.typed).toBe("7");
@@ -51,7 +51,7 @@ it("leaves what is typed as it is until it is entered", () => {
 const suggesting = (isovalue: number) =>
   ({ ...info, metadata: { suggested_isovalues: [isovalue] } }) as unknown as StoreInfo;
 
-it("shows the suggestion of another store in place of that of the first one", () => {
+it("shows the suggestion of another store instead of the first store's", () => {
   settings = new SurfaceSettings(viewer, { background: "#ffffff" }, () => {});
   settings.opened(suggesting(20));
   settings.actions.changeSurface(0, { colour: "#c65b4e" });

@@ -15,7 +15,7 @@ const modules = import.meta.glob<Record<string, unknown>>(
   ["../../web/texts/*.ts", "!../../web/texts/*.de.ts"],
   { eager: true },
 );
-/** The objects of English texts: helpTexts is that of the part help. */
+/** The objects of English texts by their parts: helpTexts belongs to the part help. */
 const english = Object.fromEntries(
   Object.values(modules)
     .flatMap((module) => Object.entries(module))
@@ -31,7 +31,7 @@ function textsIn(value: unknown, path: string): [string, Text][] {
   return Object.entries(value as object).flatMap(([key, each]) => textsIn(each, `${path}.${key}`));
 }
 
-/** What a text says; functions are given these values. */
+/** A text as a string. Functions are called with these values. */
 function said(text: Text | undefined, values: number[] = [12, 23, 34, 45]): string {
   const result = typeof text === "function" ? text(...values) : text;
   return Array.isArray(result) ? result.join("") : String(result);
@@ -57,21 +57,21 @@ describe("German", () => {
   it.each([
     ["one", [1, 1, 1, 1]],
     ["more", [12, 23, 34, 45]],
-  ])("says the same numbers as English: %s", (_, values) => {
+  ])("has the same numbers as English: %s", (_, values) => {
     const numbers = (text: Text | undefined) => (said(text, values).match(/\d+/g) ?? []).sort();
     for (const [path, text] of ofEnglish) {
       expect([path, ...numbers(ofGerman.get(path))]).toEqual([path, ...numbers(text)]);
     }
   });
 
-  it("keeps what stands for a name", () => {
+  it("keeps the placeholders of names", () => {
     for (const [path, text] of ofEnglish) {
       const names = (each: Text | undefined) => said(each).match(/NAME/g)?.length ?? 0;
       expect([path, names(ofGerman.get(path)) > 0]).toEqual([path, names(text) > 0]);
     }
   });
 
-  it("has no English text but those that are the same", () => {
+  it("has no English texts, except those that are the same", () => {
     const equal = ofEnglish.filter(([path, text]) => {
       const words = said(text);
       return /\p{L}{2,}/u.test(words) && words === said(ofGerman.get(path));
@@ -95,13 +95,13 @@ describe("parts", () => {
 describe("languages", () => {
   afterEach(() => writeNumbersAs("en"));
 
-  it("are found by the first that is known", () => {
+  it("are chosen by the first known language", () => {
     expect(firstKnown(["fr-FR", "de-AT", "en"])).toBe("de");
     expect(firstKnown(["EN-gb", "de"])).toBe("en");
     expect(firstKnown(["fr", "", "constructor"])).toBeUndefined();
   });
 
-  it("write numbers in their own way, which fields read", () => {
+  it("write numbers in a form that fields can read", () => {
     expect([formatValue(60.5), formatBytes(1234), listed(["1", "2"])]).toEqual([
       "60.5",
       "1.23 KB",

@@ -1,4 +1,7 @@
-/** Scenes in time: the order of steps, what is fetched in advance, and what playing costs. */
+/**
+ * Scenes with time: the order of steps, the steps that are fetched in advance, and the cost of
+ * playing.
+ */
 import { describe, expect, test } from "vitest";
 import { Bandwidth } from "../../web/viewer/bandwidth.ts";
 import { activeCells, costOfLayers, playCost } from "../../web/viewer/time_cost.ts";
@@ -43,7 +46,7 @@ describe("the order of steps", () => {
     expect(played({ step: 0, direction: 1 }, 1, "loop", 9)).toEqual([0]);
   });
 
-  test("ahead are all other steps, each once, the next first", () => {
+  test("looks ahead at all other steps, each once, the next one first", () => {
     expect(stepsAhead({ step: 1, direction: 1 }, 4, "loop")).toEqual([2, 3, 0]);
     expect(stepsAhead({ step: 2, direction: 1 }, 4, "swing")).toEqual([3, 1, 0]);
     expect(stepsAhead({ step: 2, direction: 1 }, 5, "once")).toEqual([3, 4, 1, 0]);
@@ -80,7 +83,7 @@ describe("the detail that plays", () => {
     expect(cellPixelsThatPlay(bytesAt, 10, 200_000)).toBe(4);
   });
 
-  test("is coarser if that was too much", () => {
+  test("is coarser if the finest was too slow", () => {
     expect(cellPixelsThatPlay(bytesAt, 4, 1e6, true)).toBe(2);
     expect(cellPixelsThatPlay(bytesAt, 2, 1e6, true)).toBe(1);
   });

@@ -1,11 +1,11 @@
-/** Playing: when which step is shown, on a clock that the tests advance. */
+/** Playing: the times at which steps are shown, on a clock that the tests advance. */
 import { beforeEach, describe, expect, test, vi } from "vitest";
 import { Time } from "../../web/viewer/time.ts";
 import { fakeClock } from "./fake_clock.ts";
 
 fakeClock();
 
-/** Layers of which the tests say which steps have a surface. */
+/** Layers for which the tests set the steps that have a surface. */
 class Layers {
   readonly showable = new Set([0, 1, 2, 3]);
   readonly shown: number[] = [];
@@ -46,7 +46,7 @@ describe("a step", () => {
     expect(layers.events).toEqual(["2"]);
   });
 
-  test("that has none is shown when it has, and the one before stays", async () => {
+  test("that has no surface yet is shown when it has one, and the previous step stays until then", async () => {
     layers.showable.delete(2);
     const shown = time.setStep(2);
     expect([time.step, time.wantedStep, time.isBuffering]).toEqual([0, 2, true]);
@@ -59,7 +59,7 @@ describe("a step", () => {
     expect(layers.events).toEqual(["waits", "goes on", "2"]);
   });
 
-  test("is given up for another", async () => {
+  test("is abandoned if another one is set", async () => {
     layers.showable.delete(2);
     const shown = time.setStep(2);
     await time.setStep(3);
@@ -116,14 +116,14 @@ describe("playing", () => {
     expect(pass(1000).slice(9)).toEqual([0, 1, 2, 3]);
   });
 
-  test("leaves no step out, however slow it is drawn", () => {
+  test("skips no step, however slowly steps are drawn", () => {
     layers.draws = false;
     time.play();
     expect(pass(1000)).toEqual([1]);
     time.drawn();
     expect(pass(1)).toEqual([1, 2]);
     time.drawn();
-    // The steps that were missed are not hurried.
+    // The delay is not made up by showing the next steps faster.
     expect(pass(50)).toEqual([1, 2]);
     expect(pass(50)).toEqual([1, 2, 3]);
   });
@@ -144,7 +144,7 @@ describe("playing", () => {
     ]);
   });
 
-  test("goes on from a step that was set", async () => {
+  test("continues from a step that was set", async () => {
     time.play();
     pass(101);
     await time.setStep(3);
@@ -152,7 +152,7 @@ describe("playing", () => {
     expect(pass(2)).toEqual([1, 3, 0]);
   });
 
-  test("one that waits can be paused", () => {
+  test("can be paused while it waits", () => {
     layers.showable.delete(1);
     time.play();
     pass(200);

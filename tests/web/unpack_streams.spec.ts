@@ -1,4 +1,4 @@
-// Files of several streams, as concatenating compressed files makes them: all of them are unpacked.
+// Files of several streams, such as concatenated compressed files. All streams are decompressed.
 import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { gunzipSync, gzipSync } from "node:zlib";
@@ -39,7 +39,7 @@ describe("several streams in a file", () => {
     });
   }
 
-  it("of block gzip: thousands of members, in pieces that end anywhere", async () => {
+  it("of block gzip: thousands of members, in pieces with arbitrary ends", async () => {
     const members: Buffer[] = [];
     for (let at = 0; at < content.length; at += 997) {
       members.push(gzipSync(content.subarray(at, at + 997)));
@@ -48,7 +48,7 @@ describe("several streams in a file", () => {
     expect((await unpacked("gzip", ...members, ...members)).equals(twice)).toBe(true);
   });
 
-  it("of gzip, with a checksum that differs or data that are none", async () => {
+  it("of gzip, with a wrong checksum or invalid data", async () => {
     const damaged = Buffer.from(packed("gz"));
     damaged[damaged.length - 7] = (damaged[damaged.length - 7] ?? 0) ^ 1;
     await expect(unpacked("gzip", damaged)).rejects.toThrow("incorrect data check");
@@ -62,7 +62,7 @@ describe("several streams in a file", () => {
     );
   });
 
-  it("of xz, with padding or data that are none", async () => {
+  it("of xz, with invalid padding or data", async () => {
     const odd = unpacked("xz", packed("xz"), new Uint8Array(7), packed("xz"));
     await expect(odd).rejects.toThrow("padding of xz");
     const surplus = unpacked("xz", Uint8Array.of(1, 2, 3, 4), packed("xz"));

@@ -30,7 +30,7 @@ const good = zipOf([
   { name: "größe.raw", content: "" },
 ]);
 
-test("a ZIP becomes what it contains, in a folder with its name", async () => {
+test("a ZIP is replaced by its contents, in a folder with its name", async () => {
   const progress = vi.fn();
   const files = await unzip(
     [input("a.txt", "other"), input("scan.zip", good), input("in/old.zip", "not read")],
@@ -48,7 +48,7 @@ test("a ZIP becomes what it contains, in a folder with its name", async () => {
   expect(progress).toHaveBeenLastCalledWith(6010, 6010);
 });
 
-test("reads what other writers write: streamed, ZIP64", async () => {
+test("reads ZIPs of other writers: streamed, ZIP64", async () => {
   const streamed = await downloadZip([{ name: "a.nrrd", input: "NRRD" }]).blob();
   const writer = new ZipWriter(new BlobWriter(), { zip64: true, useWebWorkers: false });
   await writer.add("b.nrrd", new TextReader("NRRD0004".repeat(100)));
@@ -118,7 +118,7 @@ test("cancelling ends it with the signal's reason", async () => {
   await expect(unzip(files, { signal: cancel.signal, progress })).rejects.toThrow(/^cancelled$/);
 });
 
-test("ZIPs with random damage end in files or an error", async () => {
+test("ZIPs with random damage give files or an error", async () => {
   let random = 5;
   const next = (limit: number): number => {
     random = (Math.imul(random, 1664525) + 1013904223) >>> 0;

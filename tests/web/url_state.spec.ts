@@ -52,8 +52,8 @@ const everything: UrlState = {
   },
 };
 
-describe("what an address cannot mean", () => {
-  it("is ignored, and named", () => {
+describe("invalid parts of an address", () => {
+  it("are ignored, and named", () => {
     const wrong = [
       "isovalue=abc",
       "camera=1,2",
@@ -98,7 +98,7 @@ describe("what an address cannot mean", () => {
     expect(readUrl("?isovalue=60.5&kind=exact").notes).toBeUndefined();
   });
 
-  it("shows no invisible surface", () => {
+  it("cannot make a surface invisible", () => {
     const { opacities, notes } = readUrl("?isovalue=60,70&opacity=0,0.5");
     expect(opacities).toEqual([0.05, 0.5]);
     expect(notes?.[0]).toContain("invisible");
@@ -149,7 +149,7 @@ describe("the address of a view", () => {
     expect(readUrl(writeUrl(exact))).toEqual(exact);
   });
 
-  it("keeps what a person would type", () => {
+  it("keeps short numbers as a person would type them", () => {
     expect(readUrl("?volume=engine&isovalue=60.5")).toEqual({
       volume: "engine",
       isovalues: [60.5],
@@ -159,7 +159,7 @@ describe("the address of a view", () => {
     );
   });
 
-  it("leaves out roll and field of view where they are the usual ones", () => {
+  it("leaves out roll and field of view if they are the defaults", () => {
     const camera = { ...everything.camera, roll: 0, fieldOfView: 30 } as UrlState["camera"];
     const text = writeUrl({ camera } as UrlState);
     expect(text).toBe("?camera=30.25,-12.5,512.125,127.5,-3,0.5");
@@ -196,7 +196,7 @@ describe("the address of a view", () => {
     expect(readUrl(`?${query}`)).not.toHaveProperty(key);
   });
 
-  it("changes only what it names of the light, and names only what differs", () => {
+  it("changes only the settings of the light that it names, and names only those that differ", () => {
     const { light } = readUrl("?light-strength=1.5&shadow=0");
     expect(light).toEqual({ ...defaultLight, key: 1.5, shadow: 0 });
     expect(writeUrl(light ? { light } : {})).toBe("?light-strength=1.5&shadow=0");
@@ -204,7 +204,7 @@ describe("the address of a view", () => {
     expect(writeUrl({ light: defaultLight })).toBe("");
   });
 
-  it("takes no more isosurfaces than can be drawn", () => {
+  it("accepts no more isosurfaces than can be drawn", () => {
     const many = Array.from({ length: 20 }, (_, i) => i).join(",");
     expect(readUrl(`?isovalue=${many}`).isovalues).toHaveLength(8);
   });

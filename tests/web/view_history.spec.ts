@@ -12,7 +12,7 @@ it("goes back and forth through the views at rest", () => {
   expect(history.undo()).toBe(2);
   history.rested("2", 2);
   expect(history.canRedo).toBe(true);
-  // Another view discards what was taken back.
+  // Another view discards the undone views.
   history.rested("4", 4);
   expect(history.canRedo).toBe(false);
   expect([history.undo(), history.undo()]).toEqual([2, 1]);

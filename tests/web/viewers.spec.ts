@@ -61,7 +61,7 @@ describe("arrivals of viewers", () => {
     expect(() => audience({ ...options, visits: [[a], []] })).toThrow("of each volume");
   });
 
-  it("come from addresses of their own", () => {
+  it("come from separate addresses", () => {
     const addresses = Array.from({ length: 70_000 }, (_, i) => addressOf(i));
     expect(new Set(addresses).size).toBe(70_000);
     expect(addresses[69_999]).toBe("127.2.17.111");
@@ -80,14 +80,14 @@ describe("calculated caches", () => {
     ]);
   });
 
-  it("keep what never changes, and fetch it once", () => {
+  it("keep content that never changes, and fetch it once", () => {
     expect(simulate(inOrder(plan), Infinity)).toEqual({
       ...{ requests: 6, bytes: 600, hits: 1, hitBytes: 100 },
       ...{ fetchedBytes: 500, entries: 3, cacheBytes: 300 },
     });
   });
 
-  it("drop what has not been used for the longest time", () => {
+  it("drop the least recently used content", () => {
     const cache = new LruCache(30);
     const uses = ["x", "y", "x", "z", "x", "y"].map((key) => cache.use(key, 15));
     expect(uses).toEqual([false, false, true, false, true, false]);
@@ -96,7 +96,7 @@ describe("calculated caches", () => {
     expect([cache.bytes, cache.entries]).toEqual([0, 0]);
   });
 
-  it("have entries for encodings and for pieces of files, and none for what changes", () => {
+  it("have entries for encodings and for pieces of files, and none for changing content", () => {
     const request = { at: 0, bytes: 5 };
     expect(itemsOf({ ...request, path: "/" })).toEqual([]);
     expect(itemsOf({ ...request, path: `${content}/thumbnail.png` })).toEqual([]);
@@ -110,7 +110,7 @@ describe("calculated caches", () => {
     ]);
   });
 
-  it("show how much of a visit no other has", () => {
+  it("state the share of a visit that no other visit has", () => {
     expect(newShares([a, b])).toEqual([0.5, 0.5]);
     expect(newShares([a, a, b])).toEqual([0, 0, 0.5]);
   });
@@ -183,7 +183,7 @@ describe.skipIf(!hasPackagedNginx)("a recorded visit", () => {
   const folder = mkdtempSync(join(tmpdir(), "isosplat-viewers-"));
   const root = fileURLToPath(new URL("../..", import.meta.url));
   let server: RunningServer;
-  /** To record through, and to replay through, with an empty cache. */
+  /** One proxy for the recording, and one with an empty cache for the replay. */
   const proxies: PackagedNginx[] = [];
 
   beforeAll(async () => {
@@ -203,7 +203,7 @@ describe.skipIf(!hasPackagedNginx)("a recorded visit", () => {
     rmSync(folder, { recursive: true, force: true });
   });
 
-  it("is replayed: what is no hit reaches the server, and each request is counted once", async () => {
+  it("is replayed: each miss reaches the server, and each request is counted once", async () => {
     const [first, second] = proxies;
     if (!first || !second) throw new Error("no proxy");
     const wanted = [{ volume: "fixture", scenario: "look", seed: 1 }];
@@ -216,7 +216,7 @@ describe.skipIf(!hasPackagedNginx)("a recorded visit", () => {
     expect(paths.filter((path) => path.includes("/chunks/")).length).toBeGreaterThan(3);
     expect(paths.filter((path) => path.includes("/batch"))).toEqual([]);
 
-    // Without its pauses: what is asked for is the same.
+    // Replay without pauses. The requests are the same.
     const requests = asked.map((request) => ({ ...request, at: 0 }));
     const quick = { volume: "fixture", scenario: "look", requests, duration: 0 };
     const viewers = 20;

@@ -1,4 +1,7 @@
-/** The list of volumes: a server's pages and searches, and the same of a static site's catalog. */
+/**
+ * The list of volumes: compares the pages and searches of a server with those of a static site's
+ * catalog.
+ */
 import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
@@ -36,7 +39,7 @@ async function list(query: Record<string, string> = {}): Promise<VolumeList> {
   return (await answer.json()) as VolumeList;
 }
 
-test("a static site selects what a server does", async () => {
+test("a static site selects the same volumes as a server", async () => {
   const all = await list();
   expect(all.volumes.map(({ name }) => name)).toEqual([
     "ct~2024~Knee",

@@ -89,7 +89,7 @@ const begun = () =>
 const renderer = Promise.resolve({});
 
 describe("a worker that dies", () => {
-  it("rejects what it had, and another takes its place and what waits", async () => {
+  it("rejects its jobs, and another worker replaces it and takes the waiting ones", async () => {
     const pool = new WorkerPool({ workers: 1, renderer });
     await begun();
     const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
@@ -117,7 +117,7 @@ describe("a worker that dies", () => {
     expect(StubWorker.living).toEqual([]);
   });
 
-  it("leaves what others have alone", async () => {
+  it("does not affect the jobs of others", async () => {
     const pool = new WorkerPool({ workers: 2, renderer });
     await begun();
     const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
@@ -132,7 +132,7 @@ describe("a worker that dies", () => {
     pool.close();
   });
 
-  it("is replaced a few times, not for ever: then for the next job only", async () => {
+  it("is replaced at once a few times, and then only for the next job", async () => {
     const pool = new WorkerPool({ workers: 1, renderer });
     for (let deaths = 0; StubWorker.living.length > 0; ++deaths) {
       if (deaths > 100) throw new Error("workers are started for ever");
@@ -159,7 +159,7 @@ describe("a worker that dies", () => {
     pool.close();
   });
 
-  it("fails what waits when it was the last", async () => {
+  it("fails the waiting jobs if it was the last", async () => {
     const pool = new WorkerPool({ workers: 1, renderer });
     for (let death = 0; death < 3; ++death) StubWorker.living[0]?.crash();
     await begun();
@@ -184,7 +184,7 @@ describe("a worker that dies", () => {
   });
 });
 
-it("a job that is taken back while it waits is never given to a worker", async () => {
+it("a job that is aborted while it waits is never given to a worker", async () => {
   const pool = new WorkerPool({ workers: 1, renderer });
   await begun();
   const jobs = [0, 1].map((n) => decode(pool, n));
@@ -201,7 +201,7 @@ it("a job that is taken back while it waits is never given to a worker", async (
 });
 
 describe("a worker that does not start", () => {
-  it("fails what waits, if its constructor throws", async () => {
+  it("fails the waiting jobs if its constructor throws", async () => {
     vi.stubGlobal(
       "Worker",
       class {
@@ -218,7 +218,7 @@ describe("a worker that does not start", () => {
     pool.close();
   });
 
-  it("fails what waits, if its program is missing, and names it", async () => {
+  it("fails the waiting jobs if its program is missing, and names it", async () => {
     const pool = new WorkerPool({ workers: 1, renderer });
     const jobs: ReturnType<typeof decode>[] = [];
     while (StubWorker.living.length > 0) {
@@ -232,7 +232,7 @@ describe("a worker that does not start", () => {
     pool.close();
   });
 
-  it("fails what waits after 4 s without an answer, and works once there is one", async () => {
+  it("fails the waiting jobs after 4 s without an answer, and works once there is one", async () => {
     vi.useFakeTimers();
     try {
       const pool = new WorkerPool({ workers: 1, renderer });

@@ -57,7 +57,7 @@ const parts = (script: string) =>
   );
 
 describe("workflows", () => {
-  it("test pushes, run what is slow by time, and make packages of tags", () => {
+  it("test pushes, run slow tests on a schedule, and make packages for tags", () => {
     const triggers = workflows.flatMap((workflow) => Object.keys(workflow.true));
     expect(triggers).toEqual(expect.arrayContaining(["push", "pull_request", "schedule"]));
     for (const { permissions } of workflows) expect(permissions).toEqual({ contents: "read" });
@@ -67,7 +67,7 @@ describe("workflows", () => {
     let found = 0;
     for (const { name, job, step } of steps) {
       const command = step.run ?? "";
-      // What a container needs before the scripts, and the draft of a release.
+      // These commands prepare a container before the scripts, or make the draft of a release.
       if (command === "" || /^(git config|apt-get|gh release create) /.test(command)) continue;
       const [, test, script, part] =
         command.match(/^npm (?:(test)|run ([\w:]+))(?: -- (.+))?$/) ?? [];
@@ -105,7 +105,7 @@ describe("workflows", () => {
     for (const action of actions) expect(action).toMatch(/^[\w-]+\/[\w-]+@[0-9a-f]{40}$/);
   });
 
-  it("have the Node that package.json asks for", () => {
+  it("have the Node version that package.json requires", () => {
     const wanted = engines.node.match(/\d+/)?.[0];
     const images = jobs.flatMap(([, { container }]) =>
       typeof container === "object" ? container.image : [],

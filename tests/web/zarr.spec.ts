@@ -1,4 +1,4 @@
-/** OME-Zarr images and Zarr arrays on a plain web server: metadata, voxels, and what is refused. */
+/** OME-Zarr images and Zarr arrays on a plain web server: metadata, voxels, and refusals. */
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -18,7 +18,7 @@ import { writeArray, writeGroup, writeJson, type ZarrArrayOptions } from "../sup
 const valueAt = (x: number, y: number, z: number) => 1 + x + 31 * y + 997 * z;
 const voxels = [13, 11, 9] as const;
 
-/** What a scale's voxels are by `valueAt`. */
+/** The expected voxels of a scale, from `valueAt`. */
 function expected(): Uint16Array {
   const all = new Uint16Array(voxels[0] * voxels[1] * voxels[2]);
   let at = 0;
@@ -171,7 +171,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
     );
   });
 
-  test("a host that fails now and then is asked again", async () => {
+  test("requests to a host that fails now and then are repeated", async () => {
     await writeArray(join(folder, "again.zarr"), plain);
     const proxy = new FaultProxy(host.url);
     proxy.fault = (path, number) =>
@@ -242,7 +242,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
     await expect(voxelsOf(image, image.scales[0] as ZarrScale)).rejects.toThrow(message);
   });
 
-  test("refuses what is no image, in words", async () => {
+  test("refuses groups that are not images, with a message", async () => {
     await expect(openImage(`${host.url}none.zarr`)).rejects.toThrow(
       "expected zarr.json, .zarray or .zgroup, found none of them: check the address",
     );

@@ -1,4 +1,4 @@
-/** Codecs of chunks, against the encoders of numcodecs. */
+/** Compares the codecs of chunks with the encoders of numcodecs. */
 import Blosc from "numcodecs/blosc";
 import Lz4 from "numcodecs/lz4";
 import { expect, test } from "vitest";

@@ -41,7 +41,7 @@ export async function startFirefox({ webgl = true } = {}): Promise<Firefox> {
       "gfx.x11-egl.force-enabled": webgl,
       "layers.acceleration.force-enabled": webgl,
       "ui.prefersReducedMotion": 1,
-      // Otherwise Firefox refuses llvmpipe.
+      // By default, Firefox refuses llvmpipe.
       "webgl.force-enabled": webgl,
     },
   });
@@ -57,7 +57,7 @@ export async function startFirefox({ webgl = true } = {}): Promise<Firefox> {
 }
 
 interface Display {
-  /** In the form of the variable DISPLAY. */
+  /** The display's name, as the variable DISPLAY has it. */
   name: string;
   stop(): Promise<void>;
 }

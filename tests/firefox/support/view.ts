@@ -32,7 +32,7 @@ export function complete(page: Page): Promise<void> {
   return shows(page, ".status-state", completeText);
 }
 
-/** Waits until neither picture nor address will change by themselves. */
+/** Waits until neither the picture nor the address will change without an action. */
 export async function settled(page: Page): Promise<void> {
   await page.waitForSelector("[role=application][aria-busy=false]", { timeout });
 }
@@ -68,7 +68,7 @@ export async function savedPicture({ downloads }: Firefox, page: Page): Promise<
       if (!name) return;
       const file = join(downloads, name);
       const png = readFileSync(file);
-      // The last chunk of a PNG: an incomplete file lacks it.
+      // An incomplete file lacks the last chunk of a PNG, IEND.
       if (png.subarray(-8, -4).toString("latin1") !== "IEND") return;
       clearTimeout(late);
       watcher.close();
