@@ -1,4 +1,4 @@
-/** The page of a server that asks for a token, or for a signed link. */
+/** The page of a server that requires a token or a signed link. */
 import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -26,13 +26,15 @@ test.afterAll(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-test("an address with a token opens the volume, and loses the token", async ({ page }) => {
+test("an address with a token opens the volume, and the token is removed from it", async ({
+  page,
+}) => {
   await page.goto(`${server.url}?token=${token}&volume=bucky`);
   await settled(page);
   await expect(page.getByRole("alert")).toHaveCount(0);
   expect(page.url()).not.toContain("token");
   expect(await page.evaluate("document.cookie"), "scripts cannot read the token").toBe("");
-  // The cookie admits to the same volumes from now on, and to no others.
+  // From now on, the cookie gives access to the same volumes, and to no others.
   await page.goto(server.url);
   await expect(page.locator("a.card")).toHaveCount(1);
   await page.goto(`${server.url}?volume=mandelbulb`);
@@ -49,7 +51,7 @@ test("a signed link opens its volume", async ({ page }) => {
   await expect(page.getByRole("alert")).toHaveCount(0);
 });
 
-test("a signed link opens its scene, and no volume of this name", async ({ page }) => {
+test("a signed link opens its scene, but not a volume of the same name", async ({ page }) => {
   const served = join(folder, "served");
   mkdirSync(served);
   copyFileSync("tests/golden/bundle1.0/golden.isobundle", join(served, "same.isobundle"));
@@ -69,7 +71,7 @@ test("a signed link opens its scene, and no volume of this name", async ({ page 
   await both.stop();
 });
 
-test("without either, the page says what is needed, and shows nothing", async ({ page }) => {
+test("without either, the page reports what is needed, and shows nothing", async ({ page }) => {
   await page.goto(server.url);
   await expect(page.getByText("This server needs a token")).toBeVisible();
   await expect(page.locator("a.card")).toHaveCount(0);

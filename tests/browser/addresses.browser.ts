@@ -97,7 +97,7 @@ test("the page reports that its program did not load", async ({ page }) => {
   await page.goto(`${server.url}?volume=bucky`);
   const message = page.locator(".not-started");
   await expect(message).toBeHidden();
-  // The message is in the HTML and appears by an animation: no need to wait for it.
+  // The message is in the HTML and appears by an animation, so the test shows it at once.
   await page.evaluate(() => {
     for (const animation of document.getAnimations()) animation.finish();
   });

@@ -1,4 +1,4 @@
-// Building a store in the workers of a browser: the program's store, byte by byte.
+// Builds a store in the workers of a browser. It must equal the program's store, byte by byte.
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { expect, test } from "@playwright/test";
@@ -58,7 +58,9 @@ test("a Blob becomes the program's store, and the workers end", async ({ page })
   await expect.poll(() => page.workers().length).toBe(0);
 });
 
-test("a build that is cancelled or fails ends its workers and says why", async ({ page }) => {
+test("a build that is cancelled or fails ends its workers and states the reason", async ({
+  page,
+}) => {
   const reasons = await page.evaluate(async (described) => {
     const { buildStore } = (await import("/builder/index.ts" as string)) as typeof BuilderModule;
     const blob = await (await fetch("/voxels")).blob();

@@ -44,7 +44,7 @@ async function save(page: Page): Promise<Buffer> {
   return readFileSync(await download.path());
 }
 
-test("a picture wider than its parts is that of the program", async ({ page }) => {
+test("a picture that is drawn in parts equals the program's picture", async ({ page }) => {
   test.setTimeout(180_000);
   const [width, height] = [1150, 190];
   await openDialog(page);
@@ -77,7 +77,8 @@ test("a picture can be cancelled, and the view stays as it was", { tag: "@slow" 
   await expect(status(page)).toHaveText(/Drawing/, {
     timeout: 60_000,
   });
-  // In one task: each part blocks the page, and a pointer's click takes several.
+  // Click in one task: each part of the picture blocks the page, and a click by the pointer takes
+  // several tasks.
   const cancel = page.locator(".capture-actions wa-button", { hasText: "Cancel" });
   await cancel.evaluate((button: HTMLElement) => button.click());
   await expect(status(page)).toHaveText("Cancelled", {
@@ -126,7 +127,7 @@ test("a film once around is a video of its length", { tag: "@slow" }, async ({ p
   await chooseFilm(page, "Film: once around", "WebM video");
   await expect(status(page)).toContainText("3 frames, at most about");
   const webm = await save(page);
-  // The page itself may not play files: its content security policy.
+  // The page's content security policy does not let the page play files.
   const player = await context.newPage();
   const found = await player.evaluate(async (base64) => {
     const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -148,7 +149,7 @@ test("a film once around is a video of its length", { tag: "@slow" }, async ({ p
   }, webm.toString("base64"));
   // Videos have even sizes.
   expect([found.videoWidth, found.videoHeight]).toEqual([64, 48]);
-  expect(found.duration).toBeCloseTo(2 / 24, 2); // when the third frame begins
+  expect(found.duration).toBeCloseTo(2 / 24, 2); // the time at which the third frame begins
   expect(found.high - found.low).toBeGreaterThan(60);
   await player.close();
   await page.keyboard.press("Escape");
@@ -173,7 +174,7 @@ test("a film through isovalues, or from view to view, is a ZIP of pictures", {
   for (const name of ["frame-0001.png", "frame-0002.png", "frame-0003.png"]) {
     expect(swept).toContain(name);
   }
-  // The isovalue is again that of the panel.
+  // Afterwards, the isovalue is again the one in the panel.
   await page.keyboard.press("Escape");
   await settled(page);
   expect((await compare(page, before, await savedPicture(page))).differing).toBeLessThan(0.001);

@@ -22,8 +22,8 @@ import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 /**
- * Time in which new rounds of each test start (s). Without it, each test has one round, so that its faults are
- * always the same ones. A round takes about 10 s, or a minute with a lasting fault.
+ * The time during which each test starts new rounds (s). By default, each test has one round, so
+ * its faults are always the same. A round takes about 10 s, or a minute with a lasting fault.
  */
 const seconds = Number(process.env.CHAOS_SECONDS ?? 0);
 const firstSeed = Number(process.env.CHAOS_SEED ?? 1);
@@ -78,7 +78,7 @@ function put(version: number, change: (bytes: Buffer) => Buffer = (bytes) => byt
   renameSync(`${store()}.part`, store());
 }
 
-/** The same; also waits until the server has noticed the change. */
+/** Like `put`, but also waits until the server has noticed the change. */
 async function putAndServe(change?: (bytes: Buffer) => Buffer): Promise<void> {
   const status = async (): Promise<number> => (await fetch(`${server.url}v1/volumes/chaos`)).status;
   rmSync(store(), { force: true });
@@ -140,7 +140,7 @@ async function happen(page: Page, chance: Chance): Promise<void> {
   }
 }
 
-/** The picture of this view on a page of its own without faults. */
+/** The picture of this view on a separate page without faults. */
 async function undisturbed(browser: Browser, address: string): Promise<Buffer> {
   const context = await browser.newContext({ viewport: { width: 640, height: 420 } });
   const page = await context.newPage();
@@ -167,8 +167,8 @@ async function expectTruth(page: Page, browser: Browser, name: string): Promise<
   const view = new URL(page.url()).searchParams;
   for (const key of ["volume", "src"]) view.delete(key);
   const ours = await savedPicture(page);
-  // Of two versions, the page may show either: a version that became complete before the other one
-  // arrived is valid.
+  // The page may show either version. A version that became complete before the other one arrived
+  // is valid.
   const volume = names[await versionOf(page)];
   const wanted = await undisturbed(browser, `${reference.url}?volume=${volume}&${view}`);
   const { differing, width, height } = await compare(page, ours, wanted);
@@ -202,7 +202,7 @@ async function expectCause(page: Page, fault: LastingFault, log: RequestLog): Pr
   log.clear();
   await page.waitForTimeout(watch);
   expect(log.closerThan(shortestGap), fault.name).toEqual([]);
-  // It does retry, since it must notice when the fault is repaired.
+  // The page must retry, to notice when the fault is repaired.
   expect(log.size, fault.name).toBeGreaterThan(0);
   await expect(message).toHaveCount(1);
 }
@@ -264,7 +264,7 @@ async function lastingFault(visit: Visit, fault: LastingFault, seed: number): Pr
   const { page, browser, proxy, log } = visit;
   await test.step(`seed ${seed}: ${fault.name}`, async () => {
     await fault.begin({ proxy, change: putAndServe });
-    // The caches of the page and the browser could be sufficient without the store.
+    // Otherwise the caches of the page and the browser could replace the store.
     await log.clearCaches();
     if (fault.isForNewPage) await page.reload();
     else await loseContext(page, 100);

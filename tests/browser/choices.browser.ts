@@ -1,4 +1,5 @@
-// Files of several volumes: the page asks which one, by mouse and keys, also on a phone and in German.
+// Files with several volumes: the page asks which one to open. Tests mouse and keys, a phone, and
+// German.
 import { expect, type Page, test } from "@playwright/test";
 import { dicomSegmentation } from "../support/dicom_files.ts";
 import { tiffOf } from "../support/tiff_files.ts";
@@ -21,7 +22,7 @@ const slice = (z: number, scale: number): number[] =>
 const slices = (scale: number): number[][] =>
   Array.from({ length: size }, (_, z) => slice(z, scale));
 
-/** A segmentation whose parts are balls, the larger the higher their number. */
+/** A segmentation whose parts are balls. A part with a higher number is larger. */
 const segmentation = dicomSegmentation(
   [1, 2].flatMap((segment) =>
     slices(1).map((pixels, z) => ({
@@ -108,7 +109,7 @@ test("a time step of many, in German, on a phone", async ({ page }) => {
   await expect(page.locator(".volume-name")).toHaveText("beat");
 });
 
-test("a file that was cut off is read on demand", async ({ page }) => {
+test("a truncated file is read on request", async ({ page }) => {
   const header = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${size} ${size} ${size}\nspacings: 1 1 1\nencoding: raw\n\n`;
   const content = Buffer.concat([Buffer.from(header), Buffer.from(slices(9).flat())]);
   await choose(page, "cut.nrrd", content.subarray(0, content.length - 100));

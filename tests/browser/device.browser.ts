@@ -37,7 +37,7 @@ async function openStartPage(page: Page): Promise<void> {
 const build = (page: Page) => page.getByRole("button", { name: "Build the store" }).click();
 const kept = (page: Page) => page.locator(".device-card");
 
-test("a store that is dropped opens, and is kept on demand", async ({ page }) => {
+test("a dropped store opens, and is kept on request", async ({ page }) => {
   await openStartPage(page);
   await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
   await complete(page);
@@ -77,7 +77,7 @@ test("a TIFF stack becomes the store of its voxels", async ({ page }) => {
   await expect(kept(page)).toContainText("128 × 128 × 128");
 });
 
-test("a ZIP opens as what it contains", async ({ page }) => {
+test("a ZIP opens like its contents", async ({ page }) => {
   const [scan, series, cut] = ["scan.zip", "series.zip", "cut.zip"].map((name) =>
     join(folder, name),
   ) as [string, string, string];
@@ -134,7 +134,9 @@ test("of an HDF5 file with several datasets, one is chosen", async ({ page }) =>
   await expect(kept(page)).toContainText("5 × 6 × 7");
 });
 
-test("a store that is not kept is asked for again after a reload", async ({ page }) => {
+test("after a reload, the page asks for the file of a store that was not kept", async ({
+  page,
+}) => {
   await openStartPage(page);
   await drop(page, [resolve(demoFolder, "bucky.isosplat")]);
   await complete(page);
@@ -170,7 +172,7 @@ test("raw voxels in a folder become the program's store, which is kept", async (
   expect(new URL(page.url()).searchParams.get("src")).toBe(id);
 });
 
-test("a volume is replaced by one that is dropped on it", async ({ page }) => {
+test("a dropped volume replaces the open one", async ({ page }) => {
   await page.goto(`${server.url}?volume=marschner_lobb`);
   await complete(page);
   await expect(page.locator("wa-slider").first()).toBeVisible();
@@ -182,7 +184,7 @@ test("a volume is replaced by one that is dropped on it", async ({ page }) => {
   await expect(page).toHaveURL(/src=device/);
 });
 
-test("a volume that is dropped beside another one is added to the picture", async ({ page }) => {
+test("a dropped volume is added to the picture of the open one", async ({ page }) => {
   await page.goto(`${server.url}?volume=marschner_lobb`);
   await complete(page);
   await page.waitForFunction(() => document.querySelector("link[href*=device_files]") !== null);
@@ -193,7 +195,7 @@ test("a volume that is dropped beside another one is added to the picture", asyn
   await complete(page);
   await expect(page.locator(".volume-name")).toHaveText("marschner_lobb");
   await expect(page).toHaveURL(/volume=marschner_lobb.*layer=src:device:[0-9a-f]{32};/);
-  // It is kept on this device, so that the link opens it again.
+  // The added volume is kept on this device, so that the link opens it again.
   await page.reload();
   await complete(page);
   await expect(names).toHaveText(["marschner_lobb", "bucky"]);
@@ -224,7 +226,7 @@ test("a layout that does not fit is refused before anything is read", async ({ p
   await expect(page.getByRole("button", { name: "Build the store" })).toBeDisabled();
 });
 
-test("a store whose writing was interrupted is not listed, and is removed", async ({ page }) => {
+test("an incompletely written store is not listed, and is removed", async ({ page }) => {
   await openStartPage(page);
   const id = "0123456789abcdef".repeat(2);
   await page.evaluate(async (name) => {
@@ -250,7 +252,7 @@ test("a store whose writing was interrupted is not listed, and is removed", asyn
   await expect(kept(page)).toHaveCount(0);
 });
 
-test("two tabs that are given the same file build it once", async ({ page, context }) => {
+test("two tabs that open the same file build it once", async ({ page, context }) => {
   const other = await context.newPage();
   await Promise.all([openStartPage(page), openStartPage(other)]);
   for (const tab of [page, other]) await drop(tab, [raw]);
@@ -260,7 +262,7 @@ test("two tabs that are given the same file build it once", async ({ page, conte
   await expect(kept(page)).toHaveCount(1);
 });
 
-test("without a private file system, and without room, the volume is open all the same", async ({
+test("without a private file system, or without room, the volume opens nevertheless", async ({
   page,
 }) => {
   await page.addInitScript(() => {
@@ -275,7 +277,7 @@ test("without a private file system, and without room, the volume is open all th
   await expect(kept(page)).toHaveCount(0);
 });
 
-test("a disk that is full in the middle of writing: a message, and nothing half is kept", async ({
+test("a disk that becomes full during writing: a message, and no incomplete store is kept", async ({
   page,
 }) => {
   await page.addInitScript(() => {
@@ -300,12 +302,12 @@ test("a disk that is full in the middle of writing: a message, and nothing half 
   expect(left).toEqual([]);
 });
 
-test("a build that is cancelled ends its workers, keeps nothing, and can be begun again", async ({
+test("a cancelled build ends its workers, keeps nothing, and can be started again", async ({
   page,
 }) => {
   await page.addInitScript(() => {
     const { Worker: Plain } = window;
-    // Blocks are never encoded, so the build is in its middle until it is cancelled.
+    // Blocks are never encoded, so the build runs until it is cancelled.
     window.Worker = class extends Plain {
       constructor(url: string | URL, options?: WorkerOptions) {
         super(url, options);
@@ -330,7 +332,7 @@ test("a build that is cancelled ends its workers, keeps nothing, and can be begu
   await expect(page.locator(".volume-name")).toHaveText("bucky");
 });
 
-test("files that are pasted open as those that are dropped", async ({ page }) => {
+test("pasted files open like dropped ones", async ({ page }) => {
   await openStartPage(page);
   const small = readFileSync(`${demoFolder}/marschner_lobb.nrrd`).toString("base64");
   await page.evaluate(async (data) => {
@@ -351,7 +353,7 @@ test("after a file was opened, the browser refuses requests to other origins", a
   });
   const refused = refusals(page);
   await page.addInitScript(() => {
-    // The workers of the build stay after it, so that they can be asked.
+    // The workers of the build are kept after it, so that the test can query them.
     window.Worker.prototype.terminate = () => {};
   });
   await openStartPage(page);
@@ -371,7 +373,7 @@ test("after a file was opened, the browser refuses requests to other origins", a
   };
   expect(await page.evaluate(upload)).toBe("connect-src");
   expect(refused.length).toBeGreaterThan(0);
-  // Those that find the volume, read it, encode its store, and decode it.
+  // The workers that find the volume, read it, encode its store, and decode it.
   const workers = page.workers();
   expect(workers.length).toBeGreaterThanOrEqual(4);
   for (const worker of workers) expect(await worker.evaluate(upload)).toBe("connect-src");

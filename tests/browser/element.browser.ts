@@ -69,7 +69,7 @@ test("a surface is saved as triangles, in a worker of another origin", async ({ 
   expect(saved.shares.at(-1)).toBe(1);
 });
 
-test("the projection is that of the camera and that of the attribute", async ({ page }) => {
+test("the projection follows the camera and the attribute", async ({ page }) => {
   await open(page, element("bucky", 'isovalue="100" projection="orthographic"'));
   await completed(page, 1);
   const view = page.locator("isosplat-viewer");
@@ -123,7 +123,7 @@ test("a view of another origin: attributes, controls, events and faults", async 
   expect(await events.jsonValue()).toEqual(["isovalue 120.5", "camera 35", "fault not-found"]);
 });
 
-test("axes, a scale bar and the clip box above the picture; what frameworks unset", async ({
+test("axes, a scale bar and the clip box above the picture; attributes that frameworks unset", async ({
   page,
 }) => {
   await open(page, element("bucky", 'isovalue="100" show="axes, scale,clip" controls'));
@@ -137,7 +137,7 @@ test("axes, a scale bar and the clip box above the picture; what frameworks unse
       high: e.clip.high,
       isovalues: e.isovalues,
     }));
-  // From above, by pointer; then to the next end of the axes, by keys.
+  // Look from above, by pointer. Then go to the next end of the axes, by keys.
   await view.getByRole("button", { name: "View from z", exact: true }).click();
   await expect.poll(async () => (await state()).elevation).toBe(90);
   await view.getByRole("button", { name: "View from −x", exact: true }).focus();
@@ -166,7 +166,9 @@ test("axes, a scale bar and the clip box above the picture; what frameworks unse
   await expect(view.getByRole("status")).toContainText("some of axes,scale,box,clip");
 });
 
-test("another volume begins with its own isovalue, and colours leave it", async ({ page }) => {
+test("another volume begins with its own isovalue, and changed colours keep it", async ({
+  page,
+}) => {
   await open(page, element("bucky", ""));
   await completed(page, 1);
   const isovalues = await page.locator("isosplat-viewer").evaluate(async (e) => {
@@ -194,7 +196,7 @@ test("linked views move together, and those of other groups do not", async ({ pa
       element("bucky", 'isovalue="100" link="b"'),
   );
   await completed(page, 3);
-  // The isovalue that was given, not the default of the volume that was there first.
+  // The isovalue is the given one, not the default of the first volume.
   const isovalues = await page.evaluate(() =>
     [...document.querySelectorAll("isosplat-viewer")].map((e) => e.isovalues),
   );
@@ -220,7 +222,8 @@ test("linked views move together, and those of other groups do not", async ({ pa
     return { places: elements.map(({ slices }) => slices.along[1]), heard: heard.sort() };
   });
   expect(sliced).toEqual({ places: [0.25, 0.25, null], heard: [0, 1] });
-  // The same again is no change; another volume has other values, and keeps the planes.
+  // Setting the same value again is no change. Another volume has other values, and keeps the
+  // planes.
   const kept = await page.evaluate(() => {
     const [, , third] = document.querySelectorAll("isosplat-viewer");
     if (!third) return undefined;
@@ -241,7 +244,9 @@ test("linked views move together, and those of other groups do not", async ({ pa
   });
 });
 
-test("the example page shows linked views, and what their attributes do", async ({ page }) => {
+test("the example page shows linked views, and the effects of their attributes", async ({
+  page,
+}) => {
   const faults: string[] = [];
   page.on("pageerror", (error) => faults.push(error.message));
   await page.goto(`${server.url}embed.html`);
@@ -263,7 +268,7 @@ test("the example page shows linked views, and what their attributes do", async 
   expect(faults).toEqual([]);
 });
 
-test("what is set while a volume is being opened is shown", async ({ page }) => {
+test("settings that are made while a volume opens are shown", async ({ page }) => {
   await open(page, "");
   const drawn = await page.evaluate(async (src) => {
     const e = document.createElement("isosplat-viewer");
@@ -289,7 +294,7 @@ test("what is set while a volume is being opened is shown", async ({ page }) => 
   });
 });
 
-test("of many views four have a WebGL context, the others a picture, until one is used", async ({
+test("four of many views have a WebGL context, the others a picture until they are used", async ({
   page,
 }) => {
   const six = Array.from({ length: 6 }, () => element("bucky", 'isovalue="100"', "width: 150px"));
@@ -307,7 +312,7 @@ test("of many views four have a WebGL context, the others a picture, until one i
     .toBe(true);
   await expect.poll(() => pictures(page)).toEqual({ live: 4, still: 2 });
 
-  // With the keyboard too: the focus moves from the picture to the canvas, and stays there.
+  // The keyboard works as well: the focus moves from the picture to the canvas, and stays there.
   const reached = await still.first().elementHandle();
   await reached?.evaluate((e) => e.shadowRoot?.querySelector<HTMLElement>(".picture")?.focus());
   await expect

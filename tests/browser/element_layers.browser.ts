@@ -166,7 +166,8 @@ test("child elements are layers: added, changed, moved and removed at any time",
     );
   expect(await layers()).toEqual(["  true #ff0000", "Right balls true #0000ff"]);
 
-  // Another one in front of it, by a program that sets properties before the element is in the page.
+  // A program adds another layer in front of it, and sets its properties before the element is in
+  // the page.
   await first.evaluate((e: IsosplatViewerElement, src) => {
     const added = document.createElement("isosplat-layer");
     added.src = src;
@@ -238,7 +239,9 @@ test("child elements are layers: added, changed, moved and removed at any time",
   expect(await events.jsonValue()).toEqual(["Right isovalue 110"]);
 });
 
-test("child elements alone are a picture, whose controls are of the first", async ({ page }) => {
+test("child elements alone make a picture, and the controls change the first one", async ({
+  page,
+}) => {
   await open(page, view("controls", layer("left") + layer("right")));
   await completed(page, 2);
   const first = page.locator("isosplat-viewer");
@@ -252,7 +255,7 @@ test("child elements alone are a picture, whose controls are of the first", asyn
   expect(await state()).toEqual({
     isovalues: [100],
     children: [100, 100],
-    // Each has another colour.
+    // Each layer has a different colour.
     colours: ["#d9ccb3", "#c8553d"],
     range: expect.any(Number),
   });
@@ -264,7 +267,7 @@ test("child elements alone are a picture, whose controls are of the first", asyn
     if (child) child.isovalues = [90];
   });
   await expect(first.getByLabel("Isovalue as a number")).toHaveValue("90");
-  // The next one is the first when the first is removed.
+  // When the first layer is removed, the next one becomes the first.
   await first.evaluate((e: IsosplatViewerElement) => e.querySelector("isosplat-layer")?.remove());
   await expect(first.getByLabel("Isovalue as a number")).toHaveValue("100");
 });
@@ -304,12 +307,12 @@ test("layers return when an element gets its context again", async ({ page }) =>
     page
       .locator("isosplat-viewer")
       .nth(index)
-      // A busy one would keep its context.
+      // Wait until the element is not busy: a busy one would keep its context.
       .evaluate(({ viewer, progress }: IsosplatViewerElement) =>
         Boolean(viewer && !viewer.isBusy && progress?.complete),
       );
   await expect.poll(() => has(0)).toBe(true);
-  // The others, used one after another, take its context.
+  // Using the other elements one after another takes its context.
   for (const index of [1, 2, 3, 4]) {
     await page.locator("isosplat-viewer").nth(index).hover();
     await expect.poll(() => has(index)).toBe(true);
@@ -485,7 +488,7 @@ test("linked elements show the same time, whatever the number of its step", asyn
     if (second) second.step = 0;
   });
   await expect.poll(shown).toEqual([0, 0, 3]);
-  // The one that plays leads, and is not led back by those that follow.
+  // The playing element leads. The elements that follow it do not change its step.
   await page.evaluate(() => {
     const [first] = document.querySelectorAll("isosplat-viewer");
     if (!first?.time) throw new Error("no time");

@@ -51,11 +51,11 @@ test("no WebGL 2", async ({ page }) => {
   });
   await page.goto(`${server.url}?volume=bucky`);
   await expect(page.getByRole("alert")).toContainText("no WebGL 2");
-  // It could not succeed.
+  // There is no button for another attempt, because it could not succeed.
   await expect(page.getByRole("button", { name: "Try again" })).toHaveCount(0);
 });
 
-test("the server goes away and comes back", async ({ page }) => {
+test("the server stops and is started again", async ({ page }) => {
   const own = await serve([demoFolder]);
   const port = Number(new URL(own.url).port);
   // The server stops twice: before the first picture, and during a later request.

@@ -1,5 +1,5 @@
-// The page's messages and recovery after faults of a file, a host or the graphics driver: with the
-// real server, nginx, and real losses of the WebGL context.
+// The page's messages and recovery after faults of a file, a host or the graphics driver. The
+// server, nginx and the losses of the WebGL context are real.
 import {
   copyFileSync,
   mkdtempSync,
@@ -46,7 +46,7 @@ test.afterAll(async () => {
 
 const path = (name: string): string => join(folder, `${name}.isosplat`);
 
-/** Adds a changed store under a name of its own to the server, by renaming a complete file. */
+/** Adds a changed store to the server under a new name, by renaming a complete file. */
 async function put(
   from: string,
   change: (bytes: Buffer) => Buffer = (bytes) => bytes,
@@ -72,7 +72,7 @@ const onHost = (name: string, of: Nginx = host): string =>
 
 const slide = (page: Page, value: number): Promise<void> => page.evaluate(slideTo, value);
 
-/** Nothing covers the picture, and there is no message beside it. */
+/** Expects that nothing covers the picture, and that there is no message beside it. */
 async function expectNoWord(page: Page): Promise<void> {
   await expect(page.getByRole("alert")).toHaveCount(0);
   await expect(page.locator(".banner")).toHaveCount(0);
@@ -80,7 +80,7 @@ async function expectNoWord(page: Page): Promise<void> {
 }
 
 test.describe("the graphics context is lost", () => {
-  test("and the view moves while the volume is opened again: picture and address agree", async ({
+  test("and the view moves while the volume is opened again: the picture matches the address", async ({
     page,
   }) => {
     const name = await put(bucky);
@@ -137,7 +137,9 @@ test.describe("the graphics context is lost", () => {
     expect(differing).toBe(0);
   });
 
-  test("while the server fails: the view does not become complete meanwhile", async ({ page }) => {
+  test("while the server fails: the view does not become complete in the meantime", async ({
+    page,
+  }) => {
     const name = await put(bucky);
     const proxy = new FaultProxy(server.url);
     await proxy.start();
@@ -244,7 +246,7 @@ test.describe("a store is damaged", () => {
     }
     await page.goto(onServer(empty));
     await expect(page.getByRole("alert")).toContainText("not a store");
-    // When the file is copied again, the page opens it by itself.
+    // When the file is copied again, the page opens it without an action.
     await page.goto(onHost(short));
     await expect(page.getByRole("alert")).toContainText("cut short");
     await put(bucky, (bytes) => bytes, short);
@@ -457,7 +459,7 @@ test.describe("the renderer", () => {
       prototype.getBufferSubData = function (this: WebGL2RenderingContext, ...args: unknown[]) {
         if (isFirst) {
           isFirst = false;
-          throw new TypeError("the driver gives nothing back");
+          throw new TypeError("the driver returns nothing");
         }
         return (getBufferSubData as (...all: unknown[]) => void).apply(this, args);
       } as typeof getBufferSubData;

@@ -1,4 +1,4 @@
-// The page in German: how it becomes so, what it shows, and that English visitors load nothing of it.
+// The page in German: how its language is chosen, and its texts. English visitors load no German.
 import { expect, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
@@ -10,7 +10,7 @@ test.beforeAll(async () => {
 });
 test.afterAll(() => server.stop());
 
-/** How much wider than the window the page is, in CSS pixels. */
+/** The width of the page beyond the window's width, in CSS pixels. */
 const overflow = (page: Page) =>
   page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
 
@@ -83,7 +83,7 @@ test("the language of the address and of the choice are kept; English loads no G
   expect(new URL(page.url()).search).toBe("");
 });
 
-test("an element is in the language of its attribute, or of what is around it", async ({
+test("an element has the language of its attribute, or of the elements around it", async ({
   page,
 }) => {
   await page.goto(`${server.url}embed.html`);

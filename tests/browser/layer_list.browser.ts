@@ -41,7 +41,7 @@ test("one volume looks as before; a second one is added from the server's list",
   expect(await findings(page)).toEqual([]);
   await page.getByRole("button", { name: /marschner_lobb/ }).click();
   await expect(names(page)).toHaveText(["bucky", "marschner_lobb"]);
-  // The new one is chosen: its isovalue and its histogram are shown, in a colour of its own.
+  // The new layer is chosen: its isovalue and its histogram are shown. It has a different colour.
   await expect(page.locator(".isovalue-layer")).toHaveText("marschner_lobb");
   await expect(page.locator(".histogram-ends")).toContainText("255");
   await complete(page);
@@ -52,7 +52,7 @@ test("one volume looks as before; a second one is added from the server's list",
   expect(await findings(page)).toEqual([]);
 });
 
-test("isovalue, surfaces and their cost are those of the chosen layer", async ({ page }) => {
+test("isovalue, surfaces and their cost belong to the chosen layer", async ({ page }) => {
   await open(page, two);
   const field = page.getByRole("textbox", { name: "Isovalue" });
   await expect(field).toHaveValue("100");
@@ -103,7 +103,9 @@ test("eye, colour, opacity and name are in the link, which opens the same again"
   expect(page.url()).toBe(url);
 });
 
-test("layers are reordered by keys and by dragging; undo takes it back", async ({ page }) => {
+test("layers are reordered by keys and by dragging, and undo restores the order", async ({
+  page,
+}) => {
   await open(page, `${two}&layer=volume:mandelbulb;name:Bulb;visible:off`);
   await names(page).nth(2).focus();
   await page.keyboard.press("Alt+ArrowUp");
@@ -183,7 +185,9 @@ test("all, none, solo and groups show and hide", async ({ page }) => {
   await expect(names(page)).toHaveCount(4);
 });
 
-test("measurements say which layer they hit; an unknown place is noted", async ({ page }) => {
+test("measurements state the layer that they hit; differing frames of reference are noted", async ({
+  page,
+}) => {
   await open(page, `volume=bucky&isovalue=100&${look}&layer=volume:mandelbulb;name:Bulb`);
   await expect(page.locator(".layers-note")).toHaveText(
     /^bucky, Bulb: their files do not say where they lie\./,
@@ -192,7 +196,7 @@ test("measurements say which layer they hit; an unknown place is noted", async (
   await names(page).nth(1).click();
   await openSection(page, "Measure");
   await page.getByRole("button", { name: "Point", exact: true }).click();
-  await page.keyboard.press("v"); // all of it is in the picture
+  await page.keyboard.press("v"); // the whole volume is in the picture
   await settled(page);
   await page.keyboard.press("Enter");
   await expect(page.locator(".measurement-facts").first()).toContainText("on Bulb · voxel");
@@ -263,7 +267,7 @@ test("a thousand layers of a session: few rows in the document, search, and noth
   await drawn();
   await settled(page);
   expect(urls.filter((url) => url.includes("mandelbulb/"))).toEqual([]);
-  // The address has no room for them; this tab keeps them.
+  // The address has no room for the layers, so this tab keeps them.
   expect(await parameters(page)).toEqual([]);
   await expect(page.locator(".toast")).toContainText("layers do not fit into the address");
   await page.reload();

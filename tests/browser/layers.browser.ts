@@ -1,4 +1,5 @@
-// Several volumes in one viewer: one picture, one sample budget, and no volume disturbs another.
+// Several volumes in one viewer have one picture and one sample budget, and do not affect each
+// other.
 import { expect, type Page, test } from "@playwright/test";
 import type * as StreamModule from "../../web/stream/index.ts";
 import type * as ViewerModule from "../../web/viewer/index.ts";
@@ -16,7 +17,7 @@ test.afterAll(async () => {
   await server.stop();
 });
 
-/** What the tests keep in their page. */
+/** The variables that the tests keep in their page. */
 interface Scene {
   viewer: ViewerModule.Viewer;
   source(volume: string): StreamModule.Source;
@@ -29,7 +30,7 @@ declare global {
   interface Window {
     scene: Scene;
     pictures: Record<string, ImageData>;
-    /** Pixels that differ visibly. */
+    /** The number of pixels that differ visibly. */
     differing(a: string, b: string): number;
   }
 }
@@ -60,7 +61,7 @@ async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): 
       viewer.on("layerchange", ({ property }) => events.push(`change ${property}`));
       viewer.on("layererror", ({ layer }) => events.push(`failed ${nameOf(layer)}`));
       const picture = async () => {
-        // What was asked for in this task is drawn in the next frame.
+        // Changes that were made in this task are drawn in the next frame.
         await new Promise((next) => requestAnimationFrame(next));
         while (viewer.isBusy) await new Promise((next) => setTimeout(next, 20));
         const bitmap = await createImageBitmap(await viewer.screenshot({ smooth: false }));
@@ -94,7 +95,7 @@ async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): 
   );
 }
 
-/** Puts the small volume, whose sizes are other ones, before the eye in front of the large one's centre. */
+/** Opens both volumes, and puts the small one between the eye and the centre of the large one. */
 const open = (page: Page) =>
   page.evaluate(async () => {
     const { viewer, source, surface } = window.scene;
@@ -109,7 +110,8 @@ const open = (page: Page) =>
       surfaces: surface(100, "#c8553d"),
     });
     if (!added.info) throw new Error("not open");
-    // Of half the size of the large one, and moved towards the eye, which looks along +y.
+    // The small volume gets half the size of the large one, and is moved towards the eye, which
+    // looks along +y.
     const size = (info: StreamModule.StoreInfo) =>
       (info.spacing[0] ?? 0) * ((info.voxels[0] ?? 0) - 1);
     const scale = (0.5 * size(first.info)) / size(added.info);
@@ -135,7 +137,7 @@ test("two stores make one picture with one depth order", async ({ page }) => {
     const isComplete = viewer.progress?.complete;
     const budget = [large, small].map(({ progress }) => progress?.sampleBudget ?? 0);
     const total = viewer.progress?.sampleBudget;
-    // The same place from behind.
+    // Look at the same point from behind.
     const { camera } = viewer;
     if (!camera) throw new Error("no camera");
     viewer.setCamera({ ...camera, azimuth: 180 });
@@ -164,9 +166,7 @@ test("two stores make one picture with one depth order", async ({ page }) => {
   expect(Math.min(...seen.budget)).toBeGreaterThan(0);
 });
 
-test("a hidden layer holds nothing and fetches nothing, and returns as it was", async ({
-  page,
-}) => {
+test("a hidden layer keeps and fetches nothing, and is shown again unchanged", async ({ page }) => {
   await scenePage(page);
   await open(page);
   await page.evaluate(async () => {
@@ -214,7 +214,7 @@ test("a hidden layer holds nothing and fetches nothing, and returns as it was", 
     window.pictures.again = await picture();
     return window.differing("both", "again");
   });
-  // Levels that were fetched on the way may differ in single pixels.
+  // Levels that were fetched in between may make single pixels differ.
   expect(differing).toBeLessThan(50);
 });
 
@@ -225,7 +225,7 @@ test("layers have an order and groups, which do not change the picture", async (
     const { viewer, picture, events } = window.scene;
     const [large, small] = viewer.layers;
     if (!small || !large) throw new Error("no layers");
-    // The box cuts what lies in the first half of the large volume, the first of the scene.
+    // The box cuts the first half of the large volume, which is the first one of the scene.
     viewer.setClip({ ...viewer.clip, low: [0.5, 0, 0] });
     window.pictures.before = await picture();
     events.length = 0;
@@ -264,7 +264,7 @@ test("layers have an order and groups, which do not change the picture", async (
   expect(seen.events.slice(0, 2)).toEqual(["move small 0", "change group"]);
 });
 
-test("a layer that is removed leaves the picture, and its memory is free", async ({ page }) => {
+test("a removed layer disappears from the picture, and its memory is freed", async ({ page }) => {
   await scenePage(page);
   await open(page);
   const seen = await page.evaluate(async () => {
@@ -284,7 +284,7 @@ test("a layer that is removed leaves the picture, and its memory is free", async
       samples: viewer.progress?.samplesResident,
       own: large.progress?.samplesResident,
     };
-    // The first one may be removed, too: the next is the first then.
+    // The first layer may be removed, too. The next one is then the first.
     const next = await viewer.addLayer(small.source, { name: "next" });
     large.remove();
     window.pictures.next = await picture();
@@ -307,7 +307,7 @@ test("a layer that is removed leaves the picture, and its memory is free", async
   expect(seen.events).toEqual(["remove small", "add next", "remove large", "remove next"]);
 });
 
-test("a store that is missing or fails leaves the others alone", async ({ page }) => {
+test("a store that is missing or fails does not affect the others", async ({ page }) => {
   await scenePage(page);
   await open(page);
   const seen = await page.evaluate(async () => {
@@ -349,11 +349,11 @@ test("a store that is missing or fails leaves the others alone", async ({ page }
   expect(seen.differing).toBeLessThan(50);
 });
 
-test("a store whose chunks cannot be had leaves the others complete, and is named", async ({
+test("a store whose chunks cannot be fetched is named, and the others become complete", async ({
   page,
 }) => {
   await scenePage(page);
-  // The header and the directory arrive; what is finer than the coarse levels does not.
+  // The header and the directory arrive, but no chunks finer than the coarse levels.
   await page.route(
     ({ pathname, search }) => pathname.includes("bucky") && /chunks/.test(pathname + search),
     (route) => route.abort(),
@@ -378,7 +378,7 @@ test("a store whose chunks cannot be had leaves the others complete, and is name
   expect(seen).toMatchObject({ isComplete: false, errors: [], after: true, end: null });
 });
 
-test("a transform moves a layer, and fetches nothing anew", async ({ page }) => {
+test("a transform moves a layer without fetching it again", async ({ page }) => {
   await scenePage(page);
   await open(page);
   const before = await page.evaluate(async () => {
@@ -413,7 +413,7 @@ test("a transform moves a layer, and fetches nothing anew", async ({ page }) => 
   after.at?.position.forEach((number, i) => {
     expect(number).toBeCloseTo(before?.position[i] ?? Number.NaN, 1);
   });
-  // Not the header, and not the chunks that are resident.
+  // Neither the header nor resident chunks are requested.
   expect(urls.filter((url) => /bucky\/?$/.test(url))).toEqual([]);
 });
 

@@ -21,7 +21,7 @@ async function parameter(page: Page, name: string): Promise<string | null> {
   return new URL(page.url()).searchParams.get(name);
 }
 
-/** Drags from a place by this many pixels. */
+/** Drags from a position by this many pixels. */
 async function drag(page: Page, x: number, y: number, dx: number, dy: number): Promise<void> {
   await page.mouse.move(x, y);
   await page.mouse.down();
@@ -33,7 +33,7 @@ async function drag(page: Page, x: number, y: number, dx: number, dy: number): P
 test("the key light follows the ball and the arrow keys, and the address keeps it", {
   tag: "@slow",
 }, async ({ page }) => {
-  // One kind of splats, whatever time pictures take: they are compared pixel by pixel.
+  // A fixed kind of splats, because the pictures are compared pixel by pixel.
   await page.goto(`${server.url}?volume=bucky&isovalue=100&kind=exact`);
   await complete(page);
   await settled(page);

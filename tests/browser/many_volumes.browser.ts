@@ -1,4 +1,4 @@
-// A list with more volumes than one page of it shows.
+// A list with more volumes than fit on one page.
 import { copyFileSync, linkSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";

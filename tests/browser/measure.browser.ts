@@ -63,7 +63,7 @@ async function middle(page: Page): Promise<{ x: number; y: number }> {
 
 /** Drops a session file on the page. */
 async function drop(page: Page, text: string): Promise<void> {
-  await expect(page.locator(".device-drop")).toBeVisible(); // what takes files has loaded
+  await expect(page.locator(".device-drop")).toBeVisible(); // the code that opens files has loaded
   await page.evaluate((content) => {
     const data = new DataTransfer();
     data.items.add(new File([content], "session.isosplat.json"));
@@ -71,7 +71,7 @@ async function drop(page: Page, text: string): Promise<void> {
   }, text);
 }
 
-/** Waits until the list has so many measurements. */
+/** Waits until the list has this many measurements. */
 async function listed(page: Page, count: number): Promise<void> {
   await expect(page.locator(".measurement")).toHaveCount(count);
 }
@@ -121,7 +121,7 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
     "angle",
     "note",
   ]);
-  // The same place was picked twice.
+  // The same point was picked twice.
   const [x0, y0, z0] = (lines[0] ?? "").split(",").slice(1).map(Number);
   expect((lines[1] ?? "").split(",").slice(1, 4).map(Number)).toEqual([x0, y0, z0]);
   const [a = 0, b = 0, c = 0, d = 0, e = 0, f = 0] = (lines[1] ?? "")
@@ -134,14 +134,14 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
   await expect(page.locator(".measure-marks text")).toHaveCount(5);
   expect(await findings(page)).toEqual([]);
 
-  // The link has all of them.
+  // The link contains all measurements.
   await page.reload();
   await expect(page.locator(".measure-marks text")).toHaveCount(5);
   await expect(page.locator(".measure-marks text").nth(4)).toHaveText("a bond");
   expect(await measures(page)).toEqual(lines);
 
   await openSection(page, "Measure");
-  // A note keeps its text if the field is emptied: a link could not have it without.
+  // A note keeps its text if the field is emptied, because a link cannot have a note without text.
   await page.getByRole("textbox", { name: "Text of Note 5" }).fill("");
   await page.getByRole("textbox", { name: "Text of Note 5" }).press("Enter");
   await expect(page.getByRole("textbox", { name: "Text of Note 5" })).toHaveValue("a bond");
@@ -156,7 +156,7 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
   await expect.poll(() => measures(page)).toEqual([]);
 });
 
-test("measures by keyboard, and says where there is no surface", async ({ page }) => {
+test("measures by keyboard, and reports if there is no surface", async ({ page }) => {
   await open(page);
   const picture = page.getByRole("application");
   const { keyboard } = page;
@@ -195,7 +195,7 @@ test("measures by keyboard, and says where there is no surface", async ({ page }
 });
 
 test("a double click makes a point of the surface the centre of rotation", async ({ page }) => {
-  // With parallel rays, nothing else comes before the point when it moves to the middle.
+  // With parallel rays, nothing else covers the point when it moves to the middle.
   await open(page, `${view}&projection=orthographic`);
   const { x, y } = await middle(page);
   await page.mouse.dblclick(x + 60, y - 30);
@@ -207,7 +207,7 @@ test("a double click makes a point of the surface the centre of rotation", async
     .not.toBe("30,20,330,63.5,63.5,63.5");
   const target = (new URL(page.url()).searchParams.get("camera") ?? "").split(",").slice(3, 6);
   await complete(page);
-  // What is in the middle now is that point.
+  // This point is now in the middle.
   await page.getByRole("application").press("m");
   await page.getByRole("application").press("Enter");
   await page.getByRole("application").press("Enter");
@@ -221,7 +221,7 @@ test("a double click makes a point of the surface the centre of rotation", async
 test("saves tables and sessions; a session that is dropped on the page opens", async ({ page }) => {
   const measured = "measure=distance,40,50,60,43,54,60|Rand&measure=spiral,1,2,3";
   await page.goto(`${server.url}?${view}&${measured}`);
-  // The message is there for some seconds only.
+  // The message is shown for a few seconds only.
   const message = page.getByText("1 of 2 measurements in the address were ignored");
   await expect(message).toBeVisible({ timeout: 30_000 });
   await complete(page);
@@ -251,7 +251,7 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
   await page.goto(server.url);
   await drop(page, '{"format": "isosplat-session", "version": 7}');
   await expect(page.getByRole("alert")).toContainText("expected version 1");
-  // The list of volumes opens sessions without dragging as well.
+  // Sessions can be opened from the list of volumes as well, without dragging.
   await page.getByLabel("choose files").setInputFiles({
     name: "session.isosplat.json",
     mimeType: "application/json",
@@ -261,7 +261,7 @@ test("saves tables and sessions; a session that is dropped on the page opens", a
   await expect(page.locator(".measure-marks text")).toHaveCount(2);
   await settled(page);
   expect(page.url()).toBe(before);
-  // The file has what the link has not: value and normal.
+  // The file has the value and the normal, which the link lacks.
   await openSection(page, "Measure");
   await expect(page.locator(".measurement-facts").last()).toContainText("value 100");
 });
@@ -305,7 +305,7 @@ test("sessions have space for more measurements than addresses", { tag: "@slow" 
   const saved = JSON.parse(readFileSync(await download.path(), "utf8"));
   expect(saved).toEqual(session);
 
-  // What was removed does not come back.
+  // Removed measurements do not return.
   await page.getByRole("button", { name: "Remove all" }).click();
   await settled(page);
   await page.reload();
@@ -318,7 +318,7 @@ test("sessions have space for more measurements than addresses", { tag: "@slow" 
 test("area and volume are those of the mesh that the program extracts", async ({ page }) => {
   await open(page);
   await openSection(page, "Measure");
-  // The first answer is an error, the second one damaged: both are fetched again.
+  // The first response is an error, and the second one is damaged. Both are requested again.
   let answers = 0;
   await page.route(/\/v1\/volumes\/bucky/, async (route) => {
     const number = ++answers;
@@ -358,7 +358,7 @@ test("a hundred annotations follow the view", { tag: "@slow" }, async ({ page })
 
 test.describe("on a phone", () => {
   test.use({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
-  test("taps measure, drags turn", async ({ page }) => {
+  test("taps measure, and drags turn the view", async ({ page }) => {
     await open(page);
     await page.getByRole("button", { name: "More controls" }).click();
     await openSection(page, "Measure");

@@ -1,5 +1,5 @@
-// The widget of notebooks without a notebook: the module of a real server, in a page of another
-// origin, with a model as the front-end specification of anywidget (AFM) has it.
+// The widget for notebooks, without a notebook. A page of another origin uses the module of a real
+// server, with a model that follows anywidget's front-end specification (AFM).
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -14,7 +14,7 @@ import { type HtmlHost, htmlHost } from "./support/html_host.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 
 interface Notebook {
-  /** As the kernel sets traits: all of them, then the events. */
+  /** Sets traits like the kernel: first all of them, then the events. */
   receive(values: Partial<Record<keyof Traits, unknown>>): void;
   traits: Traits;
   /** The traits that each save_changes() sent to the kernel. */
@@ -40,7 +40,7 @@ test.afterAll(async () => {
   await server?.stop();
 });
 
-/** A page with a model of these traits, as the kernel made it. Nothing shows it yet. */
+/** Opens a page with a model that has these traits. No view shows it yet. */
 async function open(page: Page, traits: Partial<Traits>): Promise<void> {
   await page.goto(pages.origin);
   const module = `${server.url}isosplat-anywidget.js`;
@@ -156,7 +156,7 @@ test("a program's changes reach the picture, and a visitor's the program", async
   expect(sent).not.toHaveProperty("slices");
   expect(sent.camera).toMatchObject({ azimuth: 75, elevation: expect.any(Number) });
 
-  // From a visitor.
+  // A visitor's change reaches the program.
   await view.getByLabel("Isovalue as a number").fill("120,5");
   await page.keyboard.press("Enter");
   await view.getByRole("application").press("ArrowLeft");
@@ -179,7 +179,7 @@ test("a program's changes reach the picture, and a visitor's the program", async
     });
 });
 
-test("a value that cannot be applied is a fault, until it is mended or a visitor goes on", async ({
+test("a value that cannot be applied is a fault, until it is corrected or a visitor changes it", async ({
   page,
 }) => {
   await open(page, { isovalue: 100 });
@@ -206,7 +206,7 @@ test("a value that cannot be applied is a fault, until it is mended or a visitor
   await expect.poll(() => trait(page, "fault")).toContain("absent");
   expect(await trait(page, "volume")).toBeNull();
   expect(await trait(page, "complete")).toBe(false);
-  // Another volume with its isovalue, set together; it has no fault.
+  // Another volume and its isovalue are set together, without a fault.
   const src = absent.replace("absent", "mandelbulb");
   await page.evaluate((src) => globalThis.notebook.receive({ isovalue: 80, src }), src);
   await complete(page);
@@ -214,7 +214,9 @@ test("a value that cannot be applied is a fault, until it is mended or a visitor
   expect(await trait(page, "fault")).toBe("");
 });
 
-test("two views of a model move together, and leave nothing behind", async ({ page }) => {
+test("two views of a model move together, and removed views release everything", async ({
+  page,
+}) => {
   await open(page, { isovalue: 100 });
   const handles = await page.evaluateHandle(async () => {
     const { show } = globalThis.notebook;
@@ -256,7 +258,7 @@ test("two views of a model move together, and leave nothing behind", async ({ pa
 
   const left = await handles.evaluate(([, second]) => {
     second?.();
-    second?.(); // once more does nothing
+    second?.(); // a second call does nothing
     const { contexts, listeners } = globalThis.notebook;
     return {
       elements: document.querySelectorAll("isosplat-viewer, canvas").length,
@@ -314,7 +316,7 @@ test("scene, step and layers: the program's and the visitor's", async ({ page })
     await page.evaluate((layers) => globalThis.notebook.receive({ layers }), layers);
     await expect.poll(state).toMatchObject({ layers: [" true", "one true", "two true"] });
     const [, two] = (await state()).children;
-    // The layer that stays is not opened again.
+    // The remaining layer is not opened again.
     const left = [{ ...layers[1], visible: false }];
     await page.evaluate((layers) => globalThis.notebook.receive({ layers }), left);
     await expect.poll(state).toEqual({ step: 1, layers: [" true", "two false"], children: [two] });

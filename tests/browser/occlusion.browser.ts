@@ -18,8 +18,8 @@ const volume = "mandelbulb";
 const isovalue = 226.5;
 const camera = "40,25,600,127.5,127.5,127.5";
 /**
- * Share of all pixels that may differ: edges of coarse chunks that cover too few pixels to be worth
- * a request.
+ * Share of all pixels that may differ. They are at edges of coarse chunks that cover too few pixels
+ * to be worth a request.
  */
 const maxDiffering = 0.002;
 
@@ -70,7 +70,7 @@ test("the picture equals the one of all chunks", { tag: "@slow" }, async ({ page
   await settled(page);
   const ours = await savedPicture(page);
   const fetched = chunksOf(urls).filter((chunk) => chunk.startsWith("0/")).length;
-  // Otherwise the comparison would be meaningless.
+  // Without fetched chunks, the comparison would be meaningless.
   expect(fetched).toBeGreaterThan(0);
   expect(fetched).toBeLessThan(0.9 * (await allChunks(page)));
 

@@ -47,7 +47,7 @@ async function withoutNetwork(page: Page): Promise<void> {
   await page.context().setOffline(true);
 }
 
-test("a volume that was seen is shown again, and the list", async ({ page }) => {
+test("the list and a volume that was viewed before are shown again", async ({ page }) => {
   const address = `${server.url}?volume=bucky&isovalue=100`;
   await page.goto(address);
   await complete(page);
@@ -103,7 +103,9 @@ test("volumes of this device are built and opened", async ({ page }) => {
   await complete(page);
 });
 
-test("a volume of a site that was seen is shown again", { tag: "@slow" }, async ({ page }) => {
+test("a volume of a site that was viewed before is shown again", { tag: "@slow" }, async ({
+  page,
+}) => {
   test.skip(!hasNginx, "needs nginx");
   const site = join(folder, "site");
   execFileSync(program, ["publish", demoFolder, "--to", site, "--web-root", "build/page"], {
@@ -139,7 +141,7 @@ test("nothing of a volume that needs a token is kept", async ({ page }) => {
   expect(names.filter((name) => !name.startsWith("isosplat-page-"))).toEqual([]);
 });
 
-test("a new version is announced, and used when it is wanted", { tag: "@slow" }, async ({
+test("a new version is announced, and used when the visitor requests it", { tag: "@slow" }, async ({
   page,
 }) => {
   await page.goto(`${server.url}?volume=bucky`);
@@ -168,7 +170,7 @@ test("a new version is announced, and used when it is wanted", { tag: "@slow" },
       { timeout: 40_000 },
     )
     .toBe(true);
-  // Nothing is loaded anew before it is wanted.
+  // Nothing is reloaded before the visitor requests it.
   expect(loads).toBe(0);
   await Promise.all([
     page.waitForEvent("load"),
@@ -182,7 +184,7 @@ test("files that another app shares are opened", async ({ page }) => {
   await page.goto(server.url);
   await kept(page, /isosplat-page-/);
   const file = readFileSync(`${demoFolder}/marschner_lobb.nrrd`).toString("base64");
-  // As the system does: a form that no page of this site has sent.
+  // Like the system, sends a form that does not come from a page of this site.
   await page.goto("about:blank");
   await page.evaluate(
     ([address, base64]) => {

@@ -1,4 +1,6 @@
-/** A web page of another origin reads nothing of a local server; one that the operator lists does. */
+/**
+ * A web page of another origin cannot read a local server, unless the operator lists its origin.
+ */
 import { createServer, type Server } from "node:http";
 import type { AddressInfo } from "node:net";
 import { expect, type Page, test } from "@playwright/test";
@@ -25,7 +27,7 @@ test.afterAll(async () => {
   await Promise.all([server.stop(), listing.stop()]);
 });
 
-/** What a page gets of a URL, by each way that a page has. */
+/** The content of a URL that a page can read, by each method that pages have. */
 function attempts(page: Page, url: string): Promise<Record<string, string>> {
   return page.evaluate(async (from) => {
     const found: Record<string, string> = {};
@@ -61,7 +63,7 @@ test("a page of another origin reads nothing of a local server", async ({ page }
   for (const path of ["v1/volumes", "v1/volumes/bucky", "v1/volumes/bucky/bootstrap", "healthz"]) {
     const found = await attempts(page, server.url + path);
     for (const [way, text] of Object.entries(found)) expect(text, `${way} ${path}`).toBe("");
-    // The same ways read it where the operator lists the page; those with CORS, that is.
+    // If the operator lists the page's origin, the methods that use CORS can read it.
     const listed = await attempts(page, listing.url + path);
     expect(listed.fetch, path).not.toBe("");
     expect(listed.XMLHttpRequest, path).not.toBe("");

@@ -1,4 +1,5 @@
-// Volumes that another program has compressed as a whole, opened in the page: each is unpacked by a worker.
+// Opens volumes in the page that another program has compressed as a whole. A worker decompresses
+// each of them.
 import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { gunzipSync, gzipSync } from "node:zlib";

@@ -1,4 +1,4 @@
-// The page in a phone's window, by touch, by keyboard, in both themes.
+// The page in a phone's window, by touch and by keyboard, and in both themes.
 import { expect, type Page, test } from "@playwright/test";
 import { slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
@@ -42,10 +42,10 @@ test.describe("a phone", () => {
     await expect(more).toBeFocused();
   });
 
-  test("at 320 px the state is completely visible", async ({ page }) => {
+  test("at 320 px the text of the state is completely visible", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
-    // The longest text, which is shown for a moment, and the one that stays.
+    // The longest text, which is shown for a moment, and the final one.
     for (const text of ["preparing other isovalues", "complete"]) {
       const visible = await page.waitForFunction((text) => {
         const status = document.querySelector(".status");
@@ -86,7 +86,7 @@ test.describe("a phone", () => {
     await page.getByRole("button", { name: "More controls" }).tap();
     await openSection(page, "Clipping");
     await page.getByRole("button", { name: "Fewer controls" }).tap();
-    // The picture is larger without the sheet: handles move in the frame after its layout.
+    // Without the sheet, the picture is larger. The handles move in the frame after its layout.
     await page.evaluate(async () => {
       for (let frame = 0; frame < 3; ++frame) await new Promise(requestAnimationFrame);
     });
@@ -95,7 +95,7 @@ test.describe("a phone", () => {
     const box = await face.boundingBox();
     const other = await page.getByRole("slider", { name: "Lower y face" }).boundingBox();
     if (!box || !other) throw new Error("not shown");
-    // In CSS: the box on the screen is rounded to binary fractions where its place is one.
+    // Use the size in CSS pixels, because the box on the screen is rounded with its position.
     const size = await face.evaluate((e: HTMLElement) => Math.min(e.offsetWidth, e.offsetHeight));
     expect(size).toBeGreaterThanOrEqual(44);
     const touch = await page.context().newCDPSession(page);
@@ -216,7 +216,7 @@ test.describe("a desk", () => {
           (canvas) => canvas.width / canvas.clientWidth,
         ),
       );
-    // The picture, and the histogram.
+    // The widths of the picture and of the histogram.
     expect(await widths()).toHaveLength(2);
     for (const ratio of await widths()) expect(ratio).toBeCloseTo(1, 1);
     const screen = await page.context().newCDPSession(page);
@@ -359,7 +359,7 @@ test.describe("a desk", () => {
     await expect(page).toHaveURL(/isovalue=100(&|$)/);
     await page.keyboard.press("]");
     await expect(page).toHaveURL(/isovalue=102.5/);
-    // What is typed stays, although a sweep was moving the isovalue.
+    // Typed text stays, although a sweep was moving the isovalue.
     await page.getByRole("button", { name: "Sweep" }).click();
     const field = page.locator(".isovalue-field");
     await field.fill("77");
@@ -369,7 +369,7 @@ test.describe("a desk", () => {
     await expect(page).toHaveURL(/isovalue=77(&|$)/);
   });
 
-  test("the button of the theme says what it does, on the page of a volume too", async ({
+  test("the label of the theme button states its effect, also on the page of a volume", async ({
     page,
   }) => {
     await page.emulateMedia({ colorScheme: "light" });

@@ -28,7 +28,7 @@ test.beforeAll(async () => {
     name: "Organs",
     layers: [
       { ...ball, name: "liver", label },
-      // Inside of the first one, and half as large.
+      // The second label is inside of the first one, and half as large.
       {
         ...ball,
         name: "lesion",
@@ -59,7 +59,7 @@ async function open(page: Page, query: string): Promise<void> {
   await page.goto(`${server.url}?${query}&${look}`);
   await complete(page);
   await settled(page);
-  // The code for it is loaded after the first surface.
+  // The code for picks is loaded after the first surface.
   await page.waitForFunction(() => document.querySelector("link[href*=page_pick]") !== null);
 }
 const toast = (page: Page) => page.locator(".toast");
@@ -88,12 +88,12 @@ test("a click names the label and its volume; a drag and a measurement do not", 
   await expect(toast(page)).toHaveCount(0);
   await page.keyboard.press("Escape");
 
-  // The layer that is seen is named, with the volume that its transform gives it.
+  // The visible layer is named, and its volume takes the transform into account.
   await page.getByRole("button", { name: "Show liver" }).click();
   await complete(page);
   await page.keyboard.press("i");
   await expect(toast(page)).toHaveText("lesion · 0.1 mm³ · 1 voxel");
-  // Where nothing is, a click says nothing.
+  // A click beside the surfaces shows no message.
   await picture(page).click({ position: { x: 5, y: 150 } });
   await expect(toast(page)).toHaveText("lesion · 0.1 mm³ · 1 voxel");
 });
@@ -106,7 +106,7 @@ test("in German, and of a scene with one layer", async ({ page }) => {
   await expect(toast(page)).toHaveText("liver · 1.482 cm³ · 185.293 Voxel");
 });
 
-test("a volume alone has no name to tell", async ({ page }) => {
+test("a single volume has no name to show", async ({ page }) => {
   await open(page, `volume=ball&isovalue=${ballIsovalue}`);
   await picture(page).click();
   await page.keyboard.press("i");
@@ -128,7 +128,7 @@ test("the element reports the layer and its label", async ({ page }) => {
   });
   await element.getByRole("application").click({ position: { x: 150, y: 150 } });
   await element.getByRole("application").press("Enter");
-  // The controls are parts of the element, too.
+  // A click on the controls, which are parts of the element, is not a pick.
   await element.getByRole("button", { name: "Fit" }).click();
   const seen = await picks.jsonValue();
   expect(seen).toHaveLength(2);

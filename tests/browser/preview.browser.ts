@@ -47,7 +47,10 @@ function writeNrrd(
   truncateSync(path, header.length + x * y * z);
 }
 
-/** The first build waits for `release`: the page is then as it is for a volume that takes long. */
+/**
+ * Lets the first build wait for `release`, so that the page behaves as with a volume that takes
+ * long to build.
+ */
 async function holdBuild(page: Page): Promise<{ release(): Promise<void> }> {
   await page.addInitScript(() => {
     let go = (): void => {};
@@ -91,15 +94,13 @@ async function built(page: Page): Promise<void> {
   await settled(page);
 }
 
-test("a store takes the place of its preview; the view stays", { tag: "@slow" }, async ({
-  page,
-}) => {
+test("a store replaces its preview, and the view stays", { tag: "@slow" }, async ({ page }) => {
   const build = await holdBuild(page);
   await openStartPage(page);
   await drop(page, [ball]);
   await previewed(page);
   await expect(card(page)).toContainText("Building ball");
-  // The automatic kind depends on how long pictures take.
+  // The automatic kind depends on the time of frames.
   await openSection(page, "Appearance");
   await page.getByRole("combobox", { name: "Splats" }).click();
   await page.getByRole("option", { name: "Exact surface" }).click();
@@ -116,7 +117,7 @@ test("a store takes the place of its preview; the view stays", { tag: "@slow" },
   expect(after.get("camera")).toBe(view.get("camera"));
   await expect(page.locator(".volume-facts")).toContainText("200 × 180 × 160");
   const replaced = await savedPicture(page);
-  // The steps before the store was complete can be taken back.
+  // Changes from before the store was complete can be undone.
   await page.keyboard.press("Control+z");
   await expect
     .poll(() => new URL(page.url()).searchParams.get("camera"))
@@ -131,7 +132,7 @@ test("a store takes the place of its preview; the view stays", { tag: "@slow" },
   expect(differing).toBe(0);
 });
 
-test("what the visitor has not chosen is that of the store", async ({ page }) => {
+test("settings that the visitor has not chosen are those of the store", async ({ page }) => {
   const build = await holdBuild(page);
   await openStartPage(page);
   await drop(page, [ball]);
@@ -146,7 +147,7 @@ test("what the visitor has not chosen is that of the store", async ({ page }) =>
   expect(new URL(page.url()).searchParams.get("isovalue")).toBe(replaced.get("isovalue"));
 });
 
-test("cancelling leads back to what was shown before", { tag: "@slow" }, async ({ page }) => {
+test("cancelling returns to the previous content", { tag: "@slow" }, async ({ page }) => {
   await holdBuild(page);
   await openStartPage(page);
   await drop(page, [ball]);
@@ -174,7 +175,7 @@ test("cancelling leads back to what was shown before", { tag: "@slow" }, async (
 test("of a volume that is too large, the preview stays beside the message", async ({ page }) => {
   const large = join(folder, "large.nrrd");
   const slices = 1 << 16;
-  // The slices that are read for the preview; the others are holes of the file.
+  // The file contains the slices that are read for the preview; the others are holes.
   const read = new Set(Array.from({ length: 65 }, (_, i) => Math.round((i * (slices - 1)) / 64)));
   writeNrrd(
     large,

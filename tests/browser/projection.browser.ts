@@ -1,5 +1,5 @@
-// The orthographic camera in the page: keys, panel, link, gestures, and the native picture. Undo and redo
-// of the view; a picture without its background.
+// The orthographic camera in the page: keys, panel, link and gestures, and comparison with the
+// native picture. Also undo and redo of the view, and pictures without background.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -17,7 +17,7 @@ function parameter(page: Page, name: string): string | null {
   return new URL(page.url()).searchParams.get(name);
 }
 
-/** Where the camera looks, and how far away it is. */
+/** The target of the camera, and its distance. */
 async function view(page: Page): Promise<{ distance: number; target: number[] }> {
   await settled(page);
   const numbers = (parameter(page, "camera") ?? "").split(",").map(Number);
@@ -97,7 +97,7 @@ test("zooming keeps the point under the pointer, exactly at any depth", async ({
   await page.mouse.wheel(0, -200);
   await expect.poll(async () => (await view(page)).distance).toBeLessThan(before.distance);
   const after = await view(page);
-  // World units per CSS pixel, and from the middle of the picture to the pointer.
+  // World units per CSS pixel, and the vector from the middle of the picture to the pointer.
   const perPixel = (distance: number) => (2 * distance * Math.tan(Math.PI / 12)) / box.height;
   const right = at.x - box.x - box.width / 2;
   const down = at.y - box.y - box.height / 2;
@@ -111,7 +111,7 @@ test("zooming keeps the point under the pointer, exactly at any depth", async ({
   expect(Math.abs(z1 - z0)).toBeLessThan(1e-6);
 });
 
-test("changes of the view are taken back and repeated", { tag: "@slow" }, async ({ page }) => {
+test("changes of the view are undone and redone", { tag: "@slow" }, async ({ page }) => {
   test.setTimeout(180_000);
   await page.goto(`${server.url}?volume=bucky&isovalue=100&camera=30,20,330,63.5,63.5,63.5`);
   await complete(page);
@@ -144,13 +144,13 @@ test("changes of the view are taken back and repeated", { tag: "@slow" }, async 
   await picture.press("Control+Shift+Z");
   await settled(page);
   expect(new URL(page.url()).search).toBe(views[2]);
-  // Another change discards what was taken back.
+  // Another change discards the undone ones.
   await picture.press("+");
   await settled(page);
   await expect(page.getByRole("button", { name: "Redo" })).toBeDisabled();
 });
 
-/** How many pixels of a PNG are transparent; runs in the page. */
+/** The number of transparent pixels of a PNG. Runs in the page. */
 async function clearPixels(base64: string): Promise<number> {
   const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
   const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
@@ -160,7 +160,7 @@ async function clearPixels(base64: string): Promise<number> {
   return data.filter((value, i) => i % 4 === 3 && value === 0).length;
 }
 
-test("a picture without its background has the surface alone", { tag: "@slow" }, async ({
+test("a picture without its background has only the surface", { tag: "@slow" }, async ({
   page,
 }) => {
   test.setTimeout(120_000);
@@ -196,7 +196,7 @@ test("a picture without its background has the surface alone", { tag: "@slow" },
   const shown = await compare(page, await savedPicture(page), await savedPicture(page));
   expect(shown.differing).toBe(0);
 
-  // Also if it is saved while the other one is still on the way.
+  // This must hold even if it is saved while the other picture is not finished.
   const pictures: number[] = [];
   page.on("download", async (each) => {
     const saved = readFileSync(await each.path()).toString("base64");
@@ -217,7 +217,7 @@ test("a picture without its background has the surface alone", { tag: "@slow" },
 
 test.describe("with motions", () => {
   test.use({ contextOptions: { reducedMotion: "no-preference" } });
-  test("views are taken back and repeated while the view still moves", async ({ page }) => {
+  test("views are undone and redone while the view still moves", async ({ page }) => {
     test.setTimeout(180_000);
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);

@@ -31,12 +31,10 @@ test.afterEach(async () => {
 const answers = async () =>
   (await host.accessLog()).map((line) => /"GET (\S+) [^"]*" (\d+)/.exec(line)?.slice(1) ?? []);
 
-test("the page lists the volumes of the site, and opens them by ranges of bytes", async ({
-  page,
-}) => {
+test("the page lists the volumes of the site, and opens them by byte ranges", async ({ page }) => {
   const refused = refusals(page);
   await page.goto(host.url);
-  // This host sends no policy: the page has its own.
+  // This host sends no policy, so the page itself states one.
   await expect(page.locator("meta[http-equiv=Content-Security-Policy]")).toHaveCount(1);
   await expect(page.locator("a.card")).toHaveCount(3);
   const bucky = page.getByRole("link", { name: /bucky/i });
@@ -54,7 +52,9 @@ test("the page lists the volumes of the site, and opens them by ranges of bytes"
   expect(refused).toEqual([]);
 });
 
-test("a scene of the site is listed, and read by ranges of its bundle alone", async ({ page }) => {
+test("a scene of the site is listed, and only byte ranges of its bundle are read", async ({
+  page,
+}) => {
   const balls = join(folder, "balls");
   mkdirSync(balls);
   for (const [name, x] of [

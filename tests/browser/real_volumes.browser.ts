@@ -1,5 +1,6 @@
-// Real volumes end to end: built by the program, served, drawn by the page. Skipped if the folder
-// of volumes (ISOSPLAT_VOLUMES, ../shared/volumes) does not exist.
+// Tests real volumes end to end: the program builds them, the server serves them, and the page
+// draws them. Skipped if the folder of volumes (ISOSPLAT_VOLUMES, ../shared/volumes) does not
+// exist.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -15,8 +16,8 @@ const volumes = [
   { name: "lobster", file: "lobster.nhdr" },
   { name: "mni152", file: "mni152.nii.gz" },
   { name: "ct_shear", file: "ct_shear.nii.gz" },
-  // Vessels, of 0.4 million samples. The suggested isovalue shows noise: a software renderer draws its
-  // millions of samples for more than a minute.
+  // Vessels, with 0.4 million samples. The suggested isovalue shows noise: a software renderer
+  // takes more than a minute to draw its millions of samples.
   { name: "mr_t1_dicom", file: "mr_t1_dicom", isovalue: 82.5 },
   { name: "cthead_tif", file: "cthead_tif", options: ["--spacing", "1,1,2"] },
   { name: "iron_protein", file: "iron_protein.vtk" },

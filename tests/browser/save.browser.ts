@@ -21,7 +21,10 @@ test.afterAll(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** Opens a store or a bundle and saves it; returns the file's path and the size that the page foretold. */
+/**
+ * Opens a store or a bundle and saves it. Returns the file's path and the size that the page
+ * predicted.
+ */
 async function save(page: Page, option: string, file: string, opened = bucky) {
   await page.goto(server.url);
   await page.locator(".device-drop input").first().setInputFiles(opened);
@@ -29,27 +32,27 @@ async function save(page: Page, option: string, file: string, opened = bucky) {
   await page.getByRole("button", { name: /^Save this (volume|scene as a page)$/ }).click();
   const section = page.locator(".save-option", { hasText: option });
   await expect(section.locator(".quiet").first()).toHaveText(/B$/);
-  const foretold = await section.locator(".quiet").first().innerText();
+  const predicted = await section.locator(".quiet").first().innerText();
   const download = page.waitForEvent("download");
   await section.getByRole("button").click();
   const path = join(folder, file);
   await (await download).saveAs(path);
-  return { path, foretold };
+  return { path, predicted };
 }
 
-/** What a number with three digits and a decimal unit may stand for. */
-function expectAbout(foretold: string, bytes: number): void {
-  const [number = "", unit = ""] = foretold.split(" ");
+/** Expects that a number with three digits and a decimal unit is about this many bytes. */
+function expectAbout(predicted: string, bytes: number): void {
+  const [number = "", unit = ""] = predicted.split(" ");
   const value = Number(number) * (unit === "MB" ? 1e6 : 1e3);
   expect(Math.abs(value - bytes) / bytes).toBeLessThan(0.02);
 }
 
-test("a store is saved as it is", async ({ page }) => {
+test("a store is saved unchanged", async ({ page }) => {
   const { path } = await save(page, "Store", "bucky.isosplat");
   expect(readFileSync(path).equals(readFileSync(bucky))).toBe(true);
 });
 
-/** Opens a saved page from file://. `asked`: what it has requested beside itself. */
+/** Opens a saved page from file://. `requested`: the other files that it has requested. */
 async function openAlone(context: BrowserContext, path: string) {
   const page = await context.newPage();
   const address = pathToFileURL(path).href;
@@ -57,20 +60,20 @@ async function openAlone(context: BrowserContext, path: string) {
   page.on("request", (request) => requests.push(request.url()));
   await page.goto(address);
   await complete(page);
-  const asked = () => requests.filter((url) => url !== address && !/^(data|blob):/.test(url));
-  return { page, asked };
+  const requested = () => requests.filter((url) => url !== address && !/^(data|blob):/.test(url));
+  return { page, requested };
 }
 
-test("a single page opens from file:// and asks for nothing", async ({ page, context }) => {
-  const { path, foretold } = await save(page, "Single page", "bucky.html");
-  expectAbout(foretold, statSync(path).size);
-  const { page: saved, asked } = await openAlone(context, path);
+test("a single page opens from file:// and makes no requests", async ({ page, context }) => {
+  const { path, predicted } = await save(page, "Single page", "bucky.html");
+  expectAbout(predicted, statSync(path).size);
+  const { page: saved, requested } = await openAlone(context, path);
   await expect(saved.locator(".volume-name")).toHaveText("bucky");
   await saved.getByRole("button", { name: "Save the surface" }).click();
   const surface = saved.waitForEvent("download");
   await saved.getByRole("button", { name: "Save", exact: true }).click();
   expect((await surface).suggestedFilename()).toMatch(/^bucky-[\d.]+\.stl$/);
-  expect(asked()).toEqual([]);
+  expect(requested()).toEqual([]);
 });
 
 test("a bundle is saved as a single page, which shows the scene from file://", async ({
@@ -84,19 +87,19 @@ test("a bundle is saved as a single page, which shows the scene from file://", a
   writeFileSync(scene, JSON.stringify({ format: "isosplat-scene", version: 1, layers }));
   for (const { store } of layers) copyFileSync(resolve(demoFolder, store), join(folder, store));
   execFileSync(program, ["bundle", scene, "-o", bundle]);
-  const { path, foretold } = await save(page, "Single page", "two.html", bundle);
-  expectAbout(foretold, statSync(path).size);
-  // The bundle is a file already, and a site has the stores of one volume.
+  const { path, predicted } = await save(page, "Single page", "two.html", bundle);
+  expectAbout(predicted, statSync(path).size);
+  // There is no other option: the bundle is a file already, and a site has the store of one volume.
   await expect(page.locator(".save-option")).toHaveCount(1);
-  const { page: saved, asked } = await openAlone(context, path);
+  const { page: saved, requested } = await openAlone(context, path);
   await expect(saved.locator(".layer-name")).toHaveText(["bucky", "mandelbulb"]);
-  expect(asked()).toEqual([]);
+  expect(requested()).toEqual([]);
 });
 
 test("a site is served by a plain host", async ({ page }) => {
   test.skip(!hasNginx, "needs nginx");
-  const { path, foretold } = await save(page, "Web site", "bucky.zip");
-  expectAbout(foretold, statSync(path).size);
+  const { path, predicted } = await save(page, "Web site", "bucky.zip");
+  expectAbout(predicted, statSync(path).size);
   const site = join(folder, "site");
   const unpack = "import sys, zipfile; zipfile.ZipFile(sys.argv[1]).extractall(sys.argv[2])";
   execFileSync("/usr/bin/python3", ["-c", unpack, path, site]);

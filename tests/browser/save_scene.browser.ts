@@ -1,4 +1,4 @@
-// "Save the scene": the document of what the page shows gives the same picture when it is opened again.
+// "Save the scene": when the saved document is opened again, it gives the same picture.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -141,7 +141,7 @@ for (const file of ["two.isobundle", "pair.scene.json"]) {
     const { differing, covered } = await compare(page, before, await savedPicture(page));
     expect(covered).toBeGreaterThan(0.05);
     expect(differing).toBe(0);
-    // What is saved again is the same.
+    // Saving it again gives the same document.
     expect(await save(page)).toEqual(document);
   });
 }
@@ -189,13 +189,13 @@ test("slices, look and measurements are saved, and shown again", async ({ page }
   const { differing, covered } = await compare(page, before, await savedPicture(page));
   expect(covered).toBeGreaterThan(0.05);
   expect(differing).toBe(0);
-  // The address has what differs from the scene: nothing of these.
+  // The address has only the settings that differ from the scene, so none of these.
   await expect(page).toHaveURL(/^((?!kind|slice|measure|light).)*$/);
   await openSection(page, "Measure");
   await expect(page.locator(".measurement")).toHaveCount(2);
   expect(await save(page)).toEqual(document);
 
-  // What is removed stays away when the page is loaded again.
+  // Removed measurements stay removed when the page is loaded again.
   await page.getByRole("button", { name: "Remove all" }).click();
   await expect(page).toHaveURL(/measure=none/);
   await page.goto(`${page.url()}&slices=none&colour-by=isosurface`);
@@ -225,7 +225,7 @@ test("a saved scene is opened from this device, and its layers from their addres
 }) => {
   await open(page, `src=${host.origin}/two.isobundle`);
   await save(page);
-  // As browsers name a second download.
+  // The name that browsers give to a second download.
   const file = { name: "Balls.scene (1).json", mimeType: "application/json" };
   await page.goto(server.url);
   await page
@@ -251,7 +251,7 @@ test("a volume alone is saved as a scene, and a missing layer is kept", async ({
   ]);
 });
 
-test("layers of this device have no addresses: named, or refused, in German as well", async ({
+test("layers of this device have no addresses: they are named, or saving is refused, in German as well", async ({
   page,
 }) => {
   await page.goto(`${server.url}?lang=de`);

@@ -62,7 +62,7 @@ test("saves the triangles that the program extracts", async ({ page }) => {
   expect((await save(page)).equals(extracted("--level", "1"))).toBe(true);
 });
 
-test("saves the part in the clipping box, and the whole if one wants", async ({ page }) => {
+test("saves the part in the clipping box, or the whole surface on request", async ({ page }) => {
   await openDialog(page, "&clip=0,0.5,0,1,0,1");
   // Half of the 127 cells along x: the cells whose centres are below 63.5.
   expect((await save(page)).equals(extracted("--box", "-1,-1,-1,63.5,200,200"))).toBe(true);
@@ -71,7 +71,7 @@ test("saves the part in the clipping box, and the whole if one wants", async ({ 
   expect((await save(page)).equals(extracted())).toBe(true);
 });
 
-test("can be cancelled, and then begun again", async ({ page }) => {
+test("can be cancelled, and then started again", async ({ page }) => {
   await openDialog(page);
   let release = () => {};
   const held = new Promise<void>((resolve) => {

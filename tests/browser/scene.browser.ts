@@ -74,7 +74,8 @@ test("a bundle at an address shows all its layers, with few requests", async ({ 
   await expect(page).toHaveTitle("Two balls · Isosplat");
   const ranges = host.asked.filter((each) => each.startsWith("/two.isobundle bytes="));
   expect(ranges[0]).toBe("/two.isobundle bytes=0-65535");
-  // All of this bundle's coarse parts follow the header, and the rest is read by ranges.
+  // The first range has all coarse parts of this bundle, which follow the header. The rest is read
+  // by further ranges.
   expect(ranges.length).toBeLessThan(12);
   expect(new URL(page.url()).searchParams.get("src")).toBe(`${host.origin}/two.isobundle`);
   await expect(page.getByRole("alert")).toHaveCount(0);

@@ -1,4 +1,4 @@
-// Views along the axes and what lies above the picture, in the page; what axe-core says of the page.
+// Views along the axes and overlays above the picture, and the findings of axe-core on the page.
 import { expect, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
@@ -10,14 +10,14 @@ test.beforeAll(async () => {
 });
 test.afterAll(() => server.stop());
 
-/** Azimuth and elevation as the address has them. */
+/** Azimuth and elevation in the address. */
 async function angles(page: Page): Promise<number[]> {
   await settled(page);
   const camera = new URL(page.url()).searchParams.get("camera") ?? "";
   return camera.split(",").slice(0, 2).map(Number);
 }
 
-test("views along the axes by key, panel and axes; the box and its place in the link", async ({
+test("views along the axes by key, panel and axes; the box and its parameter in the link", async ({
   page,
 }) => {
   await page.goto(`${server.url}?volume=bucky&isovalue=100`);
@@ -33,7 +33,7 @@ test("views along the axes by key, panel and axes; the box and its place in the 
   await page.locator(".panel").getByRole("button", { name: "View from z" }).click();
   expect(await angles(page)).toEqual([0, 90]);
 
-  // The whole volume again, from the same side.
+  // Show the whole volume again, from the same side.
   await page.getByRole("application").press("+");
   await page.getByRole("application").press("+");
   const distance = () =>
@@ -77,7 +77,7 @@ test("the histogram: cost, marks of several surfaces, fine steps by wheel, sweep
   const at = (value: number) => box.x + ((value - min) / (max - min)) * box.width;
   const middle = box.y + box.height / 2;
 
-  // The mark of the second surface, which was not the active one.
+  // Drag the mark of the second surface, which was not the active one.
   await page.mouse.move(at(180), middle);
   await page.mouse.down();
   await page.mouse.move(at(200), middle);
@@ -138,7 +138,7 @@ test("the clip box has handles while its section is open: mouse, keys, undo, lin
   expect(low).toBeGreaterThan(0.15);
   expect(low).toBeLessThan(0.45);
   expect(others).toEqual([1, 0, 1, 0, 1]);
-  // The handle is where the pointer has left it, and the sliders of the panel agree.
+  // The handle is at the pointer's last position, and the sliders of the panel agree.
   const now = await middle(lower);
   expect(Math.hypot(now.x - x, now.y - y)).toBeLessThan(1.5);
   await expect(page.locator("wa-slider[label=x][range]")).toHaveJSProperty("minValue", low);
@@ -168,9 +168,9 @@ test("the clip box has handles while its section is open: mouse, keys, undo, lin
   await expect(faces).toHaveCount(0);
 });
 
-test("cut faces are closed in the section Clipping; the link has it", { tag: "@slow" }, async ({
-  page,
-}) => {
+test("cut faces are closed in the section Clipping, and the link keeps this", {
+  tag: "@slow",
+}, async ({ page }) => {
   // Slow machines draw other kinds of splats and shading.
   const splats = "kind=exact&shading=exact";
   await page.goto(`${server.url}?volume=bucky&isovalue=100&${splats}&clip=0,1,0.5,1,0,1`);
@@ -199,7 +199,7 @@ test("slices: by buttons and keys; in the picture, the legend, picks, the link a
   await page.setViewportSize({ width: 900, height: 560 });
   const splats = "kind=exact&shading=exact";
   await page.goto(`${server.url}?volume=bucky&isovalue=100&${splats}&clip=0,1,0.5,1,0,1`);
-  // A slice changes as coarse levels arrive, which are loaded while nothing else is.
+  // A slice changes when coarse levels arrive. They are loaded while nothing else is being loaded.
   const prepared = async () => {
     await complete(page);
     await page.waitForFunction(() => performance.getEntriesByName("isosplat:prepared").length > 0);
@@ -218,7 +218,7 @@ test("slices: by buttons and keys; in the picture, the legend, picks, the link a
   const middle = await savedPicture(page);
   expect((await compare(page, without, middle)).differing).toBeGreaterThan(0.02);
 
-  // A value that is not the isovalue, where the slice is before the surface.
+  // A pick on the slice, in front of the surface, gives a value other than the isovalue.
   await openSection(page, "Measure");
   await page.getByRole("button", { name: "Point", exact: true }).click();
   const { width = 0, height = 0 } = (await page.getByRole("application").boundingBox()) ?? {};

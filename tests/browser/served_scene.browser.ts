@@ -1,4 +1,5 @@
-// Scenes of a server in the page: the start list, the first picture, steps that are appended meanwhile.
+// Scenes of a server in the page: the start list, the first picture, and scenes that change while
+// they are open.
 import { execFileSync } from "node:child_process";
 import { mkdirSync, mkdtempSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -65,7 +66,7 @@ test("the start list shows scenes before volumes, and opens one by keyboard", as
   await expect(card).toContainText("KB");
   await expect(card).toContainText("balls~scene");
   await expect(scenes.locator(".card.broken")).toContainText("broken.isobundle");
-  // Scenes without a picture get one of this browser.
+  // Scenes without a picture get one that this browser draws.
   await expect(scenes.locator("a.card img")).toHaveCount(2, { timeout: 30_000 });
   await card.focus();
   await page.keyboard.press("Enter");
@@ -75,7 +76,7 @@ test("the start list shows scenes before volumes, and opens one by keyboard", as
   await expect(page.locator(".layer-name")).toHaveText(["left", "right"]);
 });
 
-test("a scene of a server opens by its address, as of another server", async ({ page }) => {
+test("a scene of a server opens by its address, like one of another server", async ({ page }) => {
   const address = new URL("v1/scenes/balls~scene", server.url).href;
   await page.goto(`${server.url}?src=${encodeURIComponent(address)}&${look}`);
   await complete(page);
@@ -145,7 +146,7 @@ test("a layer of the server is added to a scene, and stays in the link", async (
   expect(searchParams.getAll("layer").join()).toContain("balls~left");
 });
 
-test("all layers of a scene are added to a picture, or it is said why not", async ({ page }) => {
+test("all layers of a scene are added to a picture, or the reason is shown", async ({ page }) => {
   const own = mkdtempSync(join(tmpdir(), "isosplat-added-"));
   buildBall(own, "alone", 32, { centre: [0.5, 0.5, 0.5], radius: 0.4 });
   const label = { value: 3, voxels: 12_000, volume: 12_000 };
@@ -184,7 +185,7 @@ test("all layers of a scene are added to a picture, or it is said why not", asyn
       ),
       expect.stringMatching(/^src:http.*#alone\.isosplat;name:b;group:g;visible:off/),
     ]);
-    // The link shows the same again, and one step back removes what one step has added.
+    // The link shows the same again, and one undo removes all layers that one step has added.
     await page.reload();
     await complete(page);
     await expect(names).toHaveText(["alone", "a", "b"]);
@@ -205,7 +206,7 @@ test("all layers of a scene are added to a picture, or it is said why not", asyn
   }
 });
 
-test("a scene that was replaced opens as it is now", async ({ page }) => {
+test("a scene that was replaced opens with its new content", async ({ page }) => {
   const file = join(folder, "changing.isobundle");
   const build = (layers: object[]) => {
     writeFileSync(join(folder, "balls/part.scene.json"), JSON.stringify({ ...scene, layers }));
@@ -232,7 +233,7 @@ test("a scene that was replaced opens as it is now", async ({ page }) => {
   await expect(page.locator(".layer-name")).toHaveText(["right", "left", "left"]);
 });
 
-test("a scene that does not exist is named, and others are offered", async ({ page }) => {
+test("a missing scene is named, and others are offered", async ({ page }) => {
   await page.goto(`${server.url}?scene=none`);
   await expect(page.getByRole("alert")).toContainText("There is no scene “none”");
   await page.getByRole("alert").getByRole("link", { name: "two" }).click();

@@ -38,12 +38,12 @@ test.afterAll(async () => {
   await ended;
 });
 
-/** The browser's network events have arrived: they may come later than the page's own events. */
+/** Waits for the browser's network events, which may arrive later than the page's events. */
 async function expectCounted(visitor: Visitor, payloadBytes: number): Promise<void> {
   await expect.poll(() => visitor.data.bytes).toBeGreaterThan(payloadBytes);
 }
 
-test("a session fetches little, in few requests, and nothing twice", async ({ browser }) => {
+test("a session fetches few bytes, in few requests, and nothing twice", async ({ browser }) => {
   const visitor = await Visitor.arrive(browser);
   const { page } = visitor;
   const problems: string[] = [];
@@ -76,7 +76,7 @@ test("a session fetches little, in few requests, and nothing twice", async ({ br
   await settled(page);
   expect(visitor.urls.slice(before)).toEqual([]);
 
-  // Dragged over the range in 3 s: at most ten requests a second.
+  // Dragging over the whole range in 3 s makes at most ten requests a second.
   const seconds = await page.evaluate(dragOverRange, 3);
   expect(visitor.urls.length - before).toBeLessThanOrEqual(10 * Math.ceil(seconds));
 

@@ -17,7 +17,7 @@ test.beforeEach(() => {
 
 test.afterEach(() => rmSync(folder, { recursive: true, force: true }));
 
-/** The card's picture: where it comes from, and its width in pixels once it is loaded. */
+/** The card's picture: its origin, and its width in pixels once it is loaded. */
 const picture = (page: Page) =>
   page.locator("a.card img").evaluate((image: HTMLImageElement) => ({
     from: image.src.slice(0, 5) === "data:" ? "this browser" : new URL(image.src).pathname,
@@ -41,7 +41,7 @@ test("the server's picture is shown at once, and the browser draws none", async 
   }
 });
 
-test("a picture that is damaged is replaced by one that the browser draws", async ({ page }) => {
+test("a damaged picture is replaced by one that the browser draws", async ({ page }) => {
   const png = readFileSync(`${store}.png`);
   writeFileSync(join(folder, "bucky.isosplat.png"), png.subarray(0, png.length / 2));
   const server = await serve([folder]);

@@ -44,7 +44,7 @@ interface Seen {
 }
 interface Lab {
   viewer: ViewerModule.Viewer;
-  /** What each frame has shown. */
+  /** The positions that each frame has shown. */
   frames: Seen[];
   events: string[];
   requests(): number;
@@ -135,7 +135,7 @@ const positions = (page: Page) =>
     return shown;
   }, steps);
 
-/** Plays until this many frames of this many steps were drawn. */
+/** Plays until this many steps were drawn. */
 const play = (page: Page, shown: number) =>
   page.evaluate(async (shown) => {
     const { viewer, frames, events } = window.lab;
@@ -188,7 +188,7 @@ test("every frame shows one step of all layers, and each step is drawn", async (
       distance / 2,
     );
   }
-  // None is left out.
+  // No step is left out.
   const drawn = frames.map(({ step }) => step).filter((step, i, all) => step !== all[i - 1]);
   expect(drawn.slice(1)).toEqual(drawn.slice(0, -1).map((step) => (step + 1) % steps));
   expect(new Set(drawn).size).toBe(steps);
@@ -202,7 +202,7 @@ test("a loop that fits into memory is fetched once", async ({ page }) => {
   });
   const first = await play(page, steps);
   expect(first.requests).toBeGreaterThan(0);
-  // On a slow machine, steps are shown before they are as fine as they should be.
+  // On a slow machine, steps are shown before they have their full detail.
   let loop = first;
   for (let i = 0; i < 8 && loop.requests > 0; ++i) loop = await play(page, steps);
   const next = await play(page, 2 * steps);
@@ -210,9 +210,7 @@ test("a loop that fits into memory is fetched once", async ({ page }) => {
   expect(next.frames.every(({ low, high }) => low > 0 && high > 0)).toBe(true);
 });
 
-test("memory holds what its budget allows, and bytes that were fetched are kept", async ({
-  page,
-}) => {
+test("memory stays within its budget, and fetched bytes are kept", async ({ page }) => {
   // The coarse levels of a step, which stay resident, have about 43,000 samples.
   await open(page, { sampleBudget: 200_000 });
   await page.evaluate(() => {
@@ -236,7 +234,7 @@ test("memory holds what its budget allows, and bytes that were fetched are kept"
   expect(most).toBeLessThanOrEqual(200_000);
 });
 
-test("isovalue, colour and visibility are those of every step", async ({ page }) => {
+test("isovalue, colour and visibility apply to every step", async ({ page }) => {
   await open(page);
   const seen = await page.evaluate(async () => {
     const { viewer, frames, settled, requests } = window.lab;
@@ -261,12 +259,12 @@ test("isovalue, colour and visibility are those of every step", async ({ page })
   expect(seen.hidden?.step).toBe(5);
   expect(seen.hidden?.low).toBeNaN();
   expect(seen.hidden?.high).toBeGreaterThan(0);
-  // Both are blue and, at the same step, below each other.
+  // Both are blue, and one is above the other at the same step.
   expect(seen.shown?.low).toBeNaN();
   expect(seen.shown?.high).toBeGreaterThan(seen.hidden?.high ?? 0);
 });
 
-test("a step whose store is missing is named, and playing goes on", async ({ page }) => {
+test("a step whose store is missing is named, and playing continues", async ({ page }) => {
   await page.route(/\/volumes\/high3\//, (route) => route.fulfill({ status: 404, body: "gone" }));
   await open(page);
   await page.evaluate(() => {
@@ -285,7 +283,9 @@ test("a step whose store is missing is named, and playing goes on", async ({ pag
   expect(frames.filter(({ step }) => step === 4).every(({ high }) => high > 0)).toBe(true);
 });
 
-test("a scene begins with any step, and goes on after the context was lost", async ({ page }) => {
+test("a scene can begin with any step, and continues after the context was lost", async ({
+  page,
+}) => {
   await open(page, {}, 4);
   const seen = await page.evaluate(async () => {
     const { viewer, frames, settled } = window.lab;

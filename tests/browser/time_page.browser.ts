@@ -58,7 +58,7 @@ async function open(page: Page, more = "", file = "run.isobundle"): Promise<void
 const value = (page: Page) => page.locator(".time-value");
 const timeOf = (page: Page) => new URL(page.url()).searchParams.get("time");
 
-test("the bundle that isosplat build makes of files is shown with their times", async ({
+test("the bundle that isosplat build makes from files is shown with their times", async ({
   page,
 }) => {
   const files = [3, 20, 100].map((time, i) => {
@@ -79,7 +79,7 @@ test("the bundle that isosplat build makes of files is shown with their times", 
   await expect(page.getByRole("alert")).toHaveCount(0);
 });
 
-test("keys, slider, address and undo are of the same step", async ({ page }) => {
+test("keys, slider, address and undo agree on the step", async ({ page }) => {
   await open(page);
   await expect(value(page)).toHaveText("0 ms");
   await expect(page.locator(".time-cost")).toHaveText(
@@ -101,7 +101,7 @@ test("keys, slider, address and undo are of the same step", async ({ page }) => 
   await settled(page);
   await expect(slider).toHaveAttribute("aria-valuetext", "8 ms, step 6 of 6");
   expect(timeOf(page)).toBe("8");
-  // Beyond the last step is the first.
+  // The first step follows the last one.
   await page.keyboard.press(".");
   await settled(page);
   await expect(value(page)).toHaveText("0 ms");
@@ -115,7 +115,7 @@ test("keys, slider, address and undo are of the same step", async ({ page }) => 
   await expect(value(page)).toHaveText("8 ms");
 });
 
-test("plays, loops without further requests, and stays where it is paused", async ({ page }) => {
+test("plays, loops without further requests, and stays at the paused step", async ({ page }) => {
   await open(page);
   await page.getByLabel("Steps per second").selectOption({ label: "10 per second" });
   await page.getByRole("button", { name: "Play (K)" }).click();
@@ -142,7 +142,7 @@ test("a link opens its step alone; a document with its stores plays as well", as
   await expect(value(page)).toHaveText("2 ms");
   const log = (await host.accessLog()).join("\n");
   expect(log).toContain("moves3.isosplat");
-  // Not the first steps; two steps are fetched in advance.
+  // The first steps are not fetched. Two steps are fetched in advance.
   expect(log).not.toMatch(/moves[012]\.isosplat/);
   await page.getByRole("application").focus();
   await page.keyboard.press("k");

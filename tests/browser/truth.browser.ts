@@ -22,7 +22,10 @@ import {
   trueCases,
 } from "./support/truth.ts";
 
-/** Small volumes, and views that once were wrong although the measured views were right. */
+/**
+ * Small volumes, and views that an earlier version drew wrongly although the measured views were
+ * right.
+ */
 const tested = ["aneurysm 150.5", "aneurysm 60.5", "bonsai 150.5", "engine 60.5", "CT_AVM 220.5"];
 const cases = trueCases.filter(({ name, isovalue }) => tested.includes(`${name} ${isovalue}`));
 const canvas = { width: 608, height: 472 };

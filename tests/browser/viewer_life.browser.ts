@@ -111,7 +111,7 @@ test("a view that the sample budget keeps coarse is limited, and never complete"
     await viewer.open(window.life.source);
     viewer.setIsovalues([100]);
     const end = await limited;
-    // Whatever a further look at the resting view finds, it stays limited.
+    // The view stays limited, whatever further occlusion queries find.
     for (let i = 0; i < 60; ++i) await new Promise((next) => requestAnimationFrame(next));
     viewer.dispose();
     return { ...end, states: [...states] };
@@ -195,7 +195,7 @@ test("decoding workers that crash are replaced, and the picture becomes complete
   await page.evaluate(() => window.life.complete);
   const before = page.workers();
   expect(before.length).toBeGreaterThan(0);
-  // Like an instance without memory: an error that is not caught.
+  // Throws an error that is not caught, like an instance without memory.
   for (const worker of before) {
     const gone = worker.waitForEvent("close");
     await worker.evaluate(() => {

@@ -18,7 +18,7 @@ test.use({ viewport: { width: 1000, height: 600 } });
 const isovalue = (page: Page) =>
   page.locator(".isovalue-slider").evaluate((slider) => (slider as HTMLInputElement).valueAsNumber);
 
-/** Requests for data, from now on. */
+/** Counts the requests for data from now on. */
 function countRequests(page: Page): { count: () => number } {
   let count = 0;
   page.on("request", (request) => {
@@ -34,7 +34,7 @@ test("lists the volumes, and opens one", async ({ page }) => {
   const bucky = page.getByRole("link", { name: /bucky/i });
   await expect(bucky).toContainText("128 × 128 × 128");
   await expect(bucky).toContainText("8 bit");
-  // The picture of the surface is made automatically.
+  // The page makes the card's picture of the surface automatically.
   await expect(bucky.locator("img")).toBeVisible({ timeout: 30_000 });
   await bucky.click();
   await complete(page);
@@ -84,7 +84,7 @@ test("a moved slider shows another surface, without a request if its chunks are 
   const near = await compare(page, before, await savedPicture(page));
   expect(near.differing).toBeGreaterThan(0.001);
 
-  // Over the whole range: there is always a surface, and few requests.
+  // During a drag over the whole range there is always a surface, and there are few requests.
   const box = await page.locator("#histogram").boundingBox();
   if (!box) throw new Error("no histogram");
   await page.mouse.move(box.x + 0.1 * box.width, box.y + 30);
@@ -159,7 +159,7 @@ test("mouse and keys rotate, pan, zoom and reset the view", async ({ page }) => 
 
   await page.keyboard.press("r");
   await settled(page);
-  // The whole view depends on the window: the address does not have it.
+  // The address does not contain the whole view, because it depends on the window.
   expect(new URL(page.url()).searchParams.has("camera")).toBe(false);
   await page.keyboard.press("ArrowRight");
   expect((await camera())[2]).toBeGreaterThan(zoomed[2] ?? 0);
@@ -178,7 +178,7 @@ test("cuts across the view, and keeps the plane in the address", async ({ page }
   const cut = await savedPicture(page);
   expect((await compare(page, whole, cut)).differing).toBeGreaterThan(0.02);
 
-  // By keyboard, too.
+  // The plane can be moved by keyboard as well.
   const plane = page.locator("wa-slider[label=Plane] [role=slider]");
   const before = new URL(page.url()).searchParams.get("plane");
   await plane.press("ArrowRight");

@@ -83,7 +83,7 @@ test("a header fetches the voxels that it names", async ({ page }) => {
   await expect(page.locator(".volume-name")).toHaveText("head");
 });
 
-test("a connection that breaks is continued", async ({ page }) => {
+test("a download continues after its connection broke", async ({ page }) => {
   proxy.fault = (_, number) => (number === 1 ? { kind: "truncate", bytes: 700_000 } : undefined);
   await open(page, `${proxy.url}/bucky.nrrd`);
   await complete(page);
@@ -117,7 +117,7 @@ test("cancelling ends a fetch", async ({ page }) => {
   await expect(kept(page)).toHaveCount(0);
 });
 
-test("after a file of this device was read, the page says that other hosts are cut off", async ({
+test("after a file of this device was read, the page reports that other hosts are blocked", async ({
   page,
 }) => {
   copyFileSync(join(demoFolder, "bucky.isosplat"), join(folder, "bucky.isosplat"));
@@ -170,7 +170,8 @@ test("a scale of an OME-Zarr image is chosen, built and kept; a link to it opens
   await open(page, address);
   await expect(page.getByRole("button", { name: /20 × 20 × 20 voxels/ })).toBeVisible();
   await page.getByRole("button", { name: /40 × 40 × 40 voxels · 128 KB/ }).click();
-  // The smaller scale is shown while the chosen one is on its way; what is set there stays.
+  // The smaller scale is shown while the chosen one is being fetched. Settings that are made
+  // meanwhile stay.
   await expect(page.locator(".volume-name")).toHaveText("ball");
   await expect(page.getByText("Preview: 20 × 20 × 20 of 40 × 40 × 40 voxels")).toBeVisible();
   await settled(page);

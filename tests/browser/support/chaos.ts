@@ -3,7 +3,7 @@ import { Chance } from "../../support/chance.ts";
 import type { Fault } from "../../support/fault_proxy.ts";
 
 /**
- * Numbers of its own for the first, second … request of each address: they do not depend on the
+ * Separate random numbers for each address and each of its requests. They do not depend on the
  * order in which requests for different addresses arrive.
  */
 export class ChanceOfEach {

@@ -1,7 +1,10 @@
 import { createServer } from "node:http";
 
 export interface HtmlHost {
-  /** Has another port than the server, so that script, worker and store are cross-origin for its page. */
+  /**
+   * Its port differs from the server's, so that script, worker and store are cross-origin for its
+   * page.
+   */
   readonly origin: string;
   stop(): void;
 }

@@ -1,6 +1,6 @@
 import type { Page } from "@playwright/test";
 
-/** What the page's Content-Security-Policy has refused so far, as the browser reports it. */
+/** The refusals of the page's Content-Security-Policy so far, as the browser reports them. */
 export function refusals(page: Page): readonly string[] {
   const found: string[] = [];
   page.on("console", (message) => {

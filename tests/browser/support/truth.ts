@@ -176,7 +176,7 @@ export function queryOf({ name, isovalue }: TrueCase, camera: string): string {
   return `?volume=${name}&isovalue=${isovalue}&camera=${camera}&kind=exact&background=ffffff`;
 }
 
-/** Draws every sample of level 0 into a PNG. */
+/** Draws every sample of level 0. Returns a PNG. */
 export function nativePicture(
   store: string,
   { isovalue }: TrueCase,

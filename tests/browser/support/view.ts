@@ -10,8 +10,8 @@ export async function complete(page: Page, timeout = 30_000): Promise<void> {
 }
 
 /**
- * Waits until the page reports that neither picture nor address will change by themselves. The
- * report is withdrawn by the same event that changes something.
+ * Waits until the page reports that neither the picture nor the address will change without an
+ * action. The report is withdrawn by the same event that changes something.
  */
 export async function settled(page: Page, timeout = 30_000): Promise<void> {
   await expect(page.getByRole("application")).toHaveAttribute("aria-busy", "false", { timeout });
