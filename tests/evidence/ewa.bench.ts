@@ -1,5 +1,6 @@
-// The renderer's splats against a textbook EWA resampling filter (Zwicker et al. 2001): alias and blur, on
-// a plane with a checker pattern and on engine. Draws the pictures of docs/bench/ewa again.
+// Compares alias and blur of the renderer's splats with a textbook EWA resampling filter (Zwicker
+// et al. 2001), on a plane with a checker pattern and on engine. Draws the pictures of
+// docs/bench/ewa again.
 import { existsSync, mkdirSync } from "node:fs";
 import { join } from "node:path";
 import type { Benchmark } from "../bench/harness/benchmark.ts";

@@ -1,6 +1,7 @@
-// The paper's experiment (section 6, figure 6): its paradigms (A) to (D) and marching cubes with an
-// interval tree, composed of the core's functions, beside VTK's marching cubes and Flying Edges. All on
-// one thread, 16 isovalues spread over the range of each volume, 10 runs of each.
+// Repeats the paper's experiment (section 6, figure 6). It compares the paradigms (A) to (D) and
+// marching cubes with an interval tree, composed of the core's functions, with VTK's marching cubes
+// and Flying Edges. All run on one thread, with 16 isovalues spread over the range of each volume,
+// and 10 runs of each.
 import { existsSync, mkdirSync, rmSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "../bench/harness/benchmark.ts";
@@ -39,7 +40,7 @@ interface Row {
 
 interface Result {
   rows: Row[];
-  /** What preprocessing made: the store, or the interval tree. */
+  /** The bytes that preprocessing made: of the store, or of the interval tree. */
   preparedBytes: number;
   peakBytes: number;
 }

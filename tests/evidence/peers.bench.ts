@@ -1,4 +1,4 @@
-// The same isosurface over the same links by Isosplat and by other programs for browsers.
+// Compares Isosplat and other programs for browsers: the same isosurface over the same links.
 import type { Bench, Benchmark } from "../bench/harness/benchmark.ts";
 import { links } from "../bench/stream/visit.ts";
 import { programsFor, type Surface } from "./peer_visits/programs.ts";

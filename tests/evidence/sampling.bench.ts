@@ -1,5 +1,6 @@
-// The paper's projections (section 3: one Newton step, exact) and samplings (section 4: one sample for a
-// cell, octants of all cells, octants of cells with wide intervals), and what each costs and gains.
+// Compares cost and quality of the paper's projections (section 3: one Newton step, exact) and
+// samplings (section 4: one sample for a cell, octants of all cells, octants of cells with wide
+// intervals).
 import { existsSync } from "node:fs";
 import { join } from "node:path";
 import type { Benchmark } from "../bench/harness/benchmark.ts";

@@ -1,5 +1,6 @@
-// 10,000 viewers: visits are recorded with the page's client, and replayed through nginx, with the
-// packages' configuration, in front of the server. What the cache answers, and what reaches the server.
+// 10,000 viewers. Visits are recorded with the page's client, and replayed through nginx, with the
+// packages' configuration, in front of the server. Measures the requests that the cache answers,
+// and those that reach the server.
 import {
   existsSync,
   mkdirSync,
@@ -61,7 +62,7 @@ const caches = [
   { name: "cache of 1 % of the stores", share: 0.01, viewers: 0.1 },
 ] as const;
 const calculated = [0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
-/** Places of a CDN, each with a cache of its own. */
+/** Locations of a CDN, each with a separate cache. */
 const places = 50;
 
 const block = 4096;
@@ -83,7 +84,7 @@ function measureCache(folder: string): CacheFiles {
   return { files, bytes };
 }
 
-/** Starts the proxy in a folder of its own, so that its cache is empty. */
+/** Starts the proxy in a new folder, so that its cache is empty. */
 async function startProxy(bench: Bench, server: RunningServer, cacheBytes?: number) {
   const folder = join(bench.folder, "proxy");
   rmSync(folder, { recursive: true, force: true });
@@ -113,7 +114,7 @@ function wantedVisits(names: readonly string[], count: number): Wanted[] {
 const mean = (values: readonly number[]) =>
   values.reduce((all, value) => all + value, 0) / values.length;
 
-/** What recorded visits are like, and how much of one no other has. */
+/** Reports statistics of recorded visits, and the share of a visit that no other visit has. */
 function reportVisits(bench: Bench, what: string, names: string[], visits: RecordedVisit[]): void {
   const bytes = visits.map(({ requests }) => requests.reduce((all, r) => all + r.bytes, 0) / 1e6);
   const counts = visits.map(({ requests }) => requests.length);
@@ -131,7 +132,7 @@ function reportVisits(bench: Bench, what: string, names: string[], visits: Recor
   reportNews(bench, what, names, visits);
 }
 
-/** How much of a visit no other visit of the volume has. */
+/** Reports the share of a visit that no other visit of the volume has. */
 function reportNews(bench: Bench, what: string, names: string[], visits: RecordedVisit[]): void {
   const news = names.map(
     (name) => 100 * mean(newShares(visits.filter(({ volume }) => volume === name))),
@@ -143,7 +144,7 @@ interface Replayed {
   account: Account;
   meter: OriginMeter;
   cache: CacheFiles;
-  /** The most that the files took, seen every ten seconds. */
+  /** The maximum size of the files, measured every ten seconds. */
   mostCacheBytes: number;
 }
 
@@ -168,7 +169,7 @@ async function replayThrough(
   return { account, meter, cache, mostCacheBytes: Math.max(mostCacheBytes, cache.bytes) };
 }
 
-/** All requests have one outcome, and what is no hit has reached the server. */
+/** Checks that all requests have one outcome, and that all misses have reached the server. */
 function checkCounts({ account, meter }: Replayed, visits: readonly PlannedVisit[]): void {
   const requests = visits.flatMap(({ visit }) => visit.requests);
   if (account.requests !== requests.length) {
@@ -176,7 +177,8 @@ function checkCounts({ account, meter }: Replayed, visits: readonly PlannedVisit
   }
   const { requests: served } = sum(meter.byRoute);
   const notHit = account.misses + account.passed;
-  // Of a range, each piece of the file is a request; what was given up may have reached the server.
+  // For a range, nginx requests each piece of the file. Cancelled requests may have reached the
+  // server.
   const ranges = requests.filter(({ range }) => range).length;
   const unsure = account.cancelled + account.failed + 2 * ranges;
   if (Math.abs(served - notHit) > unsure) {
@@ -223,8 +225,8 @@ function reportOutcome(bench: Bench, what: string, { requests, bytes, ...of }: O
 }
 
 /**
- * Caches of other sizes, and several caches, by calculation; and that of the replay, to compare with.
- * `overhead`: of an entry's file.
+ * Calculates the results of caches of other sizes and of several caches, and that of the replay for
+ * comparison. `overhead`: of an entry's file.
  */
 function calculate(
   bench: Bench,
@@ -251,7 +253,7 @@ function calculate(
       simulate(inOrder(visits.slice(0, count)), Infinity),
     );
   }
-  // The viewers of a place are every 50th one: they come in random order.
+  // Every 50th viewer belongs to the same location, because viewers come in random order.
   const each = Array.from({ length: places }, (_, place) =>
     simulate(inOrder(visits.filter((_, i) => i % places === place)), Infinity),
   );
@@ -329,14 +331,17 @@ function overheadOf({ files, bytes }: CacheFiles, visits: readonly PlannedVisit[
 }
 
 interface Recordings {
-  /** What the page asks for besides its client. Empty without Chromium. */
+  /** The requests of the page besides those of its client. Empty without Chromium. */
   page: ReturnType<typeof pageRequests>;
   visits: RecordedVisit[];
   /** The first of each script, with a client that knows only HTTP/1.1. */
   batches: RecordedVisit[];
 }
 
-/** Records, unless ISOSPLAT_BENCH_VIEWERS_VISITS names a file with recordings; else keeps them there. */
+/**
+ * Reads the recordings from the file that ISOSPLAT_BENCH_VIEWERS_VISITS names. If the file does not
+ * exist, records visits and writes them to it.
+ */
 async function recordingsOf(
   bench: Bench,
   server: RunningServer,

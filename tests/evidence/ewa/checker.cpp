@@ -16,8 +16,8 @@ render::RenderSettings Checker::settings() const {
   settings.isosurfaces = {{kIsovalue, {1, 1, 1}, 1}};
   settings.background = {0, 0, 0, 1};
   settings.colour_by = render::ColourBy::gradient;
-  // From entry 40 to 88 of 255, the luminance of this map is linear to within 2 % of its contrast,
-  // so that a mean of colours has the luminance of the mean's colour.
+  // From entry 40 to 88 of 255, the luminance of this map is linear to within 2 % of its contrast.
+  // So the mean of several colours has the luminance of the colour of their mean scalar.
   settings.colour_map = render::ColourMap::turbo;
   const double per_entry = (kHigh - kLow) / (88 - 40);
   settings.colour_low = kLow - 40 * per_entry;

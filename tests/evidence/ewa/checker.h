@@ -24,9 +24,10 @@ struct Checker {
   render::RenderSettings settings() const;
   Signal signal(const render::Camera& camera) const;
 
-  /// Where the ray through a place in the image (px from its upper left corner) meets the plane.
+  /// The point at which the ray through a position in the image (px from its upper left corner)
+  /// meets the plane.
   std::optional<Vec3d> point_at(const ImagePlane& image, Vec2d place) const;
-  /// Whether the plane has a pattern within `margin` cells of a point.
+  /// Whether the pattern covers everything within `margin` cells of a point.
   bool holds(Vec3d point, double margin) const;
 
   /// The frequency in the image, in cycles per px, of the wave of the pattern's spectrum with `m`

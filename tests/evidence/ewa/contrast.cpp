@@ -28,7 +28,7 @@ bool has_no_visible_wave(const Checker& checker, const ImagePlane& image, Vec3d 
   return true;
 }
 
-/// Whether the plane is seen in all pixels within kMargin.
+/// Whether all pixels within kMargin show the plane.
 bool is_inside(const Checker& checker, const ImagePlane& image, int x, int y) {
   for (const int dy : {-kMargin, 0, kMargin}) {
     for (const int dx : {-kMargin, 0, kMargin}) {
@@ -46,7 +46,7 @@ CheckerLevels levels_of(const Checker& checker, const render::Camera& camera) {
   CheckerLevels levels;
   levels.dark = luminance_at(checker, signal, Checker::kLow);
   levels.bright = luminance_at(checker, signal, Checker::kHigh);
-  // Of the bilinear pattern over a period of two squares.
+  // The levels of the bilinear pattern, over a period of two squares.
   constexpr int kSteps = 16;
   const auto g = [&](int x, int y) {
     return ((x / checker.square + y / checker.square) % 2 ? Checker::kHigh : Checker::kLow);
@@ -111,7 +111,7 @@ double wave_amplitude(const Luminance& picture, int per_px, const Checker& check
       }
     }
   }
-  // A wave's pixels are weighted by their number, since the orientations that occur differ.
+  // Weight the waves by the number of their pixels, since different orientations occur.
   const double total = double(counts[0] + counts[1]);
   return total > 0 ? (std::abs(sums[0]) + std::abs(sums[1])) / total : 0;
 }
@@ -131,7 +131,7 @@ double edge_width(const Luminance& picture, int per_px, const Checker& checker,
       // Edges are where the lattice points change, half a cell before each multiple of a square.
       const double s = (point->x + 0.5) / checker.square, t = (point->y + 0.5) / checker.square;
       const double edge = std::round(s);
-      // Only the middle half of an edge, away from corners.
+      // Use only the middle half of an edge, away from corners.
       if (std::abs(t - std::floor(t) - 0.5) > 0.25) continue;
       const bool rises = static_cast<int64_t>(std::floor(t) + edge) % 2 != 0;
       const double distance = (s - edge) * checker.square * px_per_cell * (rises ? 1 : -1);
@@ -143,7 +143,7 @@ double edge_width(const Luminance& picture, int per_px, const Checker& checker,
   }
   const auto crossing = [&](double share) {
     const double level = levels.dark + share * (levels.bright - levels.dark);
-    // The last place below the level, from the bright end.
+    // The last position below the level, seen from the bright end.
     double previous = 0, at_previous = 0;
     bool has_previous = false;
     for (size_t i = bins; i-- > 0;) {

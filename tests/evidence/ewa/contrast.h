@@ -12,11 +12,11 @@ struct CheckerLevels {
 };
 CheckerLevels levels_of(const Checker& checker, const render::Camera& camera);
 
-/// Alias of a picture of the checker: the root mean square of its difference to the pattern's mean,
-/// by half the pattern's contrast, over the pixels in which the pattern has no frequency that the
-/// image can show: each wave of its spectrum up to order 15 has more than ½ cycle per px along x or
-/// y. What an ideal picture shows there is the mean. Pixels within 4 px of the plane's end are left
-/// out. `pixels` (may be null): how many there were.
+/// Alias of a picture of the checker: the root mean square of its difference from the pattern's
+/// mean, divided by half the pattern's contrast. Only those pixels count in which the image can
+/// show no frequency of the pattern: each wave of its spectrum up to order 15 has more than ½ cycle
+/// per px along x or y. An ideal picture shows the mean there. Pixels within 4 px of the plane's
+/// end are left out. `pixels` (may be null): the number of counted pixels.
 double checker_alias(const Luminance& picture, const Checker& checker, const ImagePlane& image,
                      const CheckerLevels& levels, size_t* pixels = nullptr);
 
@@ -27,9 +27,10 @@ double wave_amplitude(const Luminance& picture, int per_px, const Checker& check
                       const ImagePlane& image, const CheckerLevels& levels, double low,
                       double high);
 
-/// Width of the pattern's edges in a picture of the plane seen from its front, in px: the distance
-/// between 10 and 90 % of the step from dark to bright, of the mean luminance as a function of the
-/// distance from the edge (as in ISO 12233, by the pixels of slanted edges).
+/// Width of the pattern's edges in a picture of the plane seen from its front, in px. The mean
+/// luminance, as a function of the distance from the edge, is computed from the pixels of slanted
+/// edges (as in ISO 12233). The width is the distance between 10 and 90 % of its step from dark to
+/// bright.
 double edge_width(const Luminance& picture, int per_px, const Checker& checker,
                   const ImagePlane& image, const CheckerLevels& levels);
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Vec3f kColour{0.25f, 0.5f, 0.75f};
 
-/// From the front of the plane z = 0, or at an angle to it.
+/// A camera in front of the plane z = 0, or at an angle to it.
 render::Camera camera_at(double elevation, double distance = 100) {
   render::Camera camera;
   camera.azimuth = 25;
@@ -70,8 +70,8 @@ TEST(EwaFilter, WeightsOfAnEvenPlaneAddUpToOne) {
   for (const auto& [deviation, error] : {std::pair{0.5, 0.03}, {0.7, 1e-3}}) {
     const auto surfels = plane(60, 0, deviation, constant);
     for (const double elevation : {90.0, 35.0}) {
-      // Large cells, of 8 px: the low-pass filter hides nothing. Parallel rays: the affine
-      // approximation is exact.
+      // Cells are as large as 8 px, so that the low-pass filter hides no error. The rays are
+      // parallel, so that the affine approximation is exact.
       render::Camera camera = camera_at(elevation, 22);
       camera.orthographic = true;
       const EwaPicture picture = draw_ewa(surfels, ImagePlane(camera, 96, 96));
@@ -87,8 +87,8 @@ TEST(EwaFilter, WeightsOfAnEvenPlaneAddUpToOne) {
 TEST(EwaFilter, SplatHasTheEnergyAndVarianceOfTheory) {
   Surfel surfel{{0, 0, 0}, {0, 0, 1}, 1.7, 0.8, kColour};
   for (const double elevation : {90.0, 30.0, 8.0}) {
-    // Far away, so that the affine approximation is exact enough to state V in closed form: across
-    // the view σ s, along it σ s sin(elevation), each squared and plus 1.
+    // The camera is far away, so that the affine approximation is exact enough. V is then known in
+    // closed form: (σ s)² + 1 across the view, and (σ s sin(elevation))² + 1 along it.
     render::Camera camera = camera_at(elevation, 400);
     camera.field_of_view = 10;
     constexpr int kSize = 256;
@@ -120,7 +120,7 @@ TEST(EwaFilter, SplatHasTheEnergyAndVarianceOfTheory) {
 }
 
 TEST(EwaFilter, JacobianIsThatOfThePerspective) {
-  // By finite differences, far from the middle of the image.
+  // Compares with finite differences, far from the middle of the image.
   const ImagePlane image(camera_at(20, 30), 200, 150);
   const Vec3d at{7, -4, 1.5}, direction{0.3, -0.8, 0.4};
   constexpr double kStep = 1e-5;
@@ -163,7 +163,8 @@ TEST(EwaFilter, BlendsWhatIsVisibleOnly) {
 }
 
 TEST(EwaFilter, CoverageAtAnOutlineIsThatOfTheLowPassFilter) {
-  // Half of a plane: a step, convolved with the kernel and the low-pass filter. A sphere: its disc.
+  // For half of a plane, the coverage is a step, convolved with the kernel and the low-pass filter.
+  // For a sphere, it is the disc.
   auto half = plane(60, 0, 0.5, constant);
   std::erase_if(half, [](const Surfel& surfel) { return surfel.position.x < 0; });
   render::Camera camera = camera_at(90);
@@ -173,7 +174,7 @@ TEST(EwaFilter, CoverageAtAnOutlineIsThatOfTheLowPassFilter) {
   const EwaPicture edge = draw_ewa(half, ImagePlane(camera, 64, 64));
   const double deviation = std::sqrt(0.5 * 0.5 * 16 + 1);
   for (int x = 16; x < 48; ++x) {
-    const double px = x + 0.5 - (32 - 2);  // the first surfels stand for what is right of x = −½
+    const double px = x + 0.5 - (32 - 2);  // the first surfels represent the part from x = −½ on
     EXPECT_NEAR(edge.coverage[edge.at(x, 32)],
                 0.5 * std::erfc(-px / (std::numbers::sqrt2 * deviation)), 0.05)
         << x;
@@ -226,7 +227,7 @@ TEST(Checker, IsAPlaneWhoseGradientHasThePattern) {
 }
 
 TEST(Contrast, IsThatOfAKnownBlur) {
-  // Pictures of the wave with order (1, 1) itself, attenuated, around the mean.
+  // Pictures of the wave of order (1, 1) itself, attenuated, around the mean.
   const Checker checker(400, 4);
   render::Camera camera;
   camera.target = {200, 200, checker.plane()};
@@ -319,7 +320,7 @@ TEST(Spectrum, FourierFindsWaves) {
 }
 
 TEST(Spectrum, AliasAndContrastAreThoseOfKnownWaves) {
-  // Waves of 0.2, 0.3 and 0.9 cycles per px, drawn at 4 × 4 places of 64 × 64 px.
+  // Waves of 0.2, 0.3 and 0.9 cycles per px, drawn at 4 × 4 positions in each of 64 × 64 px.
   const auto drawn = [](double first, double second, double beyond) {
     std::vector<Luminance> pictures;
     for (int place = 0; place < 16; ++place) {

@@ -15,7 +15,7 @@ Vec3f as_float(Vec3d v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// As a texture with linear filtering of decoded sRGB colours yields it.
+/// The colour that a texture gives with linear filtering of decoded sRGB colours.
 Vec3f mapped_colour(render::ColourMap map, double scalar) {
   const double place = 255 * std::clamp(scalar, 0.0, 1.0);
   const auto low = std::min<size_t>(static_cast<size_t>(place), 254);
@@ -27,7 +27,7 @@ Vec3f mapped_colour(render::ColourMap map, double scalar) {
   return linear(low) * (1 - t) + linear(low + 1) * t;
 }
 
-/// Surface cells per area of a plane with this normal.
+/// The number of cells that a plane with this normal crosses, per area.
 double cells_per_area(const VolumeGrid& grid, Vec3d normal) {
   const Matrix3d edges = grid.cell_edges();
   double sum = 0;

@@ -30,21 +30,22 @@ using Signal = std::function<Vec3f(Vec3d position, Vec3d gradient)>;
 Vec3f lit_colour(const render::RenderSettings& settings, const render::CameraFrame& frame,
                  Vec3d position, Vec3d normal, double gradient);
 
-/// The surface in the volume's own resolution: a surfel for each active cell, at the exact
-/// projection of its centre, with the normal by central differences. `deviation`: of the
-/// reconstruction kernel, relative to the square root of the area that a surfel stands for. A plane
+/// The surface in the resolution of the volume: a surfel for each active cell, at the exact
+/// projection of its centre, with the normal by central differences. `deviation`: standard
+/// deviation of the reconstruction kernel, relative to the square root of the area that a surfel
+/// represents. A plane
 /// with normal n crosses Σ |n · eᵢ| / |det (e₁ e₂ e₃)| cells with the edges eᵢ per area.
 std::vector<Surfel> surfels_of(const TestVolume& volume, double isovalue, double deviation,
                                const Signal& signal);
 
-/// The surface of the ray caster at the centres of `per_px` × `per_px` squares of each pixel, as
-/// one picture of that many pixels; `background` where there is none.
+/// The ray caster's surface at the centres of `per_px` × `per_px` squares of each pixel, as one
+/// picture with a pixel for each square. It has `background` where there is no surface.
 Luminance cast_signal(const TestVolume& volume, double isovalue, const render::Camera& camera,
                       int width, int height, int per_px, const Signal& signal,
                       double background = 0);
 
-/// The mean of the squares of each pixel, after the pixels were moved by that many squares to the
-/// right and down. Beyond the picture's end its last squares are repeated.
+/// The mean of the squares of each pixel. `right`, `down`: the squares by which the pixels are
+/// moved before. Beyond the picture's end its last squares are repeated.
 Luminance mean_of_squares(const Luminance& fine, int per_px, int right = 0, int down = 0);
 
 }  // namespace isosplat

@@ -11,8 +11,8 @@ namespace isosplat {
 /// The discrete Fourier transform, in place (Cooley and Tukey 1965). Requires a power of two.
 void fourier(std::span<std::complex<double>> values);
 
-/// The spectrum of a picture between pixels: of one whose pixels were drawn at `per_px` × `per_px`
-/// places each, so that frequencies up to ½ per_px cycles per px can be told apart. A picture with
+/// The spectrum of a picture that was drawn at `per_px` × `per_px` positions in each pixel. So it
+/// distinguishes frequencies up to ½ per_px cycles per px. A picture with
 /// one value for each pixel folds all of them into |f| ≤ ½.
 class Spectrum {
  public:
@@ -20,11 +20,12 @@ class Spectrum {
   /// Its mean is subtracted, and it is faded out towards its edges (Hann's window).
   Spectrum(const Luminance& fine, int per_px);
 
-  /// The waves beyond ½ cycle per px, along x or y, which a picture of one value per pixel shows as
-  /// alias: their root mean square by that of `truth` up to there.
+  /// The alias: a picture with one value per pixel shows waves beyond ½ cycle per px, along x or y,
+  /// as alias. Returns their root mean square, divided by that of the waves of `truth` below this
+  /// frequency.
   double alias(const Spectrum& truth) const;
 
-  /// How much of the waves of `truth` with `low` to `high` cycles per px is left, with their phase:
+  /// The share of the waves of `truth` with `low` to `high` cycles per px that remains in phase:
   /// Re Σ P conj(S) / Σ |S|².
   double contrast(const Spectrum& truth, double low, double high) const;
 
@@ -38,8 +39,8 @@ class Spectrum {
   std::vector<std::complex<double>> wave_;
 };
 
-/// One picture of pictures that were drawn with the pixels' centres moved by (i + ½) / per_px − ½
-/// px to the right, and by the same with j down: `pictures[per_px j + i]`.
+/// Combines pictures that were drawn with the pixels' centres moved by (i + ½) / per_px − ½ px to
+/// the right, and by (j + ½) / per_px − ½ px down: `pictures[per_px j + i]`.
 Luminance interleaved(std::span<const Luminance> pictures, int per_px);
 
 }  // namespace isosplat

@@ -94,7 +94,8 @@ std::optional<ScreenSplat> project_surfel(const Surfel& surfel, const ImagePlane
   splat.filter = {splat.kernel.xx + low_pass, splat.kernel.xy, splat.kernel.yy + low_pass};
   splat.image_area = std::abs(jacobian) * surfel.area;
   splat.depth = image.depth(surfel.position);
-  // The gradient g of the depth in the image has g · by_u = the derivative along u, and so for v.
+  // For the gradient g of the depth in the image, g · by_u is the derivative along u, and likewise
+  // for v.
   const double along_u = image.depth_derivative(surfel.position, u);
   const double along_v = image.depth_derivative(surfel.position, v);
   splat.depth_gradient = {(along_u * by_v.y - along_v * by_u.y) / jacobian,

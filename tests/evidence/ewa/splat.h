@@ -11,7 +11,7 @@ namespace isosplat {
 struct Surfel {
   Vec3d position;        ///< world
   Vec3d normal;          ///< world, unit length
-  double area = 1;       ///< of the surface that it stands for, world units²
+  double area = 1;       ///< of the surface that it represents, world units²
   double deviation = 1;  ///< standard deviation of the kernel in the tangent plane, world units
   Vec3f colour;          ///< linear
 };
@@ -34,7 +34,7 @@ struct Variance2 {
   double form(Vec2d v) const { return v.x * v.x * xx + 2 * v.x * v.y * xy + v.y * v.y * yy; }
 };
 
-/// Where points of the world are in an image, and how the image changes with them.
+/// Maps points of the world to positions in an image, and gives the derivatives.
 class ImagePlane {
  public:
   ImagePlane(const render::Camera& camera, int width, int height);
@@ -51,8 +51,8 @@ class ImagePlane {
   /// The derivative of place() along a direction at a point: the local affine approximation.
   Vec2d derivative(Vec3d position, Vec3d direction) const;
   bool faces_eye(Vec3d position, Vec3d normal) const;
-  /// A number that grows with the distance along the view, and that is an affine function of the
-  /// place on every plane: the distance z, with a perspective camera −1 / z.
+  /// A number that grows with the distance along the view and is, on every plane, an affine
+  /// function of the position in the image: the distance z, or −1 / z with a perspective camera.
   double depth(Vec3d position) const;
   double depth_derivative(Vec3d position, Vec3d direction) const;
 
@@ -78,14 +78,15 @@ struct ScreenSplat {
   double depth;          ///< ImagePlane::depth() of the surfel
   Vec2d depth_gradient;  ///< of the tangent plane, per px
 
-  /// The surfel's weight at a place relative to the centre, area · ρ. Over a surface that is
+  /// The surfel's weight at a position relative to the centre, area · ρ. Over a surface that is
   /// sampled evenly the sum of weights is nearly 1.
   double weight(Vec2d offset) const;
 };
 
-/// Nothing for surfels behind the eye, and for those seen from the side, whose area in the image is
-/// below 0.1 % of that seen from the front. With a perspective camera also for those nearer than 8
-/// deviations, where the affine approximation fails: it makes splats there that cover the image.
+/// Returns nothing for surfels behind the eye, and for surfels seen from the side, whose area in
+/// the image is below 0.1 % of that seen from the front. With a perspective camera, it also returns
+/// nothing for surfels nearer than 8 deviations: there, the affine approximation fails and would
+/// make splats that cover the image.
 std::optional<ScreenSplat> project_surfel(const Surfel& surfel, const ImagePlane& image,
                                           double low_pass);
 

@@ -1,10 +1,9 @@
-// Alias and blur of the renderer's splats and of an EWA resampling filter (Zwicker et al. 2001),
-// against the ray caster's picture at many places in each pixel:
-// isosplat_ewa_study VOLUME STORE ISOVALUE PICTURES
-// Prints a line of JSON for each figure. PICTURES: a folder for pictures of both scenes. Scenes: a
-// plane with a checker pattern, which recedes to the horizon, and its edges from the front; the
-// volume as a whole, and close up. Light without occlusion, shadows and edge shading: neither
-// filter is about them.
+// Compares alias and blur of the renderer's splats and of an EWA resampling filter (Zwicker et al.
+// 2001) with the ray caster's picture at many positions in each pixel: isosplat_ewa_study VOLUME
+// STORE ISOVALUE PICTURES Prints a line of JSON for each figure. PICTURES: a folder for pictures of
+// both scenes. Scenes: a plane with a checker pattern, which recedes to the horizon, and its edges
+// from the front; the volume as a whole, and close up. The light is without occlusion, shadows and
+// edge shading, which do not concern the filters.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -28,7 +27,7 @@ namespace isosplat {
 namespace {
 
 constexpr int kTruthPerPx = 8;  // squares of a pixel of the checker along each axis
-constexpr int kPlaces = 4;      // of pixels of the volume, along each axis
+constexpr int kPlaces = 4;      // positions in a pixel of the volume, along each axis
 constexpr double kBands[][2] = {{0.05, 0.15}, {0.15, 0.25}, {0.25, 0.35}, {0.35, 0.45}};
 constexpr const char* kBandNames[] = {"0.1", "0.2", "0.3", "0.4"};
 
@@ -62,8 +61,8 @@ void report(const std::string& scene, const char* way, const std::string& measur
   std::fflush(stdout);
 }
 
-/// What is drawn: a volume in the renderer, and the same surface as surfels, whose colours follow
-/// from the camera.
+/// A volume in the renderer, and the same surface as surfels, whose colours are computed for a
+/// camera.
 struct Subject {
   const TestVolume& volume;
   double isovalue;
@@ -71,8 +70,8 @@ struct Subject {
   std::function<Signal(const render::Camera&)> signal;
 };
 
-/// The surfels of a way that has some. With an orthographic camera, colours do not depend on its
-/// target.
+/// The surfels of a method that uses them. With an orthographic camera, colours do not depend on
+/// its target.
 std::vector<Surfel> surfels_of(const Subject& subject, const Way& way,
                                const render::Camera& camera) {
   if (!(way.deviation > 0)) return {};
@@ -96,7 +95,7 @@ void save(const Image& image, const std::string& folder, const char* scene, cons
   need(write_png(folder + "/" + scene + "_" + name + ".png", image));
 }
 
-/// The name of a picture of this way, or nullptr: those beside each other in the document.
+/// The name of the picture of this method, or nullptr if the document does not show it.
 const char* picture_name(const char* way) {
   static const std::map<std::string, const char*> names{{"EWA, kernels of 0.5", "ewa"},
                                                         {"exact, smooth, still", "still"},
@@ -179,7 +178,8 @@ void study_plane(render::Renderer& renderer, const std::string& folder) {
   }
 }
 
-/// Edges of the pattern from the front, turned by 10° so that they cross pixels at all places.
+/// Measures edges of the pattern from the front. They are turned by 10°, so that they cross pixels
+/// at all positions.
 void study_edges(render::Renderer& renderer, int cells, int square, double px_per_cell,
                  const char* measure) {
   constexpr int kSize = 256;
@@ -239,7 +239,7 @@ void study_view(render::Renderer& renderer, const Subject& subject, const std::s
   measure("surface", truth);
   const Luminance finer = cast_signal(subject.volume, subject.isovalue, camera, kSize, kSize,
                                       kTruthPerPx, subject.signal(camera));
-  // Places are whole squares of the finer picture apart from the pixels' centres.
+  // The positions differ from the pixels' centres by whole squares of the finer picture.
   static_assert(kTruthPerPx == 2 * kPlaces);
   std::vector<Luminance> means;
   for (int i = 0; i < kPlaces * kPlaces; ++i) {
@@ -264,7 +264,8 @@ void study_view(render::Renderer& renderer, const Subject& subject, const std::s
   }
 }
 
-/// From so near that a cell covers `px_per_cell`, to a point of the surface near the middle.
+/// A camera that looks at a point of the surface near the middle, so near that a cell covers
+/// `px_per_cell`.
 render::Camera close_camera(const TestVolume& volume, double isovalue, render::Camera camera,
                             double px_per_cell) {
   constexpr int kSize = 256;

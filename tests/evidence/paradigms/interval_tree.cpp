@@ -15,8 +15,8 @@ std::unique_ptr<IntervalTree::Node> IntervalTree::make(std::span<Cell> cells) {
   if (cells.empty()) return nullptr;
   auto node = std::make_unique<Node>();
   ++nodes_;
-  // The median of the lower ends: at least one cell contains it, and each subtree has at most half
-  // of the cells on one side.
+  // The value is the median of the lower ends: at least one cell contains it, and each subtree has
+  // at most half of the cells.
   const auto middle = cells.begin() + static_cast<ptrdiff_t>(cells.size() / 2);
   std::ranges::nth_element(cells, middle, {}, [](const Cell& cell) { return cell.interval.min; });
   const QuantizedValue value = middle->interval.min;

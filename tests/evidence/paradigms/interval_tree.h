@@ -48,7 +48,7 @@ class IntervalTree {
     }
   }
 
-  /// Of the tree, in bytes.
+  /// The size of the tree in bytes.
   size_t memory() const;
 
  private:

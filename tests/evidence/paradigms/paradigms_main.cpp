@@ -1,8 +1,8 @@
 // Extracts isosurfaces in one of the paper's paradigms, on one thread:
 // isosplat_paradigms VOLUME a|b|c|d|mc FOLDER RUNS ISOVALUE…
-// Prints a line of JSON for each isovalue, with the seconds of each run after one that does not
-// count, then one with the peak memory since preprocessing. FOLDER: for the store of (A) and (B),
-// which is built before and is not measured.
+// Prints a line of JSON for each isovalue, with the seconds of each run except the first, and then
+// a line with the peak memory since preprocessing. FOLDER: for the store of (A) and (B). It is
+// built before the measurement.
 #include <malloc.h>
 
 #include <chrono>

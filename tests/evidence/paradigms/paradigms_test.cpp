@@ -1,4 +1,4 @@
-// All paradigms find the same active cells, and the interval tree finds what a scan finds.
+// All paradigms must find the same active cells, and the interval tree the same cells as a scan.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -67,7 +67,7 @@ size_t block_number(const LevelGrid& level, Index3 cell) {
                              (block(cell.y) + static_cast<size_t>(level.blocks.y) * block(cell.z));
 }
 
-/// Makes samples of the active cells, and projects them, as (A) does block by block.
+/// Makes samples of the active cells, and projects them, like (A), which does so block by block.
 class TreePoints : public TreeExtractor {
  public:
   using TreeExtractor::TreeExtractor;
@@ -135,7 +135,7 @@ class TreeSamples : public TreeExtractor {
 };
 
 /// Straightforward marching cubes (W. Lorensen, H. Cline, 1987; ambiguous cells as in
-/// shared/core/mesh): each triangle has vertices of its own, with positions on the edges of its
+/// shared/core/mesh): each triangle has three separate vertices, with positions on the edges of its
 /// cell, and normals from central differences at the voxels.
 class TreeTriangles : public TreeExtractor {
  public:

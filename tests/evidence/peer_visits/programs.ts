@@ -1,4 +1,4 @@
-/** The programs that show one volume of bytes, each on a server of its own. */
+/** The programs that show one volume of bytes, each on a separate server. */
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
@@ -18,7 +18,7 @@ export interface Surface {
   volume: string;
   name: string;
   isovalue: number;
-  /** What the isovalue is changed to. */
+  /** The isovalue after the change. */
   next: number;
 }
 
@@ -61,7 +61,7 @@ const versionIn = (folder: string): string =>
 const named = (bench: Bench, title: string, dependency: string): string =>
   `${title} ${versionIn(join(bench.root, "tests/evidence/peers/node_modules", dependency))}`;
 
-/** A mesh of an isovalue, compressed; by Flying Edges, or without VTK by Isosplat. */
+/** A compressed mesh of an isovalue, made by Flying Edges, or by Isosplat if VTK is missing. */
 async function compressedMesh(bench: Bench, { volume, name }: Surface, isovalue: number) {
   const store = join(bench.folder, `${name}.isosplat`);
   const byVtk = await flyingEdgesMesh(bench, volume, isovalue);
@@ -76,7 +76,7 @@ async function compressedMesh(bench: Bench, { volume, name }: Surface, isovalue:
   return { content: readFileSync(compressed), source: byVtk ? "Flying Edges" : "Isosplat" };
 }
 
-/** All that can be served, and what ends their servers. */
+/** All programs that can be served, and a function that ends their servers. */
 export async function programsFor(
   bench: Bench,
   surface: Surface,

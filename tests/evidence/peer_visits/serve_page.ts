@@ -1,4 +1,4 @@
-/** A peer's page on a server of its own, with the files that it fetches. */
+/** A peer's page on a separate server, with the files that it fetches. */
 import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { createServer, type Server } from "node:http";
 import type { AddressInfo } from "node:net";
@@ -19,8 +19,8 @@ const types: Record<string, string> = {
 };
 
 /**
- * Builds the page tests/evidence/peers/PAGE and serves it, with Brotli as Isosplat's, and the data as it is.
- * `data`: contents by path. Undefined: skipped.
+ * Builds the page tests/evidence/peers/PAGE and serves it, with Brotli like Isosplat's page, and
+ * the data unchanged. `data`: contents by path. Undefined: skipped.
  */
 export async function servePage(
   bench: Bench,

@@ -1,4 +1,7 @@
-/** Visits to pages that show an isosurface, Isosplat's or a peer's: times, bytes and memory. */
+/**
+ * Measures visits to pages that show an isosurface, of Isosplat or of a peer: times, bytes and
+ * memory.
+ */
 import { MemoryWatch, processOf } from "../../bench/drop/processes.ts";
 import type { Bench } from "../../bench/harness/benchmark.ts";
 import { type Link, launch, Visitor } from "../../bench/stream/visit.ts";
@@ -25,14 +28,20 @@ interface Pictures {
   changeIsovalue: (isovalue: number) => Promise<void> | void;
 }
 
-/** A link slows the requests of a page, but not those of its service worker, so there is none. */
+/**
+ * The simulated link slows the requests of a page, but not those of its service worker, so no
+ * service worker is used.
+ */
 async function bypassServiceWorker({ page }: Visitor): Promise<void> {
   const session = await page.context().newCDPSession(page);
   await session.send("Network.enable");
   await session.send("Network.setBypassServiceWorker", { bypass: true });
 }
 
-/** Notes for each mark when the GPU has finished the picture of the second frame from then on. */
+/**
+ * Records for each mark the time at which the GPU has finished the picture of the second frame
+ * after it.
+ */
 async function watchPictures(visitor: Visitor, marks: string[]): Promise<void> {
   await visitor.page.addInitScript((marks) => {
     performance.setResourceTimingBufferSize(5000);
@@ -84,10 +93,10 @@ async function picture(visitor: Visitor, name: string, after = 0): Promise<numbe
   return ((await handle.jsonValue()) as { at: number }).at;
 }
 
-/** Of the requests until a mark: the program, and the data. */
+/** Megabytes of the requests until a mark: for the program and for the data. */
 async function megabytesUntil(visitor: Visitor, name: string): Promise<number> {
   const { at } = await visitor.mark(name);
-  // Isosplat's marks say how much of the volume has arrived.
+  // Isosplat's marks state the bytes of the volume that have arrived.
   const data = await visitor.page.evaluate((name) => {
     const [mark] = performance.getEntriesByName(name, "mark") as PerformanceMark[];
     return (mark?.detail as { bytesReceived?: number } | null)?.bytesReceived ?? 0;
@@ -95,10 +104,10 @@ async function megabytesUntil(visitor: Visitor, name: string): Promise<number> {
   return ((await visitor.programBytes(at)) + data) / 1e6;
 }
 
-/** Shows another isovalue; when it was asked for, and when its first and final pictures were there. */
+/** Shows another isovalue. Returns the times of the change and of its first and final pictures. */
 async function change(visitor: Visitor, program: Program, isovalue: number) {
   await program.prepare?.(visitor);
-  // What is fetched in advance has the same time in all programs.
+  // All programs have the same time for fetching in advance.
   await visitor.page.waitForTimeout(1500);
   const now = async () => ((await visitor.programBytes()) + visitor.data.bytes) / 1e6;
   const before = await now();
@@ -128,7 +137,7 @@ const measures = {
 } as const;
 type Measure = keyof typeof measures;
 
-/** Opens the page with nothing in its cache, each time in a browser of its own, and changes the isovalue. */
+/** Opens the page with an empty cache, each time in a new browser, and changes the isovalue. */
 export async function measureProgram(
   bench: Bench,
   program: Program,

@@ -1,4 +1,4 @@
-"""What the scripts beside this one share: a raw volume as VTK reads it, and the filter."""
+"""Functions that the scripts in this folder share: a VTK reader of a raw volume, and the filter."""
 
 from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D, vtkMarchingCubes
 from vtkmodules.vtkIOImage import vtkImageReader2
@@ -25,7 +25,7 @@ def raw_volume(path, voxels, kind, spacing=(1, 1, 1)):
 
 
 def flying_edges(reader, filter_class=vtkFlyingEdges3D):
-    """The filter (or vtkMarchingCubes) on what the reader reads, with normals and nothing else."""
+    """The filter (or vtkMarchingCubes) behind the reader, which computes only normals in addition."""
     edges = filter_class()
     edges.SetInputConnection(reader.GetOutputPort())
     edges.ComputeNormalsOn()

@@ -15,9 +15,9 @@ struct SampleBox {
   std::array<float, 8> corners{};  ///< the trilinear function there: its extremes in the box
 };
 
-/// Where the samples of a cell lie (paper, section 4).
+/// The positions of the samples of a cell (paper, section 4).
 enum class Subdivision : uint8_t {
-  none,       ///< one sample for each active cell: what Isosplat does
+  none,       ///< one sample for each active cell, like Isosplat
   isotropic,  ///< one for each active octant
   adaptive    ///< octants only where the interval is wider than a threshold
 };
@@ -25,12 +25,13 @@ enum class Subdivision : uint8_t {
 /// How a sample is projected (paper, section 3).
 enum class ProjectionMethod : uint8_t {
   newton,          ///< one step, and dropped if it is longer than half the box's diagonal
-  newton_clamped,  ///< one step, at most so long, and not out of the cell: what Isosplat does
+  newton_clamped,  ///< one step, clamped to this length and to the cell, like Isosplat
   two_newton,      ///< two steps, dropped as one
-  exact            ///< the nearest root along the gradient in the cell; else as newton_clamped
+  exact  ///< the nearest root along the gradient in the cell; like newton_clamped if there is none
 };
 
-/// The active boxes of a cell. `max_interval`: of the adaptive subdivision. Replaces `boxes`.
+/// Computes the active boxes of a cell. `max_interval`: threshold of the adaptive subdivision.
+/// Replaces `boxes`.
 void subdivide(const std::array<float, 8>& corners, float isovalue, Subdivision subdivision,
                float max_interval, std::vector<SampleBox>& boxes);
 

@@ -140,7 +140,8 @@ struct SampledCells {
   uint64_t samples = 0;           ///< with those that were dropped
 };
 
-/// Replaces what `sampled` has, but keeps its memory: allocating it is not a part of any method.
+/// Replaces the content of `sampled`, but keeps its memory, because allocation is not part of any
+/// method.
 void sample_cells(const std::vector<ActiveCell>& cells, float isovalue, float max_interval,
                   const Combination& how, SampledCells& sampled) {
   std::vector<SampleBox> boxes;
@@ -163,7 +164,7 @@ void sample_cells(const std::vector<ActiveCell>& cells, float isovalue, float ma
 /// Times all combinations in turn, so that other work on the machine affects all of them alike.
 void time_combinations(const std::vector<ActiveCell>& cells, float isovalue, float max_interval,
                        std::vector<Combination>& combinations, SampledCells& sampled) {
-  // The first of all would pay for the memory.
+  // Otherwise the first combination would include the allocation of memory.
   sampled.points.reserve(8 * cells.size());
   sampled.cell_of.reserve(8 * cells.size());
   for (int round = 0; round <= kRounds; ++round) {
@@ -228,7 +229,7 @@ int run(int argc, char** argv) {
   const float isovalue = volume.mapping.quantized_isovalue(std::atof(argv[2]));
   const auto cells = active_cells(volume, isovalue);
   const auto surface = surface_points(cells, isovalue);
-  // The width of which a quarter of the active cells is wider.
+  // A quarter of the active cells has intervals wider than this.
   std::vector<float> widths;
   for (const ActiveCell& cell : cells) {
     const auto [low, high] = std::ranges::minmax(cell.corners);

@@ -12,7 +12,7 @@ export interface Answer {
   /** The time from when the request was due until it was sent (ms). */
   late: number;
   isCancelled: boolean;
-  /** What went wrong, if there is no status. */
+  /** The fault, if there is no status. */
   fault?: string;
 }
 
@@ -28,7 +28,7 @@ export class Account {
   cancelled = 0;
   bytes = 0;
   hitBytes = 0;
-  /** What the failed requests ended with: a status, or a fault of the connection; and how many did. */
+  /** The number of failed requests by their end: a status, or a fault of the connection. */
   readonly faults = new Map<string, number>();
   readonly #latencies: number[] = [];
   readonly #late: number[] = [];
@@ -60,12 +60,12 @@ export class Account {
     this.faults.set(fault, (this.faults.get(fault) ?? 0) + 1);
   }
 
-  /** Milliseconds within which this share of the answers was complete. */
+  /** The time within which this share of the responses was complete (ms). */
   latency(share: number): number {
     return quantile(this.#latencies, share);
   }
 
-  /** Milliseconds by which this share of the requests was sent late, at most. */
+  /** The delay that this share of the requests did not exceed when they were sent (ms). */
   late(share: number): number {
     return quantile(this.#late, share);
   }

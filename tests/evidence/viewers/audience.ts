@@ -1,10 +1,10 @@
-/** Who comes when, and to which volume. */
+/** The arrivals of viewers: their times and volumes. */
 import { Chance } from "../../support/chance.ts";
 import type { PlannedVisit, RecordedVisit } from "./requests.ts";
 
 export interface AudienceOptions {
   viewers: number;
-  /** The time within which they come, on average. */
+  /** The average time within which all viewers come. */
   minutes: number;
   /** Recorded visits of each volume, the most popular volume first. */
   visits: readonly (readonly RecordedVisit[])[];
@@ -33,7 +33,8 @@ export function audience(options: AudienceOptions): PlannedVisit[] {
   }
   const chance = new Chance(seed);
   const shares = zipf(visits.length, exponent);
-  // Rounding may leave a little after the last share: its rank is the last one.
+  // Because of rounding, the sum of shares may be less than 1. The remainder belongs to the last
+  // rank.
   const ends = shares.slice(0, -1).map((_, i) => sum(shares.slice(0, i + 1)));
   const meanGap = (60_000 * minutes) / viewers;
   let at = 0;

@@ -3,10 +3,10 @@ import { once } from "node:events";
 import { type ClientHttp2Session, constants, type IncomingHttpHeaders } from "node:http2";
 import type { RecordedRequest } from "./requests.ts";
 
-/** The field by which a session tells which visitor it is. It is not sent. */
+/** The header field in which a session names its visitor. It is not sent. */
 export const visitorField = "X-Visitor";
 
-/** The requests of one visitor, over a connection of his own. */
+/** The requests of one visitor, over a separate connection. */
 export class VisitRecorder {
   readonly requests: RecordedRequest[] = [];
   readonly #connection: ClientHttp2Session;
@@ -63,7 +63,7 @@ export class VisitRecorder {
   }
 }
 
-/** The client finds in the timing of its first request which protocol it has, as in a browser. */
+/** The client reads its protocol from the timing of its first request, as in a browser. */
 function markAsHttp2(url: string): void {
   const none = { finalNetworkRequestStartTime: 0, finalNetworkResponseStartTime: 0, endTime: 0 };
   const timing = {
@@ -79,8 +79,8 @@ function markAsHttp2(url: string): void {
 }
 
 /**
- * Replaces `fetch` by that of the visitors, and pretends to be a page, where the client asks for its
- * protocol. The returned function takes both back.
+ * Replaces `fetch` by that of the visitors, and imitates the parts of a page from which the client
+ * reads its protocol. The returned function undoes both.
  */
 export function installFetch(visitors: ReadonlyMap<string, VisitRecorder>): () => void {
   const before = globalThis.fetch;

@@ -1,16 +1,16 @@
-/** What caches of any size would do with the same requests, by calculation. */
+/** Calculates the results of caches of any size for the same requests. */
 import type { PlannedVisit, RecordedRequest } from "./requests.ts";
 
 /** Bytes of the pieces in which nginx fetches and keeps a store's file (native/packaging/nginx.conf). */
 const slice = 1 << 20;
 
-/** What never changes, and may be kept for ever. */
+/** Paths of content that never changes and may be kept for ever. */
 const kept = /^\/(assets\/|v1\/volumes\/[^/]+\/[0-9a-f]{32}\/(?!thumbnail\.png))/;
 
 export interface Item {
-  /** Of the entry of the cache. */
+  /** The key of the cache entry. */
   key: string;
-  /** Of the entry. */
+  /** The size of the entry. */
   bytes: number;
 }
 
@@ -26,7 +26,7 @@ export function itemsOf({ path, range, encoding, bytes }: RecordedRequest): Item
   }));
 }
 
-/** A cache that drops what has not been used for the longest time (LRU). */
+/** A cache that drops the least recently used entries (LRU). */
 export class LruCache {
   readonly #capacity: number;
   /** Sizes by key, the least recently used first. */
@@ -45,7 +45,10 @@ export class LruCache {
     return this.#entries.size;
   }
 
-  /** Whether the entry is there. Afterwards it is, unless it is larger than the cache. */
+  /**
+   * Uses an entry. Returns whether the cache has it; if not, adds it, unless it is larger than the
+   * cache.
+   */
   use(key: string, bytes: number): boolean {
     const isThere = this.#entries.delete(key);
     if (!isThere) this.#bytes += bytes;
@@ -70,19 +73,17 @@ export function inOrder(visits: readonly PlannedVisit[]): RecordedRequest[] {
 export interface Outcome {
   requests: number;
   bytes: number;
-  /** Of requests that no entry had to be fetched for. */
+  /** Number of requests for which no entry had to be fetched. */
   hits: number;
   hitBytes: number;
   /** Bytes fetched from the server. */
   fetchedBytes: number;
-  /** At the end. */
+  /** Number of entries at the end. */
   entries: number;
   cacheBytes: number;
 }
 
-/**
- * What a cache does that keeps at most `capacity` bytes, each entry taking `sizeOf` of its body.
- */
+/** Simulates a cache that keeps at most `capacity` bytes. An entry takes `sizeOf` of its body. */
 export function simulate(
   requests: readonly RecordedRequest[],
   capacity: number,
@@ -124,8 +125,9 @@ export function simulate(
 }
 
 /**
- * The share of the bytes of each visit that no other visit asks for: what one more visitor, unlike
- * all others, would miss in a cache that has all of theirs. What must not be kept does not count.
+ * The share of the bytes of each visit that no other visit requests. A further visitor, unlike all
+ * others, would miss this share in a cache with all requests of the others. Content that must not
+ * be kept does not count.
  */
 export function newShares(visits: readonly { requests: readonly RecordedRequest[] }[]): number[] {
   const itemsOfVisits = visits.map(

@@ -1,4 +1,4 @@
-/** What reaches the server, by its own counters. */
+/** The requests that reach the server, by its counters. */
 import { get } from "../../bench/server/hosts.ts";
 
 export interface Served {
@@ -50,7 +50,7 @@ export class OriginMeter {
   static async start(server: string): Promise<OriginMeter> {
     const meter = new OriginMeter(server);
     await meter.#read();
-    // A reading that fails is left out; the last one may not.
+    // A reading that fails is skipped, but the last one must not fail.
     meter.#timer = setInterval(() => void meter.#read().catch(() => {}), 1000);
     return meter;
   }

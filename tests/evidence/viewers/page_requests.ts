@@ -1,11 +1,14 @@
-/** What the page itself asks for when it is opened: recorded from Chromium, in the proxy's log. */
+/**
+ * The requests that the page itself makes when it is opened, recorded with Chromium in the proxy's
+ * log.
+ */
 import { existsSync, readFileSync } from "node:fs";
 import { chromium } from "@playwright/test";
 import { launchOptions } from "../../browser/support/chromium.ts";
 import type { PackagedNginx, ProxyLine } from "../../support/packaged_nginx.ts";
 import type { RecordedRequest, RecordedVisit } from "./requests.ts";
 
-/** What the page's client asks for, which is recorded from that client. */
+/** The requests of the page's client, which are recorded separately. */
 const ofClient =
   /^\/v1\/volumes\/[^/]+\/(bootstrap|[0-9a-f]{32}\/(header|pages|chunks|batch|file)\b)/;
 
@@ -13,8 +16,8 @@ const ofClient =
 export const hasChromium = existsSync(launchOptions.executablePath);
 
 /**
- * Opens a volume in a new browser, until its controls are there and nothing more is asked for.
- * `log`: the proxy's access log.
+ * Opens a volume in a new browser, and waits until its controls are shown and no more requests are
+ * made. `log`: the proxy's access log.
  */
 export async function openPage(proxy: PackagedNginx, log: string, volume: string): Promise<void> {
   const { args } = launchOptions;
@@ -36,7 +39,10 @@ export async function openPage(proxy: PackagedNginx, log: string, volume: string
   }
 }
 
-/** The page's own requests in the lines of the proxy's log, and when the client's first one comes (ms). */
+/**
+ * The page's own requests in the lines of the proxy's log, and the time of the client's first
+ * request (ms).
+ */
 export function pageRequests(lines: readonly ProxyLine[]): {
   requests: RecordedRequest[];
   clientBegins: number;
@@ -59,7 +65,10 @@ export function pageRequests(lines: readonly ProxyLine[]): {
   return { requests, clientBegins: bootstrap.begin - first };
 }
 
-/** A visit with the page's requests, and those of the client from the moment when the page makes them. */
+/**
+ * A visit with the page's requests, and with the client's requests from the time at which the page
+ * makes them.
+ */
 export function withPage(
   visit: RecordedVisit,
   { requests, clientBegins }: ReturnType<typeof pageRequests>,

@@ -1,4 +1,7 @@
-/** Records visits: the page's client against the real server, behind nginx, over a link like visitors'. */
+/**
+ * Records visits of the page's client to the real server, behind nginx, over a link like that of
+ * visitors.
+ */
 import { loadCore } from "../../../web/core/index.ts";
 import { openDelayedLink } from "../../bench/harness/delayed_link.ts";
 import { Chance } from "../../support/chance.ts";
@@ -11,21 +14,21 @@ export interface Wanted {
   volume: string;
   /** A name of `scripts`. */
   scenario: string;
-  /** Of the random numbers: the same one gives the same gestures. */
+  /** Seed of the random numbers. The same seed gives the same gestures. */
   seed: number;
 }
 
 export interface RecordOptions {
-  /** Visits at a time. */
+  /** Number of concurrent visits. */
   together: number;
-  /** Of each visitor's link. */
+  /** Round-trip time of each visitor's link. */
   roundTripMs: number;
   megabitsPerSecond: number;
-  /** Whether clients know that they have HTTP/2. Else they ask for chunks in batches. */
+  /** Whether clients know that they have HTTP/2. Otherwise they request chunks in batches. */
   isMultiplexed: boolean;
 }
 
-/** Records visits, in the order in which they are wanted. */
+/** Records visits. The results have the order of `wanted`. */
 export async function record(
   proxy: PackagedNginx,
   wanted: readonly Wanted[],

@@ -1,4 +1,4 @@
-/** Replays visits against the proxy: each viewer has a connection and an address of his own. */
+/** Replays visits through the proxy. Each viewer has a separate connection and address. */
 import { type ClientHttp2Session, constants, type IncomingHttpHeaders } from "node:http2";
 import { connectToProxy, type PackagedNginx } from "../../support/packaged_nginx.ts";
 import type { Account } from "./account.ts";
@@ -36,7 +36,9 @@ class Viewer {
     connection?.close();
   }
 
-  /** The present connection; another one when the proxy has ended it, which it does after 1000 requests. */
+  /**
+   * The present connection, or a new one if the proxy has ended it, as it does after 1000 requests.
+   */
   async #connected(): Promise<ClientHttp2Session> {
     const present = await this.#connection?.catch(() => undefined);
     if (present && !present.closed && !present.destroyed) return present;

@@ -1,4 +1,4 @@
-/** What a visitor's browser asks for, with times, as recorded and as replayed. */
+/** The requests of a visitor's browser, with their times, as recorded and as replayed. */
 
 export interface RecordedRequest {
   /** Milliseconds since the visit began. */
@@ -8,15 +8,15 @@ export interface RecordedRequest {
   /** The fields Range and Accept-Encoding, where the client sends them. */
   range?: string;
   encoding?: string;
-  /** Of the body, as far as it came. */
+  /** Bytes of the body that arrived. */
   bytes: number;
-  /** The client gave the request up after so long (ms). */
+  /** The time after which the client cancelled the request (ms). */
   cancelledAfter?: number;
 }
 
 export interface RecordedVisit {
   volume: string;
-  /** What the visitor did. */
+  /** The script that the visitor followed. */
   scenario: string;
   /** In the order of their times. */
   requests: RecordedRequest[];

@@ -1,7 +1,7 @@
 /**
- * A visitor who follows a script, with the page's client in Node: what he does is in the scripts
- * below, when and how far is drawn at random. There is no GPU, and so no occlusion query: he fetches
- * what the page would know to be hidden.
+ * A visitor who follows a script, with the page's client in Node. The scripts below contain the
+ * actions; their times and distances are random. There is no GPU, and so there are no occlusion
+ * queries: the visitor also fetches chunks that the page would know to be occluded.
  */
 import type { Core } from "../../../web/core/index.ts";
 import { InlineDecoder, ServerSource, StreamSession } from "../../../web/stream/index.ts";
@@ -38,7 +38,10 @@ export class ScriptedVisitor {
     this.#show(false);
   }
 
-  /** Opens a volume. `visitor`: who asks, for `installFetch`. Errors of the client go to `fail`. */
+  /**
+   * Opens a volume. `visitor`: the visitor's name, for `installFetch`. Errors of the client go to
+   * `fail`.
+   */
   static async arrive(
     core: Core,
     place: { base: string; volume: string },
@@ -49,7 +52,7 @@ export class ScriptedVisitor {
     const source = new ServerSource({ ...place, headers: { [visitorField]: visitor } });
     const session = await StreamSession.open(source, core, {
       decoder: new InlineDecoder(core),
-      // Of a desktop computer (web/stream/device.ts).
+      // The budget of a desktop computer (web/stream/device.ts).
       sampleBudget: 24_000_000,
       events: {
         samples: () => true,

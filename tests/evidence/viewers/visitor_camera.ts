@@ -1,4 +1,7 @@
-/** The camera of a scripted visitor: what gestures do in shared/render/settings/camera.h, in perspective. */
+/**
+ * The perspective camera of a scripted visitor. Gestures change it as in
+ * shared/render/settings/camera.h.
+ */
 import type { StoreInfo, Triple } from "../../../web/core/index.ts";
 
 const degree = Math.PI / 180;
@@ -12,7 +15,7 @@ const plus = (a: Triple, b: Triple, factor = 1): Triple => [
   a[2] + factor * b[2],
 ];
 
-/** The world position of a place among the voxels, 0 … 1 along each axis. */
+/** The world position of a point of the volume, 0 … 1 along each axis. */
 function world({ voxels, spacing, origin, direction }: StoreInfo, place: Triple): Triple {
   const along = place.map((share, i) => share * ((voxels[i] ?? 1) - 1) * (spacing[i] ?? 1));
   return [0, 1, 2].map(
@@ -65,7 +68,7 @@ export class VisitorCamera {
     this.#distance *= factor;
   }
 
-  /** In heights of the picture. */
+  /** Shifts the picture. The unit is its height. */
   pan(right: number, down: number): void {
     const height = 2 * this.#distance * tanHalfField;
     const axes = this.#axes();

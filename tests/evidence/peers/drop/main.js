@@ -1,5 +1,7 @@
-// What a user of NiiVue does: a file is dropped on it, and its volume renderer shows it, opaque from an
-// isovalue on and lit by gradients; or it fetches the file (?volume=FILE.nii.gz&isovalue=V). peer:image and peer:changed mark pictures that the GPU has finished.
+// Acts like a user of NiiVue. A file is dropped on it, and its volume renderer shows the file,
+// opaque from an isovalue on and lit by gradients. Or it fetches the file
+// (?volume=FILE.nii.gz&isovalue=V). peer:image and peer:changed mark pictures that the GPU has
+// finished.
 import { Niivue } from "@niivue/niivue";
 
 const asked = new URL(location.href).searchParams;

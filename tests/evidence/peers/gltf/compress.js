@@ -1,5 +1,5 @@
-// node compress.js MESH OUT.glb: compresses a mesh with meshopt. MESH: a GLB file, or what
-// flying_edges_mesh.py writes.
+// node compress.js MESH OUT.glb: compresses a mesh with meshopt. MESH: a GLB file, or a file of
+// flying_edges_mesh.py.
 import { readFileSync } from "node:fs";
 import { Document, NodeIO } from "@gltf-transform/core";
 import { EXTMeshoptCompression, KHRMeshQuantization } from "@gltf-transform/extensions";

@@ -1,4 +1,5 @@
-// A mesh made ahead for one isovalue; another isovalue is another mesh. ?mesh=V.glb
+// Shows a mesh that was made in advance for one isovalue. Each isovalue has a separate mesh.
+// ?mesh=V.glb
 import { MeshoptDecoder } from "meshoptimizer/decoder";
 import {
   Box3,

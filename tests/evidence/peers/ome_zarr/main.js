@@ -1,5 +1,6 @@
-// A stand-in for programs that stream bricks: the scales of an OME-Zarr from the coarsest to the finest,
-// each complete before the next, drawn by the same ray caster. ?volume=NAME.zarr&isovalue=V
+// Represents programs that stream bricks. It loads the scales of an OME-Zarr from the coarsest to
+// the finest, each completely before the next, and draws them with the same ray caster.
+// ?volume=NAME.zarr&isovalue=V
 import * as zarr from "zarrita";
 import { RayCaster } from "../ray_caster/ray_caster.js";
 

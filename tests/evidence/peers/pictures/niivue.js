@@ -1,5 +1,6 @@
-// NiiVue: its volume renderer, opaque from the isovalue on, lit by gradients. Its projection is
-// parallel, and it turns about the volume's centre: the scale is that of the target's distance.
+// Draws with NiiVue's volume renderer, opaque from the isovalue on and lit by gradients. Its
+// projection is parallel, and it turns about the volume's centre, so the scale is that at the
+// target's distance.
 import { Niivue, NVImage } from "@niivue/niivue";
 import { nifti } from "../../../bench/harness/nifti.ts";
 

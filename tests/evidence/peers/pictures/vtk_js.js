@@ -1,4 +1,4 @@
-// vtk.js: marching cubes with normals from gradients, and the light that a view has by default.
+// Draws with vtk.js: marching cubes with normals from gradients, and the default light of a view.
 import "@kitware/vtk.js/Rendering/Profiles/Geometry";
 import vtkDataArray from "@kitware/vtk.js/Common/Core/DataArray";
 import vtkImageData from "@kitware/vtk.js/Common/DataModel/ImageData";

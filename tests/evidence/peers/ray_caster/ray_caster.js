@@ -1,5 +1,6 @@
-// An isosurface by three.js and a ray caster in a fragment shader: steps of one voxel through a 3D texture
-// (as in three.js's own VolumeShader), four bisections, and a normal from central differences.
+// Draws an isosurface with three.js and a ray caster in a fragment shader: steps of one voxel
+// through a 3D texture (as in three.js's own VolumeShader), four bisections, and a normal from
+// central differences.
 import {
   BackSide,
   BoxGeometry,

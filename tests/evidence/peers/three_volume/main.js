@@ -1,4 +1,4 @@
-// three.js with the whole volume as a 3D texture.
+// Uses three.js with the whole volume as a 3D texture.
 // ?volume=FILE.raw.gz&dims=x,y,z&spacing=x,y,z&isovalue=V
 import { RayCaster } from "../ray_caster/ray_caster.js";
 

@@ -1,4 +1,4 @@
-// What a user of vtk.js does: the whole volume over the wire, marching cubes, triangles.
+// Acts like a user of vtk.js: fetches the whole volume, runs marching cubes, and draws triangles.
 // ?volume=FILE.raw.gz&dims=x,y,z&spacing=x,y,z&isovalue=V[&next=W]
 import "@kitware/vtk.js/Rendering/Profiles/Geometry";
 import vtkDataArray from "@kitware/vtk.js/Common/Core/DataArray";
