@@ -59,7 +59,7 @@ class NativeDecoder {
   }
 }
 
-/** The bytes of a chunk, and its IsosplatChunkShape. */
+/** The bytes of a chunk, and its IsosplatChunkShape, in the module's memory. */
 interface HeldChunk {
   bytes: Uint8Array;
   shape: Uint8Array;

@@ -1,4 +1,5 @@
-// Files that are dropped on the page, which builds their stores; beside NiiVue, which draws the voxels.
+// Files that are dropped on the page, which builds their stores. Compares it with NiiVue, which
+// draws the voxels.
 import { readFileSync, writeFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import type { Browser } from "@playwright/test";
@@ -13,7 +14,7 @@ import { launch, Visitor } from "./stream/visit.ts";
 
 interface Case {
   name: string;
-  /** What is dropped on the page, and on NiiVue, which takes one file. */
+  /** The files that are dropped on the page. NiiVue accepts a single file. */
   files: string[];
   single: string;
   megavoxels: number;
@@ -22,7 +23,7 @@ interface Case {
   built: number;
 }
 
-/** A page with nothing in its cache, and the mark bench:dropped when files are dropped on it. */
+/** A page with an empty cache, which sets the mark bench:dropped when files are dropped on it. */
 async function arrive(browser: Browser, url: string, ready: () => boolean): Promise<Visitor> {
   const visitor = await Visitor.arrive(browser);
   await visitor.page.addInitScript(() => {
@@ -34,7 +35,7 @@ async function arrive(browser: Browser, url: string, ready: () => boolean): Prom
   return visitor;
 }
 
-// Functions: the page's policy forbids the evaluation of text.
+// These are functions, because the page's policy forbids the evaluation of text.
 const hasStartPage = (): boolean => document.querySelector(".device-drop") !== null;
 const isPeerReady = (): boolean => performance.getEntriesByName("peer:ready").length > 0;
 
@@ -62,7 +63,7 @@ async function measurePage(bench: Bench, url: string, volume: Case, runs: number
   const opening: number[] = [];
   const building: number[] = [];
   for (let run = 0; run < runs; ++run) {
-    // A browser for each run: its memory is that of this page.
+    // Each run has a new browser, so that its memory is that of this page.
     const browser = await launch();
     try {
       const visitor = await arrive(browser, url, hasStartPage);
@@ -91,7 +92,7 @@ async function measurePage(bench: Bench, url: string, volume: Case, runs: number
         await visitor.mark("isosplat:built");
       });
       opening.push(longest("bench:dropped", "isosplat:built") ?? 0);
-      // The preview's picture is complete: the page has nothing to open, and the build goes on.
+      // From the preview's complete picture on, the page opens nothing, and the build continues.
       const whileBuilding = longest("isosplat:complete", "isosplat:built");
       if (whileBuilding !== undefined) building.push(whileBuilding);
     } finally {
@@ -110,7 +111,7 @@ async function measurePage(bench: Bench, url: string, volume: Case, runs: number
   bench.report(name, "first picture of another isovalue", "s", figures.change);
 }
 
-/** The file in a ZIP: it is decompressed by the page's thread. */
+/** Measures the file in a ZIP, which the page decompresses. */
 async function measureUnpacking(bench: Bench, url: string, volume: Case, runs: number) {
   const { name, single } = volume;
   const path = join(bench.folder, `${name}.zip`);

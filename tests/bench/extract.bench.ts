@@ -18,9 +18,9 @@ interface Extraction {
   seconds: number;
   chunks: number;
   samples: number;
-  /** As the GPU takes them. */
+  /** Bytes of the samples in the GPU's layout. */
   bytes: number;
-  /** From the store. */
+  /** Bytes read from the store. */
   read: number;
 }
 

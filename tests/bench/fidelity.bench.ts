@@ -1,9 +1,9 @@
 // Errors of pictures, compared with a ray caster of the trilinear field in double precision. Holes:
-// pixels at least 2 px from the reference's outlines and depth edges that show the background or are
-// more than 2 cells behind the reference. Depth and normal errors: means over the same pixels. A cell's
-// length is the smallest spacing. "mesh" is VTK's Flying Edges mesh with its normals, drawn by the same
-// renderer. Then coarse levels, as they are drawn while something moves: the area that they cover beyond
-// that of the reference, which is of level 0.
+// pixels at least 2 px from the reference's outlines and depth edges that show the background or
+// are more than 2 cells behind the reference. Depth and normal errors: means over the same pixels.
+// A cell's length is the smallest spacing. "mesh" is VTK's Flying Edges mesh with its normals,
+// drawn by the same renderer. Then follow coarse levels, as they are drawn while something moves:
+// the area that they cover beyond that of the reference, which is at level 0.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
 import type { Reach } from "./harness/results.ts";
@@ -31,7 +31,10 @@ const coarseCases: [string, number][] = [
 interface Row {
   view: string;
   kind: string;
-  /** Pixels of the reference; of them, those that are not covered; covered pixels beyond them. */
+  /**
+   * Pixels of the reference, those of them that are not covered, and covered pixels outside of the
+   * reference.
+   */
   reference: number;
   missed: number;
   excess: number;

@@ -25,7 +25,7 @@ class Steps {
   }
 }
 
-/** Opens the page of a volume as a colleague with an empty cache does, over the link. */
+/** Opens the page of a volume over the link, like a colleague with an empty cache. */
 async function openLink(browser: Browser, url: string, steps: Steps): Promise<void> {
   const colleague = await Visitor.arrive(browser, link);
   await colleague.page.goto(url, { waitUntil: "commit" });
@@ -36,7 +36,7 @@ async function openLink(browser: Browser, url: string, steps: Steps): Promise<vo
   await colleague.leave();
 }
 
-/** Serves a folder as a web host does, and opens its only volume. */
+/** Serves a folder like a web host, and opens its only volume. */
 async function share(bench: Bench, browser: Browser, site: string, steps: Steps): Promise<void> {
   const host = await nginx({ folders: [site], cors: "none" });
   try {

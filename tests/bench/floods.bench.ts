@@ -1,4 +1,4 @@
-// Floods: what another client gets while some keep the server busy.
+// Floods: measures the service for another client while some clients keep the server busy.
 import { type ChildProcess, spawn } from "node:child_process";
 import { linkSync, mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -13,12 +13,12 @@ const pause = (ms: number) => new Promise<void>((resolve) => setTimeout(resolve,
 const seconds = 6;
 
 interface Flood {
-  /** What the table calls it. */
+  /** Its name in the table. */
   what: string;
-  /** Of floods/flooder.ts. */
+  /** The kind of flood (floods/flooder.ts). */
   kind: string;
   host: Host;
-  /** What the flooder asks for. */
+  /** The path that the flooder requests. */
   target: string;
   /** The URL that the visitor requests. */
   url: string;
@@ -51,7 +51,7 @@ async function measure(bench: Bench, flood: Flood): Promise<void> {
     const end = await begin(bench, flood);
     rates.with.push(await visit(bench, flood.url, seconds));
     await end();
-    await pause(1000); // the server closes what is left
+    await pause(1000); // the server closes the remaining connections
   }
   const ratio = rates.with.map((rate, i) => rate / (rates.without[i] ?? Number.NaN));
   bench.report(flood.what, "another client's rate without", "requests/s", rates.without);

@@ -1,5 +1,6 @@
-// How everything grows with the number of voxels: building, the store, its directory, what an isovalue
-// and a view fetch, extraction. docs/scale.md has the exponents, and what they say of large volumes.
+// Growth with the number of voxels: of building, the store, its directory, the bytes for an
+// isovalue and a view, and extraction. docs/scale.md has the exponents, and their consequences for
+// large volumes.
 import {
   closeSync,
   openSync,
@@ -27,13 +28,16 @@ interface Case {
   write(path: string): Promise<void> | void;
 }
 
-/** A small picture, whose cells soon are smaller than its pixels, and a usual one. */
+/**
+ * A small picture, whose cells are smaller than its pixels even for moderate volumes, and a usual
+ * one.
+ */
 const pictures = [
   { pixels: [128, 96], runs: 3 },
   { pixels: [1024, 768], runs: 1 },
 ] as const;
 
-/** What a store's header says (shared/core/store/FORMAT.md). */
+/** Measures the figures in a store's header (shared/core/store/FORMAT.md). */
 function measureStore(bench: Bench, core: Core, { name, isovalue }: Case, path: string): void {
   const bytes = statSync(path).size;
   const head = Buffer.alloc(Math.min(maxHeaderBytes, bytes));
@@ -53,7 +57,7 @@ function measureStore(bench: Bench, core: Core, { name, isovalue }: Case, path: 
   bench.report(name, "directory pages", "KB", pages / 1e3);
 }
 
-/** Extracts an isovalue again and again; the time to open the store is taken away. */
+/** Extracts an isovalue repeatedly. The time to open the store is subtracted. */
 async function measureExtraction(bench: Bench, { name, isovalue, voxels }: Case, store: string) {
   const program = join(bench.root, "build/release/tests/bench/extract/isosplat_extract_bench");
   const again = Math.round(Math.min(100, Math.max(3, 1e8 / voxels)));
@@ -87,7 +91,7 @@ async function measureBuild(bench: Bench, { name, voxels }: Case, file: string, 
   bench.report(name, "build, peak memory", "MB", megabytes);
 }
 
-/** What the client fetches from the real server. */
+/** Measures the bytes that the client fetches from the real server. */
 async function measureFetches(bench: Bench, core: Core, { name, isovalue }: Case, store: string) {
   const server = await serve([store]);
   const first: number[] = [];
@@ -140,7 +144,7 @@ async function measure(bench: Bench, core: Core, one: Case): Promise<void> {
   rmSync(store);
 }
 
-/** Volumes with structure at all scales, which the benchmark's own program generates. */
+/** Volumes with structure at all scales, which a program of the benchmark generates. */
 function generated(bench: Bench, kind: string, isovalue: number, size: number): Case {
   const program = join(bench.root, "build/release/tests/bench/growth/isosplat_growth_volume");
   return {
@@ -151,7 +155,7 @@ function generated(bench: Bench, kind: string, isovalue: number, size: number): 
   };
 }
 
-/** A real volume with fewer voxels, as it is, and with more. */
+/** A real volume with fewer voxels, with its own number of voxels, and with more. */
 function enlarged(bench: Bench, factor: number): Case[] {
   const path = bench.volume("engine.nhdr");
   if (!path) return [];
@@ -161,7 +165,7 @@ function enlarged(bench: Bench, factor: number): Case[] {
   return [{ name: `engine × ${factor}`, voxels, isovalue: 60, write }];
 }
 
-/** The memory that a build asks for before it reads a volume: here, of a file of holes. */
+/** The memory that a build requires before it reads a volume. The volume here is a sparse file. */
 async function measureLeastMemory(bench: Bench): Promise<void> {
   const voxels = [10240, 7680, 1536];
   const file = join(bench.folder, "huge.raw");
@@ -171,7 +175,7 @@ async function measureLeastMemory(bench: Bench): Promise<void> {
     voxels.reduce((bytes, n) => bytes * n, 8),
   );
   const options = ["--dims", voxels.join("x"), "--type", "f64", "--memory", "64M"];
-  // Else slices of the file are searched for a fill value first.
+  // Otherwise the build first searches slices of the file for a fill value.
   options.push("--missing-value", "none");
   const store = join(bench.folder, "huge.isosplat");
   const refusal = await bench

@@ -1,4 +1,5 @@
-// Building the surfaces of a segmentation's labels: rate, size, and the volumes that they enclose.
+// Builds the surfaces of a segmentation's labels. Measures the rate, the size, and the volumes that
+// the surfaces enclose.
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { body, type LabelVolume, manyLabels, organs } from "../support/labels.ts";

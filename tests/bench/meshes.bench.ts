@@ -1,4 +1,4 @@
-// Meshes of every format, read by VTK, beside VTK's Flying Edges of the same volume.
+// Compares meshes of every format, read by VTK, with VTK's Flying Edges of the same volume.
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
@@ -12,7 +12,7 @@ const cases = [
 ];
 const formats = ["ply", "stl", "obj", "glb", "3mf"];
 
-/** What VTK finds in a mesh, with vertices at the same position counted as one. */
+/** VTK's measures of a mesh, with vertices at the same position counted as one. */
 interface Description {
   vertices: number;
   triangles: number;
@@ -75,7 +75,8 @@ async function runCase(bench: Bench, python: string, { file, isovalue }: (typeof
   bench.report(what, "Flying Edges: such edges at the end", "", peer.boundary);
   bench.report(what, "Euler number", "", first.euler);
   bench.report(what, "Flying Edges: Euler number", "", peer.euler);
-  // GLB is in metres. Ambiguous cells enclose another volume: Flying Edges decides by case alone.
+  // GLB is in metres. Ambiguous cells may enclose a different volume, because Flying Edges decides
+  // by the case alone.
   const share = ({ volume }: Description) => volume / peer.volume;
   const scaled = ours.map((mesh, i) =>
     formats[i] === "glb" ? { ...mesh, volume: mesh.volume * 1e9 } : mesh,

@@ -15,7 +15,7 @@ namespace isosplat {
   std::exit(1);
 }
 
-/// What a benchmark cannot go on without.
+/// The value of a result that a benchmark needs. Ends the program if it is an error.
 template <class T>
 T need(Result<T> result) {
   if (!result) die(result.error().message);

@@ -19,7 +19,7 @@ interface Points {
   points: number;
   median: number;
   p95: number;
-  /** Of each run. */
+  /** Seconds of each run. */
   seconds: number[];
 }
 

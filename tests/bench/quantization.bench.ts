@@ -4,7 +4,7 @@ import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { imageData } from "./harness/image_data.ts";
 
-/** Values of --max-error relative to the volume's range; 0: as exact as 16 bits allow. */
+/** Values of --max-error relative to the volume's range. 0: the precision of 16 bits. */
 const shares = [0, 1e-4, 1e-3, 4e-3];
 
 interface Report {

@@ -1,4 +1,5 @@
-// Scenes of many layers in the page: until each layer has a surface, and until all are complete.
+// Scenes with many layers in the page: the time until each layer has a surface, and until all are
+// complete.
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser } from "@playwright/test";

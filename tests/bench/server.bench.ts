@@ -19,7 +19,7 @@ import { type Load, load } from "./server/wrk.ts";
 const isovalue = 1000.5;
 const pause = (ms: number) => new Promise<void>((resolve) => setTimeout(resolve, ms));
 
-/** Rates of our server and of nginx in turn, and the processor time of a request. */
+/** Measures the rates of our server and of nginx in turn, and the processor time of a request. */
 async function compare(
   bench: Bench,
   what: string,
@@ -118,7 +118,7 @@ async function rates(bench: Bench, store: string, volume: string): Promise<void>
 
 const request = (path: string) => `GET ${path} HTTP/1.1\r\nHost: localhost\r\n\r\n`;
 
-/** 5,000 connections that do nothing beside 100 that are busy. */
+/** 5,000 idle connections beside 100 busy ones. */
 async function idleConnections(bench: Bench, host: Host, chunk: Chunk): Promise<void> {
   const count = 5000;
   const what = `${count} idle connections and 100 busy`;
@@ -150,7 +150,7 @@ async function openConnections(host: Host): Promise<number> {
   return Number(metrics.match(/^isosplat_connections_open (\d+)/m)?.[1]);
 }
 
-/** Clients that keep connections busy without taking or sending anything. */
+/** Clients that occupy connections without reading or sending much. */
 async function slowClients(bench: Bench, host: Host, chunk: Chunk, large: string): Promise<void> {
   const what = "2,000 slow readers, 500 slow headers";
   bench.say(what);
@@ -166,7 +166,7 @@ async function slowClients(bench: Bench, host: Host, chunk: Chunk, large: string
     await readers.open(2000);
     await writers.open(500);
     honest.with.push(await measure());
-    writers.close(); // otherwise they would connect again as soon as they are closed
+    writers.close(); // otherwise they would connect again as soon as the server closes them
     const begin = performance.now();
     while ((await openConnections(host)) > 50 && seconds < 60) {
       await pause(500);

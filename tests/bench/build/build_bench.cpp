@@ -46,7 +46,8 @@ int generate(const char* path, int32_t nx, int32_t ny, int32_t nz) {
     size_t i = 0;
     for (int32_t y = 0; y < ny; ++y) {
       for (int32_t x = 0; x < nx; ++x, ++i) {
-        // Balls on a lattice of 256 voxels in a noisy background; a shell around each.
+        // Balls on a lattice with a distance of 256 voxels, each with a shell around it, in a noisy
+        // background.
         const int32_t dx = (x & 255) - 128, dy = (y & 255) - 128, dz = (z & 255) - 128;
         const int32_t r = (dx * dx + dy * dy + dz * dz) >> 7;
         noise = noise * 1664525u + 1013904223u;

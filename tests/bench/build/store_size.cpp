@@ -1,7 +1,7 @@
-// Compares the size of a store, and of the chunks of one isovalue, with the size of the volume as a
-// whole when it is compressed. Prints one line of JSON:
-// isosplat_store_size_bench VOLUME [--fetch-weight W] [--quantized-values FILE]
-// FILE: output for the quantized values of all voxels, as input for other compressors.
+// Compares the size of a store, and of the chunks of one isovalue, with the size of the volume if
+// it is compressed as a whole. Prints one line of JSON: isosplat_store_size_bench VOLUME
+// [--fetch-weight W] [--quantized-values FILE] FILE: output for the quantized values of all voxels,
+// as input for other compressors.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -19,7 +19,7 @@
 namespace isosplat {
 namespace {
 
-/// Sums over the quantized values: add() to a range of them, then sum() once.
+/// A sum for each quantized value. Call add() for ranges of values, then sum() once.
 class PerValue {
  public:
   void add(uint32_t begin, uint32_t end, uint64_t amount) {
@@ -38,7 +38,8 @@ class PerValue {
   std::vector<uint64_t> change_ = std::vector<uint64_t>(65537);
 };
 
-/// The begins of the pieces of an axis: 64 voxels each, the last piece 2 to 65, without overlap.
+/// The first voxels of the pieces of an axis. A piece has 64 voxels, the last one 2 to 65, without
+/// overlap.
 std::vector<int32_t> pieces(int32_t voxels) {
   std::vector<int32_t> begins{0};
   while (voxels - begins.back() > kBlockCells + 1) begins.push_back(begins.back() + kBlockCells);
@@ -94,7 +95,7 @@ int fail_with(const Error& error) {
   return 1;
 }
 
-/// The quantized values of all voxels, as in the store.
+/// Writes the quantized values of all voxels, as in the store.
 template <class T>
 std::vector<T> quantized_values_of(const HeldVolume& volume, const Quantization& quantization) {
   std::vector<T> quantized_values(volume.voxels.size() / voxel_bytes(volume.header_.type));

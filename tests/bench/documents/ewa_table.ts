@@ -6,7 +6,7 @@ const bands = ["0.1", "0.2", "0.3", "0.4"];
 const scenes = ["checker", "engine 60.5 whole", "engine 60.5 close up"];
 const edges = ["edge width, cells of 8 px", "edge width, cells of 0.5 px"];
 
-/** One row for each way of drawing, in the order in which they were measured. */
+/** One row for each method of drawing, in the order in which they were measured. */
 export function ewaTable(): string {
   const rows = readResults("ewa");
   const value = (scene: string, way: string, measure: string, digits: number) =>

@@ -28,7 +28,8 @@ export class Series {
   #figure(size: string | undefined, { name, unit }: Measure): number {
     const row = this.#rows.find((r) => r.size === size && r.measure === name && r.unit === unit);
     if (!row) throw new Error(`growth.csv: expected a row "${name}" in "${unit}" of "${size}"`);
-    // The least of processor times: other programs only add to them, by emptying the caches.
+    // Use the minimum of processor times: other programs can only increase them, by emptying the
+    // caches.
     return name.endsWith("processor time") ? row.min : row.median;
   }
 
@@ -39,21 +40,23 @@ export class Series {
     }));
   }
 
-  /** Of the last but one size, with its number of voxels, and of the largest. */
+  /**
+   * The figure of the second largest size and that of the largest, each with its number of voxels.
+   */
   lastTwo(measure: Measure): [Point, Point] {
     const [before, last] = this.points(measure).slice(-2);
     if (!before || !last) throw new Error("growth.csv: expected at least two sizes");
     return [before, last];
   }
 
-  /** Of the largest volume. */
+  /** The figure of the largest volume. */
   last(measure: Measure): number {
     return this.#figure(this.sizes.at(-1), measure);
   }
 
   /**
-   * The exponent from the last but one size to the largest. What does not grow (the header, the
-   * program's memory) matters least there.
+   * The exponent from the second largest size to the largest. There, constant parts (the header,
+   * the program's memory) have the least influence.
    */
   lastExponent(measure: Measure): number {
     return exponentOf(this.lastTwo(measure));
@@ -75,7 +78,7 @@ export const measures = {
   large: { name: "until complete, 1024 × 768", unit: "KB" },
 } satisfies Record<string, Measure>;
 
-/** How all measures of a kind of volumes grow, with their exponents and orders. */
+/** The growth of all measures of a kind of volumes, with exponents and orders. */
 export function growthTable(kind: string): string {
   const series = new Series(kind);
   const surface = series.lastExponent(measures.active);

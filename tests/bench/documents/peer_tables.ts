@@ -1,4 +1,4 @@
-/** Isosplat beside other programs for browsers, from results/peers.csv. */
+/** Tables that compare Isosplat with other programs for browsers, from results/peers.csv. */
 import { type Row, readResults } from "../harness/table.ts";
 import { markdown, short } from "./markdown.ts";
 
@@ -21,7 +21,10 @@ type Programs = Map<string, Values>;
 /** "engine 60.5", "20 Mbit/s, 40 ms", "vtk.js 37.4.3" */
 const parts = /^(\S+ [\d.]+), (\d+ Mbit\/s, \d+ ms), (.+)$/;
 
-/** The headings of the tables, with their programs. A program has only the version that was measured last. */
+/**
+ * The headings of the tables, with their programs. Only the version of a program that was measured
+ * last is included.
+ */
 function measured(rows: readonly Row[]): Map<string, Programs> {
   const tables = new Map<string, Programs>();
   for (const row of rows) {

@@ -241,7 +241,7 @@ function growth(): Plot {
   };
 }
 
-/** What caches of all sizes answer: calculated, and by nginx. */
+/** The hits of caches of all sizes: calculated, and of nginx. */
 function cacheSizes(): Plot {
   const kinds = ["requests", "bytes"];
   const points = viewerRuns().flatMap((run) => {

@@ -22,11 +22,14 @@ const given = {
   serverGbit: 10,
   coreHour: 0.05,
   pixels: [1024, 768],
-  /** Of a desktop computer: web/stream/device.ts. */
+  /** The sample budget of a desktop computer: web/stream/device.ts. */
   sampleBudget: 24e6,
 } as const;
 
-/** Limits of the format (shared/core/store/FORMAT.md), and of an answer of the server (server/HTTP.md). */
+/**
+ * Limits of the format (shared/core/store/FORMAT.md), and of a response of the server
+ * (server/HTTP.md).
+ */
 const most = {
   pages: 3500,
   axis: 2 ** 20,
@@ -61,7 +64,10 @@ function pagesNeeded(): number {
   return directoryOf(most.pageLog2).pages;
 }
 
-/** The finest level of the picture: the coarsest whose cells are within a pixel in front. */
+/**
+ * The finest level of the picture: the coarsest level whose cells at the front are no larger than a
+ * pixel.
+ */
 function finestLevel(): number {
   const longest = Math.max(...voxels);
   const nearest = 1.5 * longest - voxels[1] / 2;
@@ -76,7 +82,9 @@ interface Plan {
   isovalueChunks: number;
   isovalueBytes: number;
   firstBytes: number;
-  /** Of a complete picture: as the picture needs, and as the sample budget allows. */
+  /**
+   * The bytes of a complete picture: those that it needs, and those that the sample budget allows.
+   */
   neededBytes: number;
   neededSamples: number;
   viewBytes: number;
@@ -88,7 +96,7 @@ function planOf(kind: string): Plan {
   const measured = 1e6 * series.last({ name: "voxels", unit: "million" });
   const times = allVoxels / measured;
   const surface = series.lastExponent(measures.bytes);
-  // The level that the picture needs, relative to that of the small picture of the largest volume.
+  // The finest level of the picture, relative to that of the small picture of the largest volume.
   const level = series.last({ name: "finest level, 128 × 96", unit: "" });
   const cells = allVoxels / 8 ** finestLevel() / (measured / 8 ** level);
   const neededBytes = 1e3 * series.last(measures.small) * cells ** surface;
@@ -119,7 +127,7 @@ function byKind(rows: [string, (plan: Plan) => string, string][]): string {
   return markdown([heading, heading.map(() => "---"), ...lines]);
 }
 
-/** What one such volume takes. */
+/** The table of the cost of one such volume. */
 export function volumePlan(): string {
   const proportional = "in proportion to the voxels";
   return byKind([
@@ -167,7 +175,7 @@ export function volumePlan(): string {
 }
 
 /**
- * Checks the calculation where the result is known. It predicts the largest measured volume from the
+ * Checks the calculation with known results. It predicts the largest measured volume from the
  * smaller ones, and its usual picture from the small one. Values are calculated ÷ measured.
  */
 export function checks(): string {
@@ -210,7 +218,7 @@ function secondsPerByte(): number {
   return (row.median * 1e-6) / bytes;
 }
 
-/** What 10,000 viewers take, with and without a CDN. */
+/** The table of the cost of 10,000 viewers, with and without a CDN. */
 export function viewersPlan(): string {
   const seconds = 60 * given.minutes;
   const perByte = secondsPerByte();
@@ -260,7 +268,7 @@ export function viewersPlan(): string {
   ]);
 }
 
-/** What the plan takes for granted, as a list in Markdown. */
+/** The assumptions of the plan, as a list in Markdown. */
 export function assumptions(): string {
   return [
     `${given.viewers.toLocaleString("en")} viewers within ${given.minutes} minutes, evenly spread`,
@@ -275,7 +283,7 @@ export function assumptions(): string {
     .join("\n");
 }
 
-/** Each limit, and how much of it this volume needs; the tightest first. */
+/** Each limit, and the share of it that this volume needs, the largest share first. */
 export function limits(): string {
   const plans = kinds.map(planOf);
   const least = readResults("growth").find(({ measure }) => measure === "least memory of a build");

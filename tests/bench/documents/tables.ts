@@ -18,7 +18,7 @@ export interface DocumentTable {
   table: string;
 }
 
-/** The newest results, as text. Notes where their times were measured. */
+/** The newest results, as text. Records the machines on which their times were measured. */
 class Figures {
   readonly machines = new Set<string>();
 
@@ -372,7 +372,7 @@ export function documentTables(): DocumentTable[] {
   ];
 }
 
-/** A document with its table replaced. Throws if the document has no place for it. */
+/** A document with its table replaced. Throws if the document has no marks for it. */
 export function withTable(text: string, { file, name, table }: DocumentTable): string {
   const marked = new RegExp(`(<!-- ${name} -->\\n\\n?)[\\s\\S]*?(<!-- end -->)`);
   if (!marked.test(text)) throw new Error(`${file}: expected <!-- ${name} --> and <!-- end -->`);

@@ -1,4 +1,4 @@
-/** Tables of docs/scale.md: what many viewers ask for through a cache, as simulated. */
+/** Tables of docs/scale.md: the simulated requests of many viewers through a cache. */
 import { type Row, readResults } from "../harness/table.ts";
 import { amount, markdown } from "./markdown.ts";
 
@@ -10,7 +10,7 @@ interface Run {
   rows: Row[];
 }
 
-/** In the order in which they were run: with nginx, then by calculation. */
+/** The runs in the order of their measurement: with nginx, then by calculation. */
 export function viewerRuns(): Run[] {
   const runs = new Map<string, Run>();
   for (const row of readResults("viewers")) {
@@ -74,7 +74,7 @@ export function replayTable(): string {
   return markdown([heading, heading.map(() => "---"), ...body]);
 }
 
-/** What recorded visits are like. */
+/** Statistics of the recorded visits. */
 export function visitsTable(): string {
   const rows = readResults("viewers").filter(
     (row) => /visits|the page|stores/.test(row.case) && !/viewers/.test(row.case),

@@ -8,7 +8,8 @@ function parents(): Map<number, number> {
     if (!/^\d+$/.test(name)) continue;
     try {
       const stat = readFileSync(`/proc/${name}/stat`, "latin1");
-      // After the name of the program, which may have spaces and parentheses: state, parent.
+      // The state and the parent follow the name of the program, which may have spaces and
+      // parentheses.
       const parent = stat.slice(stat.lastIndexOf(")") + 2).split(" ")[1];
       found.set(Number(name), Number(parent));
     } catch {} // it has ended
@@ -20,7 +21,7 @@ function parents(): Map<number, number> {
 function tree(root: number): number[] {
   const all = parents();
   const found = [root];
-  // The list grows while it is walked.
+  // This loop appends the children of each process to the list.
   for (const pid of found) {
     for (const [child, parent] of all) if (parent === pid) found.push(child);
   }
@@ -39,7 +40,7 @@ export function treeMegabytes(root: number): number {
   return (kilobytes * 1024) / 1e6;
 }
 
-/** Watches the memory of a process tree: the most that it has taken above what it had at the start. */
+/** Measures the maximum memory of a process tree, less its memory at the start. */
 export class MemoryWatch {
   readonly #root: number;
   readonly #before: number;
@@ -57,7 +58,7 @@ export class MemoryWatch {
     this.#most = Math.max(this.#most, treeMegabytes(this.#root));
   }
 
-  /** Ends watching. MB. */
+  /** Ends the measurement. Returns MB. */
   end(): number {
     clearInterval(this.#timer);
     this.#look();

@@ -80,7 +80,10 @@ const kinds: Record<string, () => void> = {
       return everySecond(socket.resume(), () => socket.write(batch));
     }),
 
-  /** 64 connections of one address that each ask again as soon as they have an answer. */
+  /**
+   * 64 connections of one address, each of which sends the next request as soon as it has a
+   * response.
+   */
   greedy: () =>
     hold(addresses(1), 64, (address) => {
       const socket = join(address);
@@ -109,4 +112,4 @@ const flood = kinds[kind];
 if (!flood) throw new Error(`expected one of ${Object.keys(kinds).join(", ")}, found "${kind}"`);
 flood();
 process.stdin.resume().on("end", () => process.exit());
-setTimeout(() => process.exit(), 120_000); // whatever happens
+setTimeout(() => process.exit(), 120_000); // in any case

@@ -1,4 +1,4 @@
-/** The client of the page, without a picture: what it fetches for a view of a volume. */
+/** The client of the page, without a picture: the bytes that it fetches for a view of a volume. */
 import type { Core } from "../../../web/core/index.ts";
 import {
   type CameraView,
@@ -16,7 +16,10 @@ export interface Fetched {
   finestLevel: number;
 }
 
-/** The whole volume from the front, from 1.5 times its longest axis away, with a field of 45°. */
+/**
+ * A view of the whole volume from the front, at a distance of 1.5 times its longest axis, with a
+ * field of view of 45°.
+ */
 function frontView(
   { voxels, spacing, origin }: StreamSession["info"],
   isovalue: number,
@@ -62,10 +65,10 @@ export async function visit(
   });
   const session = await StreamSession.open(new ServerSource({ base, volume }), core, {
     decoder: new InlineDecoder(core),
-    // The bytes of this view only.
+    // Fetch only the bytes of this view.
     backgroundBytes: 0,
     firstIsovalues: [isovalue],
-    // Enough for all volumes, so that the budget of a device does not end the growth.
+    // This suffices for all volumes, so that the budget of a device does not limit the growth.
     sampleBudget: 2 ** 30,
     events: {
       samples: () => true,

@@ -9,8 +9,9 @@ function place(index: number, count: number, newCount: number): [number, number]
 }
 
 /**
- * Each axis gets `factor` times as many voxels, by trilinear interpolation. Evenly distributed noise
- * of one grey value hides that interpolated voxels are smoother than measured ones; factor 1 has it too.
+ * Each axis gets `factor` times as many voxels, by trilinear interpolation. Interpolated voxels are
+ * smoother than measured ones. Evenly distributed noise of one grey value compensates for this,
+ * also with factor 1.
  */
 export function enlarge({ voxels, type, data }: RawVolume, factor: number): RawVolume {
   if (type !== "u8") throw new Error(`expected a volume of bytes, found ${type}`);

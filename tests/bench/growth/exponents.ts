@@ -1,4 +1,4 @@
-/** How figures grow with the number of voxels: exponents of power laws, and their names. */
+/** The growth of figures with the number of voxels: exponents of power laws, and their names. */
 
 /** One size of a volume: its number of voxels, and a figure measured for it. */
 export interface Point {

@@ -27,7 +27,7 @@ bool write_header(std::FILE* file, const char* type, int32_t size) {
                       type, size, size, size) > 0;
 }
 
-/// A few slices at a time, since the whole takes gigabytes.
+/// Writes a few slices at a time, since the whole volume takes gigabytes.
 bool write_turbulence(std::FILE* file, int32_t size) {
   const Turbulence turbulence(size);
   constexpr int32_t kSlices = 16;

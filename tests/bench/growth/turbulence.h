@@ -6,10 +6,11 @@
 
 namespace isosplat {
 
-/// A field with structure at all scales that fills its volume, as turbulence does: octaves of
-/// lattice noise, from a quarter of the volume down to eight voxels, whose amplitudes are the cube
-/// root of their size (Kolmogorov's law). Smaller than that, simulations that resolve turbulence
-/// are smooth. A finer lattice of voxels shows more octaves, and the same coarse ones.
+/// A field with structure at all scales that fills its volume, like turbulence. It consists of
+/// octaves of lattice noise, from a quarter of the volume down to eight voxels, whose amplitudes
+/// are the cube root of their size (Kolmogorov's law). Below eight voxels, simulations that resolve
+/// turbulence are smooth. With more voxels, the field has additional fine octaves and the same
+/// coarse ones.
 class Turbulence {
  public:
   /// size: voxels along each axis, a power of two, at least 32.
@@ -34,7 +35,7 @@ class Turbulence {
   }
 
  private:
-  /// From 0 to 1 with a continuous slope, so that lattice planes do not show.
+  /// Rises from 0 to 1 with a continuous slope, so that lattice planes are not visible.
   static double fade(double t) { return t * t * (3 - 2 * t); }
 
   /// A number of [−1, 1) for a lattice point of an octave (SplitMix64 of its indices).

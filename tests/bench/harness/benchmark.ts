@@ -37,8 +37,8 @@ export class Bench {
   readonly runs = Number(process.env.ISOSPLAT_BENCH_RUNS ?? 7);
 
   /**
-   * A volume's path by its name in the folder of real volumes; its checksum is verified. Where it is
-   * absent, undefined, and the table says so.
+   * A volume's path by its name in the folder of real volumes; its checksum is verified. If it is
+   * absent, returns undefined and notes this in the table.
    */
   volume(name: string): string | undefined {
     const path = findVolume(name);
@@ -46,7 +46,7 @@ export class Bench {
     return path;
   }
 
-  /** A program's path, or undefined (and the table says so). */
+  /** A program's path, or undefined (noted in the table). */
   program(name: string): string | undefined {
     const path = spawnSync("sh", ["-c", `command -v ${name}`], { encoding: "utf8" }).stdout.trim();
     if (path) return path;
@@ -54,7 +54,7 @@ export class Bench {
     return undefined;
   }
 
-  /** Debian's Python with VTK, or undefined (and the table says so). */
+  /** Debian's Python with VTK, or undefined (noted in the table). */
   pythonWithVtk(): string | undefined {
     const python = "/usr/bin/python3";
     if (spawnSync(python, ["-c", "import vtkmodules.vtkFiltersCore"]).status === 0) return python;
@@ -96,8 +96,8 @@ export class Bench {
   }
 
   /**
-   * Runs the cases in turn, `runs` times after one that does not count, so that whatever slows the
-   * machine slows all alike. Each case returns what it measured.
+   * Runs the cases in turn, `runs` times after one run that does not count, so that a slowdown of
+   * the machine affects all cases alike. Each case returns its measurement.
    */
   async interleave<Name extends string>(
     cases: Record<Name, () => Promise<number> | number>,
@@ -114,14 +114,14 @@ export class Bench {
     return values as Record<Name, number[]>;
   }
 
-  /** How long it takes, in seconds. */
+  /** The duration of `work` in seconds. */
   async time(work: () => unknown): Promise<number> {
     const begin = performance.now();
     await work();
     return (performance.now() - begin) / 1000;
   }
 
-  /** Runs a command to its end. Throws with its output where it fails. */
+  /** Runs a command to its end. If it fails, throws an error with its output. */
   async command(program: string, args: string[], env?: Record<string, string>): Promise<Finished> {
     const begin = performance.now();
     const child = this.start(program, args, env);
@@ -152,7 +152,7 @@ export class Bench {
     return { seconds, peakBytes, stdout };
   }
 
-  /** Starts a command, e.g. a server; it is ended with the benchmark at the latest. */
+  /** Starts a command, for example a server. It is ended with the benchmark at the latest. */
   start(program: string, args: string[], env?: Record<string, string>): ChildProcess {
     const child = spawn(program, args, {
       cwd: root,
@@ -164,7 +164,7 @@ export class Bench {
     return child;
   }
 
-  /** Ends what was started and removes the folder. */
+  /** Ends all started commands and removes the folder. */
   close(): void {
     for (const child of this.#children) child.kill("SIGTERM");
     if (this.#folder) rmSync(this.#folder, { recursive: true, force: true });

@@ -2,8 +2,8 @@ import { createSocket, type Socket as UdpSocket } from "node:dgram";
 import { type AddressInfo, connect, createServer, type Socket } from "node:net";
 
 /**
- * Hands items on in their order, each this many milliseconds after it came. `msEach`: how long the
- * link is busy with an item; the next one waits.
+ * Passes items on in their order, each this many milliseconds after its arrival. `msEach`: the time
+ * for which an item occupies the link; the next one waits.
  */
 class Delay<Item> {
   readonly #queue: { at: number; item: Item }[] = [];
@@ -18,7 +18,7 @@ class Delay<Item> {
     this.#msEach = msEach;
   }
 
-  /** Items that come before this moment count as if they came then. */
+  /** Items that arrive before this time are treated as if they arrived at this time. */
   holdUntil(moment: number): void {
     this.#from = moment;
   }
@@ -99,7 +99,7 @@ export async function openDelayedLink(
     close() {
       tcp.close();
       for (const socket of sockets) socket.destroy();
-      // Delayed packets may still be sent: the process ends with the benchmark.
+      // Delayed packets may still be sent, but they do not keep the process running.
       udp.removeAllListeners("message").unref();
       for (const { socket } of clients.values()) socket.unref();
     },

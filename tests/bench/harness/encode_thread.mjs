@@ -1,4 +1,4 @@
-// Starts encode_thread.ts: threads of Node do not inherit tsx.
+// Starts encode_thread.ts with tsx, which threads of Node do not inherit.
 import { register } from "tsx/esm/api";
 
 register();

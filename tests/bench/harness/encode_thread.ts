@@ -1,4 +1,4 @@
-/** A thread of Node that encodes blocks: the part of web/builder/encode_worker.ts. */
+/** A thread of Node that encodes blocks. It replaces web/builder/encode_worker.ts. */
 import { parentPort, workerData } from "node:worker_threads";
 import { type Port, serveEncoder } from "../../../web/builder/index.ts";
 

@@ -6,7 +6,7 @@ import { gunzipSync } from "node:zlib";
 import { root } from "./paths.ts";
 import { peakMegabytes } from "./peak_memory.ts";
 
-/** A volume's values as they are, little-endian, x fastest. */
+/** A volume's unchanged values, little-endian, x fastest. */
 export interface RawVolume {
   voxels: [number, number, number];
   type: "u8" | "i16" | "u16" | "f32";
@@ -41,7 +41,7 @@ export function readNrrd(path: string): RawVolume {
   return { voxels: field("sizes").split(/\s+/).map(Number) as RawVolume["voxels"], type, data };
 }
 
-/** What VTK's filter did for one isovalue. */
+/** The result of VTK's filter for one isovalue. */
 export interface Mesh {
   seconds: number;
   triangles: number;
@@ -50,7 +50,7 @@ export interface Mesh {
   bytes: number;
 }
 
-/** VTK's Flying Edges, or its marching cubes, in a process of its own, with the volume loaded. */
+/** VTK's Flying Edges, or its marching cubes, in a separate process, with the volume loaded. */
 export class FlyingEdges {
   readonly #child: ChildProcess;
   readonly #lines: AsyncIterator<string>;

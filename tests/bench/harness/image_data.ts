@@ -2,8 +2,8 @@ import { readFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
 
 /**
- * The values of the one array of a VTK image data file, as its bytes. Reads what the inputs here
- * are: zlib blocks, in base64 or appended raw.
+ * The values of the one array of a VTK image data file, as its bytes. Supports the encodings of the
+ * inputs here: zlib blocks, in base64 or appended raw.
  *
  *   number of blocks | bytes of a block | of the last, if shorter | compressed bytes of each | blocks
  */
@@ -23,7 +23,7 @@ export function imageData(path: string): Buffer {
     head = file.subarray(text.indexOf("_", appended) + 1);
     blocks = head.subarray((3 + number(head, 0)) * word);
   } else {
-    // Head and blocks are encoded apart.
+    // Head and blocks are encoded separately.
     const array = text.slice(text.indexOf(">", text.indexOf("<DataArray")) + 1).trimStart();
     head = Buffer.from(array.slice(0, 4 * Math.ceil(word / 3)), "base64");
     const headerLength = 4 * Math.ceil(((3 + number(head, 0)) * word) / 3);

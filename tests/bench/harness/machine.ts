@@ -5,11 +5,14 @@ import { join } from "node:path";
 import { root } from "./paths.ts";
 
 export interface Machine {
-  /** Names machines whose figures may be compared: processor, cores, memory. */
+  /**
+   * The machine's processor, cores and memory. Figures of machines with the same name may be
+   * compared.
+   */
   name: string;
   /** The project's version, from package.json. */
   version: string;
-  /** Short commit; ends in "+" where files differ from it. */
+  /** Short commit; ends in "+" if files differ from it. */
   commit: string;
   /** Conditions that may disturb timings now, as text. */
   warnings: string[];

@@ -1,4 +1,6 @@
-/** A NIfTI-1 file of bytes with these dimensions: the header's fields that are not zero. */
+/**
+ * A NIfTI-1 file of bytes with these dimensions. Sets only the header's fields that are not zero.
+ */
 export function nifti(voxels: number[], spacing: number[], values: Uint8Array): Uint8Array {
   const file = new Uint8Array(352 + values.length);
   const header = new DataView(file.buffer);

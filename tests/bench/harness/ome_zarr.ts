@@ -6,7 +6,7 @@ type Voxels = [x: number, y: number, z: number];
 const chunkSide = 64;
 const scales = 3;
 
-/** Means of 2³ voxels; odd rests are left out. */
+/** Means of 2³ voxels. Odd remaining voxels are left out. */
 function halved(values: Uint8Array, [x, y, z]: Voxels): { values: Uint8Array; voxels: Voxels } {
   const voxels: Voxels = [x >> 1, y >> 1, z >> 1];
   const [width, height, depth] = voxels;
@@ -28,7 +28,7 @@ function halved(values: Uint8Array, [x, y, z]: Voxels): { values: Uint8Array; vo
   return { values: out, voxels };
 }
 
-/** One chunk; beyond the volume's end, zeros. */
+/** One chunk, with zeros beyond the volume's end. */
 function chunkOf(values: Uint8Array, [x, y, z]: Voxels, begin: Voxels): Uint8Array {
   const chunk = new Uint8Array(chunkSide ** 3);
   const width = Math.min(chunkSide, x - begin[0]);

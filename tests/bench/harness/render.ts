@@ -14,7 +14,9 @@ export function spacingOf(volume: string): string[] {
   return header.match(/^spacings:[ \t]*(.*?)\r?$/m)?.[1]?.split(/\s+/) ?? ["1", "1", "1"];
 }
 
-/** Writes VTK's Flying Edges mesh of an isovalue; returns the file, or undefined without VTK. */
+/**
+ * Writes VTK's Flying Edges mesh of an isovalue. Returns the file, or undefined if VTK is missing.
+ */
 export async function flyingEdgesMesh(
   bench: Bench,
   volume: string,

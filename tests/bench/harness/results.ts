@@ -3,17 +3,17 @@ import { join } from "node:path";
 import type { Machine } from "./machine.ts";
 import { root } from "./paths.ts";
 
-/** What a figure has to reach. */
+/** The goal of a figure. */
 export type Reach = { atMost: number } | { atLeast: number };
 
 /** One figure: several runs of one measure of one case. */
 export interface Figure {
-  /** What was measured, e.g. "engine 60.5, isosplat". */
+  /** The measured case, for example "engine 60.5, isosplat". */
   case: string;
-  /** Which property, e.g. "time", "bytes", "ratio to VTK". */
+  /** The measured property, for example "time", "bytes", "ratio to VTK". */
   measure: string;
   unit: string;
-  /** One value per run, or one that has no spread (bytes). */
+  /** One value per run, or a single value if it is the same in each run (bytes). */
   values: number[];
   reach?: Reach;
 }
@@ -25,14 +25,14 @@ export function median(values: readonly number[]): number {
   return sorted.length % 2 ? upper : ((sorted[middle - 1] ?? Number.NaN) + upper) / 2;
 }
 
-/** Whether a figure reaches what it has to; undefined where it has to reach nothing. */
+/** Whether a figure reaches its goal; undefined if it has none. */
 export function reached({ values, reach }: Figure): boolean | undefined {
   if (!reach) return undefined;
   const value = median(values);
   return "atMost" in reach ? value <= reach.atMost : value >= reach.atLeast;
 }
 
-/** Four significant digits, without an exponent where people can read it. */
+/** Four significant digits, without an exponent if the number is readable. */
 export function digits(value: number): string {
   if (!Number.isFinite(value)) return String(value);
   if (Math.abs(value) >= 1000) return Math.round(value).toLocaleString("en");
@@ -85,13 +85,16 @@ const columns = [
 
 const quote = (cell: string) => (/[",\n]/.test(cell) ? `"${cell.replaceAll('"', '""')}"` : cell);
 
-/** A row without commit and date: what is measured, where, in which version. */
+/**
+ * The part of a row that identifies a figure: all fields except the measured values, commit and
+ * date.
+ */
 const key = (line: string) =>
   (line.match(/^(?:"(?:[^"]|"")*"|[^,]*)(?:,(?:"(?:[^"]|"")*"|[^,]*)){4}/) ?? [""])[0];
 
 /**
- * Adds the figures to tests/bench/results/NAME.csv, a row for each figure, version and machine; a row
- * of the same version and machine is replaced. Returns the file's path.
+ * Adds the figures to tests/bench/results/NAME.csv, a row for each figure, version and machine.
+ * Replaces rows of the same version and machine. Returns the file's path.
  */
 export function saveResults(name: string, machine: Machine, figures: readonly Figure[]): string {
   const folder = join(root, "tests/bench/results");

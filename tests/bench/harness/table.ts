@@ -4,7 +4,7 @@ import { root } from "./paths.ts";
 
 /** A row of tests/bench/results/NAME.csv. */
 export interface Row {
-  /** Where it was measured. */
+  /** The machine on which it was measured. */
   machine: string;
   case: string;
   measure: string;

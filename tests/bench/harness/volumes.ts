@@ -6,7 +6,7 @@ import { root } from "./paths.ts";
 /** The folder of real volumes: ISOSPLAT_VOLUMES, or ../shared/volumes beside the project. */
 export const volumesFolder = process.env.ISOSPLAT_VOLUMES ?? join(root, "../shared/volumes");
 
-/** Checksums by file or folder name, as `sha256sum` prints them; of a folder, see digest(). */
+/** Checksums by file or folder name, as `sha256sum` prints them. For folders, see digest(). */
 function readChecksums(): Map<string, string> {
   const lines = readFileSync(join(root, "tests/bench/volumes.sha256"), "utf8").split("\n");
   return new Map(
@@ -17,7 +17,10 @@ function readChecksums(): Map<string, string> {
   );
 }
 
-/** SHA-256 of a file. For a folder: of the lines `<hash>  <name>` of its files, sorted by name. */
+/**
+ * SHA-256 of a file. For a folder: SHA-256 of the lines `<hash> <name>` of its files, sorted by
+ * name.
+ */
 function digest(path: string): string {
   if (!statSync(path).isDirectory())
     return createHash("sha256").update(readFileSync(path)).digest("hex");
@@ -30,7 +33,7 @@ function digest(path: string): string {
 const checksums = readChecksums();
 const verified = new Set<string>();
 
-/** The files that a volume consists of: a detached header names its data by the same stem. */
+/** The files of a volume. The data file of a detached header has the same stem. */
 function filesOf(name: string): string[] {
   return name.endsWith(".nhdr") ? [name, name.replace(/\.nhdr$/, ".raw.gz")] : [name];
 }
@@ -55,7 +58,7 @@ export function findVolume(name: string): string | undefined {
   return join(volumesFolder, name);
 }
 
-/** Prints the lines of volumes.sha256 for what is in the folder now. */
+/** Prints the lines of volumes.sha256 for the present content of the folder. */
 export function printChecksums(): void {
   for (const entry of readdirSync(volumesFolder).sort()) {
     if (entry !== "INDEX.md") console.log(`${digest(join(volumesFolder, entry))}  ${entry}`);

@@ -7,7 +7,7 @@ import { flyingEdgesMesh, renderProgram } from "../harness/render.ts";
 
 const folder = join(root, "docs/pictures");
 
-/** The name of a picture, the volume, and how `isosplat render` draws it. */
+/** The name of a picture, the volume, and the options of `isosplat render`. */
 const drawn: [string, string, string[]][] = [
   ["figure_4_squares", "fuel.nhdr", ["--kind", "quad", "--unprojected"]],
   ["figure_4_planes", "fuel.nhdr", ["--kind", "ellipse", "--unprojected"]],

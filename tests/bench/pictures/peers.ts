@@ -1,4 +1,7 @@
-/** Pictures of a view by other programs, with the same camera and colours and their own light. */
+/**
+ * Pictures of a view by other programs, with the same camera and colours, but the light of each
+ * program.
+ */
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser } from "@playwright/test";
@@ -8,12 +11,12 @@ import { type RawVolume, readNrrd } from "../harness/flying_edges.ts";
 import { root } from "../harness/paths.ts";
 import { background, colour, eyeAndUp, fieldOfView, size, type View } from "./views.ts";
 
-/** A view and its volume, as the peers read it. */
+/** A view and its volume, in the form that the peers read. */
 export interface PeerScene {
   view: View;
   volume: RawVolume;
   spacing: number[];
-  /** The values: a file. */
+  /** The file with the values. */
   raw: string;
 }
 
@@ -26,7 +29,7 @@ export function peerScene(bench: Bench, view: View, path: string): PeerScene {
   return { view, volume, spacing: spacing.split(/\s+/).map(Number), raw };
 }
 
-/** VTK's pictures, without and with ambient occlusion; undefined: skipped. */
+/** VTK's pictures, without and with ambient occlusion; undefined if they were skipped. */
 export async function drawVtk(
   bench: Bench,
   { view, volume, spacing, raw }: PeerScene,
@@ -57,7 +60,7 @@ export class BrowserPeers {
     this.#browser = browser;
   }
 
-  /** Builds the pages; undefined: skipped. */
+  /** Builds the pages. Undefined if they were skipped. */
   static async create(bench: Bench, browser: Browser): Promise<BrowserPeers | undefined> {
     const peers = join(root, "tests/evidence/peers");
     if (!existsSync(join(peers, "node_modules"))) {
@@ -97,7 +100,7 @@ export class BrowserPeers {
   }
 }
 
-/** What the pages of tests/evidence/peers/pictures read. */
+/** The scene that the pages of tests/evidence/peers/pictures read. */
 function sceneOf({ view, volume, spacing }: PeerScene) {
   const rgb = (text: string) =>
     [0, 2, 4].map((at) => Number.parseInt(text.slice(at, at + 2), 16) / 255);

@@ -4,7 +4,10 @@ export interface View {
   /** The name of the sheet: docs/pictures/compared_NAME.jpg. */
   name: string;
   title: string;
-  /** In the folder of real volumes: NRRD without orientation, so that the world is the volume's. */
+  /**
+   * A file in the folder of real volumes: NRRD without orientation, so that world coordinates are
+   * those of the volume.
+   */
   file: string;
   isovalue: number;
   camera: Camera;
@@ -79,7 +82,10 @@ function orbit(azimuth: number, elevation: number, distance: number, target: Vec
   return { azimuth, elevation, distance, target };
 }
 
-/** The place of the eye and the upward direction: camera_frame() of shared/render/settings/camera.cpp. */
+/**
+ * The position of the eye and the upward direction, as in camera_frame() of
+ * shared/render/settings/camera.cpp.
+ */
 export function eyeAndUp({ azimuth, elevation, distance, target }: Camera): {
   eye: Vector;
   up: Vector;

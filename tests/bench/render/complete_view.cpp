@@ -27,8 +27,7 @@ namespace {
 constexpr int kWidth = 944, kHeight = 748;
 constexpr uint64_t kCoarseBytes = 160 * 1024;
 
-/// The occlusion queries of a view, and when one is repeated: as in
-/// web/stream/occlusion_queries.ts.
+/// The occlusion queries of a view and their repetition, as in web/stream/occlusion_queries.ts.
 struct Step {
   render::SplatKind kind;
   int min_px;
@@ -79,7 +78,7 @@ render::RenderSettings settings_of(double isovalue) {
   return settings;
 }
 
-/// What a visitor to one view fetches.
+/// The chunks that a visitor to one view fetches.
 class Visit {
  public:
   Visit(const StoreFile& file, render::Renderer& renderer, const render::Camera& camera,
@@ -176,7 +175,7 @@ class Visit {
     return chunk.bytes;
   }
 
-  /// Returns the bytes.
+  /// Fetches the chunks of a selection. Returns their bytes.
   uint64_t fetch(const Selection& selection) {
     uint64_t sum = 0;
     for (const uint32_t index : selection.pages) sum += page(index);

@@ -7,7 +7,7 @@
 // picture of the mean of a still view, with ambient occlusion and shadows, instead of a frame.
 // --band: all samples that are active in this range are resident, as in chunks; without it, only
 // those that are active for the isovalue. --stages: prints a table instead, of the processor time
-// of all threads by stage of a frame. It does not change with what else runs.
+// of all threads by stage of a frame. Other programs on the machine do not change it.
 #include <GLES3/gl3.h>
 
 #include <algorithm>
@@ -150,7 +150,7 @@ std::optional<std::array<Times, 5>> draw_views(render::Renderer& splats, render:
   return sums;
 }
 
-/// Prints a row of Markdown for each kind, in ms of processor time per frame. What is left is the
+/// Prints a row of Markdown for each kind, in ms of processor time per frame. The remainder is the
 /// rasterization of points or triangles, and their fragment shaders.
 void print_stages(const std::array<Times, 5>& sums, int views) {
   const Times& empty = sums[0];  // the mesh is lit as quads are, and draws into the same picture
@@ -179,7 +179,7 @@ int run(int argc, char** argv) {
   auto created = context
                      ? render::Renderer::create()
                      : Result<std::unique_ptr<render::Renderer>>(tl::unexpected(context.error()));
-  // The mesh has a renderer of its own, so that switching costs nothing.
+  // The mesh has a separate renderer, so that switching costs nothing.
   auto other = created ? render::Renderer::create()
                        : Result<std::unique_ptr<render::Renderer>>(tl::unexpected(created.error()));
   if (!other) {

@@ -1,11 +1,11 @@
-// How smooth and how true normals are, in close-ups of a store's level 0.
-// isosplat_normals STORE VOLUME ISOVALUE [--px PX_PER_CELL]. Prints a line of JSON.
-// Angles are those between a normal and the gradient, which is computed by central differences at
-// the voxels and interpolated trilinearly. Jumps are measured on four adjacent pixels of a surface,
-// of which two are in one cell and two in the next: a jump is the angle between the middle two,
-// minus the larger of the other two angles. Jumps are listed by the kind of border between the
-// cells. Depths of adjacent pixels differ by at most two pixels, which excludes coarse and fine
-// surfaces that do not meet.
+// Measures the smoothness and the accuracy of normals in close-ups of a store's level 0.
+// isosplat_normals STORE VOLUME ISOVALUE [--px PX_PER_CELL]. Prints a line of JSON. Angles are
+// those between a normal and the gradient, which is computed by central differences at the voxels
+// and interpolated trilinearly. Jumps are measured on four adjacent pixels of a surface, of which
+// two are in one cell and two in the next: a jump is the angle between the middle two, minus the
+// larger of the other two angles. Jumps are listed by the kind of border between the cells. Depths
+// of adjacent pixels differ by at most two pixels, which excludes coarse and fine surfaces that do
+// not meet.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -55,7 +55,7 @@ std::vector<Pixel> draw(render::Renderer& renderer, const VolumeGrid& grid,
   return result;
 }
 
-/// What was measured with one shading, in all views.
+/// The measurements with one shading, in all views.
 struct Measured {
   std::vector<double> angles, cells, blocks, levels;
 };

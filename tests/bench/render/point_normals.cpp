@@ -1,6 +1,6 @@
-// How true the normals of extracted points are, and how long extraction takes with two threads.
-// isosplat_point_normals STORE VOLUME ISOVALUE RUNS. Prints a line of JSON: angles to the gradient
-// by central differences, and the seconds of each run, smooth and exact in turn.
+// Measures the accuracy of the normals of extracted points, and the time of extraction with two
+// threads. isosplat_point_normals STORE VOLUME ISOVALUE RUNS. Prints a line of JSON: angles to the
+// gradient by central differences, and the seconds of each run, smooth and exact in turn.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -6,11 +6,11 @@
 
 namespace isosplat {
 
-/// Between two directions, in degrees.
+/// The angle between two directions, in degrees.
 double angle(Vec3d a, Vec3d b);
 
 /// The gradient by central differences at the voxels (one-sided at the ends of the volume),
-/// interpolated trilinearly: at a position in voxels, in the world.
+/// interpolated trilinearly. `p`: a position in voxels. The gradient is in world coordinates.
 Vec3d reference_gradient(const TestVolume& volume, Vec3d p);
 
 /// The value below which this share of the values lies; 0 without values. Reorders the values.

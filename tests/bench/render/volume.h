@@ -10,7 +10,7 @@ namespace isosplat {
 /// the file cannot be read, or has a type that would be quantized.
 TestVolume load_volume(const std::string& path);
 
-/// A mesh file of tests/evidence/peers/flying_edges_mesh.py, handed to the renderer; returns the
+/// Passes a mesh file of tests/evidence/peers/flying_edges_mesh.py to the renderer. Returns the
 /// number of triangles.
 uint64_t show_mesh(render::Renderer& renderer, const VolumeGrid& grid, const std::string& path);
 

@@ -1,7 +1,7 @@
-// Many connections at a time, most of which do little or harm.
+// Many simultaneous connections, most of which are idle or harmful.
 import { connect, type Socket } from "node:net";
 
-/** What a client of the crowd does with its connection. */
+/** The behaviour of a client of the crowd on its connection. */
 type Habit = (socket: Socket) => void;
 
 /** Connections that are opened again when the server closes them. */
@@ -30,7 +30,7 @@ export class Crowd {
     }
   }
 
-  /** Sends on every connection, and resolves to how many get an answer with 200. */
+  /** Sends a text on every connection. Resolves to the number of responses with status 200. */
   async askAll(text: string): Promise<number> {
     const answers = [...this.#sockets].map(
       (socket) =>
@@ -70,7 +70,7 @@ export class Crowd {
 /** Sends nothing. */
 export const idle: Habit = () => {};
 
-/** Asks for a large body and reads none of it. */
+/** Requests a large body and reads none of it. */
 export const slowReader =
   (path: string): Habit =>
   (socket) => {
@@ -78,7 +78,7 @@ export const slowReader =
     socket.write(`GET ${path} HTTP/1.1\r\nHost: localhost\r\n\r\n`);
   };
 
-/** Sends a header of which a byte comes each second. */
+/** Sends a header, one byte each second. */
 export const slowWriter =
   (path: string): Habit =>
   (socket) => {

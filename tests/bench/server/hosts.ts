@@ -20,7 +20,7 @@ export interface Answer {
   body: Buffer;
 }
 
-/** A request on a connection of its own, or of `agent`. */
+/** Sends a request on a new connection, or on one of `agent`. */
 export function get(
   url: string,
   agent: Agent | false = false,
@@ -53,7 +53,7 @@ export async function untilItAnswers(url: string, pauseMs = 20): Promise<void> {
   throw new Error(`${url} does not answer`);
 }
 
-/** Enough connections for all benchmarks, also from one address. */
+/** Options that allow enough connections for all benchmarks, even from one address. */
 const manyConnections = ["--connections", "12000", "--connections-per-address", "0"];
 
 /** Serves stores. `limits: []` selects the default limits of the server. */

@@ -1,4 +1,5 @@
-// Clients of every kind for a while, and faults: is every byte right, and does nothing grow?
+// Clients of every kind for a while, and faults. Checks that every byte is right, and that no
+// resource grows.
 import { createHash } from "node:crypto";
 import { copyFileSync, openSync, readSync, renameSync } from "node:fs";
 import { Agent } from "node:http";
@@ -29,7 +30,7 @@ interface Counts {
   faults: number;
 }
 
-/** Bytes that no server should like. */
+/** Bytes that a server must refuse. */
 const malformed = [
   "GET / HTTP/1.1\r\n\r\n",
   "GET /%00 HTTP/1.1\r\nHost: localhost\r\n\r\n",
@@ -38,7 +39,10 @@ const malformed = [
   "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
 ];
 
-/** A client that breaks off: in the header, in the body, or after bytes that are no request. */
+/**
+ * A client that closes its connection within the header or the body, or after bytes that are not a
+ * request.
+ */
 async function misbehave(port: number, path: string, random: () => number): Promise<void> {
   const kind = Math.floor(random() * 3);
   await new Promise<void>((resolve) => {
@@ -102,7 +106,7 @@ class Clients {
           `${this.#content}/header`,
           `${this.#content}/isovalues?isovalue=0..200`,
         ];
-        // What one answer had, all others must have.
+        // All responses to a request must have the same content.
         await this.#ask(paths[Math.floor(random() * paths.length)] ?? "", agent);
       }
     }
@@ -122,7 +126,7 @@ class Clients {
   }
 }
 
-/** Replaces a served store by another one again and again; its readers must never see a mixture. */
+/** Replaces a served store repeatedly. Its readers must never see a mixture of two stores. */
 async function replaceAndRead(
   server: string,
   path: string,
@@ -171,7 +175,7 @@ export async function mixedLoad(bench: Bench, store: string, other: string): Pro
     held.push(residentMegabytes(host.pid));
   }
   await Promise.all(work);
-  await pause(3000); // the server closes what was broken off
+  await pause(3000); // the server closes the aborted connections
   const what = `${minutes} min of mixed load`;
   const { right, wrong, faults } = clients.counts;
   bench.report(what, "answers compared", "", right);

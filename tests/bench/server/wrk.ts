@@ -3,7 +3,7 @@ import type { Bench } from "../harness/benchmark.ts";
 
 export interface Load {
   requestsPerSecond: number;
-  /** Of bodies and header fields. */
+  /** Bytes of bodies and header fields per second. */
   bytesPerSecond: number;
   p99Ms: number;
 }
@@ -11,7 +11,7 @@ export interface Load {
 const milliseconds = { us: 0.001, ms: 1, s: 1000, m: 60_000 };
 const bytes = { B: 1, KB: 2 ** 10, MB: 2 ** 20, GB: 2 ** 30 };
 
-/** Requests one address over and over, on so many keep-alive connections. */
+/** Requests one address repeatedly, on this many keep-alive connections. */
 export async function load(
   bench: Bench,
   url: string,

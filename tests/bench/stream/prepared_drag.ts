@@ -38,7 +38,7 @@ async function coarsestLevel(page: Page): Promise<number> {
       slider.valueAsNumber = Number(slider.min) + t * (Number(slider.max) - Number(slider.min));
       slider.dispatchEvent(new Event("input", { bubbles: true }));
       await new Promise((resolve) => requestAnimationFrame(resolve));
-      // The status lags behind by 0.2 s: what it shows at first is of the view at rest.
+      // The status lags behind by 0.2 s, so at first it shows the view at rest.
       if (performance.now() - begin < 400) continue;
       coarsest = Math.max(coarsest, Number(/\d+$/.exec(status.textContent ?? "")?.[0] ?? 0));
     }

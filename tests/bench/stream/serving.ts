@@ -12,7 +12,7 @@ export async function buildStore(bench: Bench, volume: string, name: string): Pr
   return store;
 }
 
-/** Serves stores with the built page, on a free port; ends with the benchmark. */
+/** Serves stores with the built page, on a free port, until the benchmark ends. */
 export async function serve(bench: Bench, stores: string[]): Promise<string> {
   const page = join(bench.root, "build/page");
   if (!existsSync(join(page, "index.html"))) throw new Error("no page: npm run build -- page");

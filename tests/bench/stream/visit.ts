@@ -120,7 +120,8 @@ export class Visitor {
         program: WebAssembly.Module | BufferSource,
         imports: WebAssembly.Imports,
       ) => {
-        // Given bytes instead of a module, the result holds the instance and the module.
+        // If it is called with bytes instead of a module, the result contains the instance and the
+        // module.
         const answer = (await instantiate(program as BufferSource, imports)) as
           | WebAssembly.Instance
           | WebAssembly.WebAssemblyInstantiatedSource;
@@ -189,7 +190,7 @@ export class Visitor {
     return (await handle.jsonValue()) as { at: number; shown: number };
   }
 
-  /** Size of the page's response whose URL ends like this, on the network. */
+  /** The size on the network of the page's response whose URL has this ending. */
   async bytesOf(ending: string): Promise<number> {
     return this.page.evaluate((ending) => {
       const all = performance.getEntriesByType("resource") as PerformanceResourceTiming[];
@@ -198,9 +199,9 @@ export class Visitor {
   }
 
   /**
-   * Moves the isovalue slider to these positions (0 to 1) one after the other, as a user would, and waits
-   * for a number of frames after each; the first of these draws it. One call into the page for all
-   * positions, so that the cost of calls is not measured.
+   * Moves the isovalue slider to these positions (0 to 1) one after the other, as a user would, and
+   * waits for a number of frames after each; the first of these draws it. It makes one call into
+   * the page for all positions, so that the cost of calls is not measured.
    */
   async slide(places: readonly number[], framesEach = 0): Promise<void> {
     await this.page.evaluate(
@@ -243,7 +244,10 @@ export class Visitor {
     return mainThreadOf(this.#cdp);
   }
 
-  /** The same as processor time: on a machine with few cores, other threads interrupt this one. */
+  /**
+   * Like `mainThread`, but as processor time: on a machine with few cores, other threads interrupt
+   * this one.
+   */
   async processorTime(): Promise<{ scripts: number; layout: number }> {
     if (!this.#ofProcessor) {
       this.#ofProcessor = await this.#context.newCDPSession(this.page);
@@ -291,9 +295,9 @@ export class Visitor {
   }
 
   /**
-   * Bytes on the wire of the page's own files (without the volume) that were requested before a time
-   * (ms, as in mark()). From resource timing, which also has the workers' script; it counts 300 bytes
-   * for the header of each answer.
+   * Bytes on the wire of the page's own files (without the volume) that were requested before a
+   * time (ms, as in mark()). The source is resource timing, which includes the workers' script, and
+   * counts 300 bytes for the header of each response.
    */
   async programBytes(before = Number.POSITIVE_INFINITY): Promise<number> {
     const files = await this.page.evaluate(() =>

@@ -1,4 +1,7 @@
-/** vtk.js on the same links: the volume as gzip, marching cubes in the page. */
+/**
+ * Measures vtk.js on the same links. It fetches the volume as gzip, and runs marching cubes in the
+ * page.
+ */
 import { readFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import type { Browser } from "@playwright/test";
@@ -10,7 +13,7 @@ export interface Peer extends PeerSite {
   query: string;
 }
 
-/** Serves the peer's page with an NRRD of bytes (detached, gzip); undefined: skipped. */
+/** Serves the peer's page with an NRRD of bytes (detached, gzip). Undefined if it was skipped. */
 export async function servePeer(
   bench: Bench,
   header: string,

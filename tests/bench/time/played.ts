@@ -14,25 +14,25 @@ export interface PlayedSeries {
   link: Link;
 }
 
-/** Of one loop. */
+/** The measurements of one loop. */
 export interface Loop {
   seconds: number;
   requests: number;
   bytes: number;
-  /** Times and seconds for which no surface of the next step had arrived. */
+  /** The number of stops and their seconds, in which no surface of the next step had arrived. */
   stops: number;
   stopped: number;
-  /** Frames, those without a surface, and steps that were not drawn. */
+  /** The numbers of frames, of frames without a surface, and of steps that were not drawn. */
   frames: number;
   blank: number;
   undrawn: number;
 }
 
 export interface Played {
-  /** Until the first step is complete. */
+  /** Bytes until the first step is complete. */
   firstBytes: number;
   firstRequests: number;
-  /** What the viewer says that all steps cost. */
+  /** The viewer's estimate of the bytes of all steps. */
   costBytes: number;
   /** The size of cells in pixels that was chosen. */
   cellPixels: number;
@@ -53,7 +53,8 @@ export async function playSeries(
     // tsx names functions by a helper, which the page does not have.
     await page.addInitScript("globalThis.__name = (named) => named");
     await page.goto(`${series.origin}/empty`);
-    // The modules arrive before the link becomes slow: they are not what is measured.
+    // The modules arrive before the link becomes slow, because they are not part of the
+    // measurement.
     await page.evaluate(async (base) => {
       const modules = await Promise.all([
         import(`${base}/viewer/index.ts`),

@@ -20,14 +20,13 @@ struct EwaSettings {
 /// The result of the filter, rows from the top.
 struct EwaPicture {
   int width = 0, height = 0;
-  std::vector<Vec3f>
-      colour;  ///< linear: sum of weights times colours, divided by the sum of weights
+  std::vector<Vec3f> colour;   ///< linear: sum of weights times colours / sum of weights
   std::vector<double> weight;  ///< sum of weights: nearly 1 inside of evenly sampled surfaces
 
-  /// Share of the pixel that is covered, for outlines: the greater of two sums of weights, limited to
-  /// 1. One sum is over all surfels that face the eye, including hidden ones, the other over all that
-  /// face away. Each is 1 inside of a closed surface, and falls like the low-pass filter at its
-  /// outline.
+  /// Share of the pixel that is covered (at most 1), for outlines: the greater of two sums of
+  /// weights. One sum is over all surfels that face the eye, including hidden ones, the other over
+  /// all that face away. Each is 1 inside of a closed surface, and falls like the low-pass filter at
+  /// its outline.
   std::vector<double> coverage;
 
   size_t at(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
