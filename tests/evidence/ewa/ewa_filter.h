@@ -25,8 +25,8 @@ struct EwaPicture {
 
   /// Share of the pixel that is covered (at most 1), for outlines: the greater of two sums of
   /// weights. One sum is over all surfels that face the eye, including hidden ones, the other over
-  /// all that face away. Each is 1 inside of a closed surface, and falls like the low-pass filter at
-  /// its outline.
+  /// all that face away. Each is 1 inside of a closed surface, and falls like the low-pass filter
+  /// at its outline.
   std::vector<double> coverage;
 
   size_t at(int x, int y) const { return size_t(y) * size_t(width) + size_t(x); }
