@@ -1,6 +1,13 @@
 // Scenes in the page: a bundle by its address, and files of this device.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import {
+  copyFileSync,
+  existsSync,
+  mkdtempSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, test } from "@playwright/test";
@@ -79,6 +86,44 @@ test("a bundle at an address shows all its layers, with few requests", async ({ 
   expect(ranges.length).toBeLessThan(12);
   expect(new URL(page.url()).searchParams.get("src")).toBe(`${host.origin}/two.isobundle`);
   await expect(page.getByRole("alert")).toHaveCount(0);
+});
+
+test("all layers of a large scene have a surface before finer levels are requested", async ({
+  page,
+}) => {
+  const balls = Array.from({ length: 20 }, (_, i) => `ball${i}`);
+  const layers = balls.map((name, i) => ({
+    ...{ name, store: `${name}.isosplat`, surfaces: surfaces("#c8553d") },
+    transform: [1, 0, 0, 80 * (i % 5), 0, 1, 0, 80 * Math.floor(i / 5), 0, 0, 1, 0, 0, 0, 0, 1],
+  }));
+  buildBall(folder, "ball0", 72, { centre: [0.5, 0.5, 0.5], radius: 0.4 });
+  for (const name of balls.slice(1)) {
+    copyFileSync(join(folder, "ball0.isosplat"), join(folder, `${name}.isosplat`));
+  }
+  const document = join(folder, "balls.scene.json");
+  writeFileSync(document, JSON.stringify({ ...scene, layers }));
+  execFileSync(program, ["bundle", document, "-o", join(folder, "balls.isobundle")]);
+  await page.addInitScript(() => {
+    const shown: number[] = [];
+    Object.assign(window, { shown });
+    new PerformanceObserver((list) => {
+      for (const { startTime } of list.getEntriesByName("isosplat:surface")) shown.push(startTime);
+    }).observe({ type: "mark" });
+  });
+  await page.goto(`${server.url}?src=${host.origin}/balls.isobundle&${look}`);
+  await complete(page);
+  const { shown, begun } = await page.evaluate(() => ({
+    shown: (window as unknown as { shown: number[] }).shown,
+    begun: performance
+      .getEntriesByType("resource")
+      .filter(({ name }) => name.endsWith("balls.isobundle"))
+      .map(({ startTime }) => startTime),
+  }));
+  expect(shown.length).toBe(20);
+  // Two for the header and all coarse parts. The first one has those of the first layers, which may go on.
+  const last = Math.max(...shown);
+  expect(begun.filter((time) => time < last).length).toBeLessThan(8);
+  expect(begun.filter((time) => time > last).length).toBeGreaterThan(8);
 });
 
 test("the default view depends on the window, so a link does not have it", async ({ page }) => {

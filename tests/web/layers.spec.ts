@@ -157,6 +157,31 @@ describe("requests", () => {
     a.ended();
     expect([b.free, c.free]).toEqual([2, 2]);
   });
+
+  test("begin when no session pauses them", () => {
+    const limit = new RequestLimit();
+    let turns = 0;
+    const share = limit.join(
+      () => 2,
+      () => ++turns,
+    );
+    const [first, second] = [0, 1].map(() =>
+      limit.join(
+        () => 1,
+        () => {},
+      ),
+    );
+    first?.pause();
+    second?.pause();
+    expect(share.free).toBe(0);
+    share.wait();
+    first?.resume();
+    expect([share.free, turns]).toEqual([0, 0]);
+    second?.leave();
+    expect([share.free, turns]).toEqual([2, 1]);
+    second?.pause();
+    expect(share.free).toBe(2);
+  });
 });
 
 describe("progress", () => {

@@ -145,6 +145,12 @@ export class ChunkQueue {
     this.#pumping.request();
   }
 
+  /** Pauses and resumes the requests of all queues with the same limit. */
+  pauseAll(isPaused: boolean): void {
+    if (isPaused) this.#requests.pause();
+    else this.#requests.resume();
+  }
+
   /** Chunks that are loading or decoding. */
   *underway(): Iterable<Chunk> {
     for (const { chunk, state } of this.#entries.values()) {

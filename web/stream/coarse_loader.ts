@@ -12,6 +12,8 @@ export interface CoarseLoaderEvents {
   isResident(handle: number): boolean;
   /** A chunk is decoded. It stays resident as long as the volume is open. */
   decoded(chunk: Chunk, decoded: DecodedChunk): void;
+  /** The bytes of the first surface have arrived (true), or nothing of it is left to be decoded (false). */
+  decodingFirst(isDecoding: boolean): void;
   /** Resolves when everything decoded so far has been uploaded. */
   uploaded(): Promise<void>;
   /** Directory pages were added, the first surface is uploaded, or loading has ended. */
@@ -88,6 +90,7 @@ export class CoarseLoader {
             decoding.catch(() => {});
             return decoding;
           });
+        if (!this.#hasFirstSurface) this.#events.decodingFirst(true);
         const first = decodeAll(chunks.filter(isFirst));
         const others = decodeAll(chunks.filter((chunk) => !isFirst(chunk)));
         this.#decoding.push(...first, ...others);
@@ -98,6 +101,7 @@ export class CoarseLoader {
       });
       await Promise.all(this.#decoding);
     } catch (error) {
+      this.#events.decodingFirst(false);
       if (signal.aborted) return;
       this.#events.failed(errorOf(error));
     }
@@ -109,6 +113,7 @@ export class CoarseLoader {
   #firstSurfaceUploaded(): void {
     this.#hasFirstSurface = true;
     this.#events.changed();
+    this.#events.decodingFirst(false);
   }
 
   async #decode({ chunk, bytes }: CoarseChunk, signal: AbortSignal): Promise<void> {

@@ -85,6 +85,7 @@ export function makeSessionParts(
   const coarseEvents = {
     isResident: (handle: number) => residency.has(handle),
     decoded: (chunk: Chunk, decoded: DecodedChunk) => uploads.add(chunk, decoded, "coarse"),
+    decodingFirst: (isDecoding: boolean) => queue.pauseAll(isDecoding),
     uploaded: () => uploads.drained("coarse"),
     changed: () => host.changed(),
     failed: (error: StreamError) => host.failed(error),

@@ -1,6 +1,6 @@
 import { measured } from "../stream/timeline.ts";
 import type { Progress } from "../stream/types.ts";
-import { ArrivalForecast } from "./arrival_forecast.ts";
+import { Arrivals } from "./arrivals.ts";
 import { cameraOfPicture } from "./camera_views.ts";
 import { Fade } from "./fade.ts";
 import { FrameLoop } from "./frame_loop.ts";
@@ -64,26 +64,21 @@ export class FrameScheduler {
   readonly #fade: Fade;
   readonly #pulse: GpuPulse;
   readonly #visibility: OcclusionTester;
-  readonly #forecast = new ArrivalForecast();
+  readonly #arrivals = new Arrivals();
   readonly #rest = new RestClock();
   #restTimer = 0;
   #drawTimer = 0;
+  /** When the timer ends. */
+  #drawAt = 0;
   #shaderTimer = 0;
-  #chunksToGo = 0;
   /** Whether the last frame was at rest: nothing has moved or arrived since. */
   #isResting = false;
   /** Whether another frame follows the last one at once. */
   #isFollowed = false;
-  /** While more data are expected, new chunks are not drawn before this time. */
-  #nextArrivals = 0;
   /** Whether the present picture has ambient occlusion and shadows, if these are on. */
   #isOccluded = false;
   /** Chunks that were uploaded, but not yet checked for exhausted GPU memory. */
   #unchecked: Upload[] = [];
-  /**
-   * Whether anything of the volumes is visible. Before that, drawing would waste the GPU's time.
-   */
-  #isBegun = false;
 
   /** canvas: the canvas on which the view is drawn. */
   constructor(canvas: HTMLCanvasElement, renderer: RendererModule, owner: FrameSchedulerHost) {
@@ -110,7 +105,7 @@ export class FrameScheduler {
 
   /** Whether something is visible, or it is known that there is nothing to see. */
   get isBegun(): boolean {
-    return this.#isBegun;
+    return this.#arrivals.isBegun;
   }
 
   /** Whether the picture will still change without further calls. */
@@ -147,23 +142,24 @@ export class FrameScheduler {
 
   /** The set of chunks to draw has changed. */
   onVisibleChange(): void {
-    this.#isBegun = true;
-    this.#rest.arrived(performance.now());
+    const now = performance.now();
+    this.#arrivals.begin(now);
+    this.#rest.arrived(now);
     this.#isResting = false;
-    this.request();
+    // The chunks of many layers arrive one after the other. A frame that does not draw them would take time.
+    if (this.#rest.isMoving(now) || this.#mayDraw(now)) this.request();
+    else this.#owner.busyChanged();
   }
 
   /** The progress of streaming has changed. */
   onProgress(progress: Progress): void {
-    const { chunksToGo, bytesToGo, bytesFetched, state } = progress;
-    this.#forecast.add(performance.now(), bytesFetched, bytesToGo);
-    const isLast = this.#chunksToGo > 0 && chunksToGo === 0;
-    const isEmpty = !this.#isBegun && state !== "opening";
-    this.#chunksToGo = chunksToGo;
+    const now = performance.now();
+    const isLast = this.#arrivals.progressed(now, progress);
+    const isEmpty = !this.isBegun && progress.state !== "opening";
     const wasStreaming = this.#rest.isStreaming;
     this.#rest.isStreaming = isStreaming(progress);
     const hasEnded = wasStreaming && !this.#rest.isStreaming;
-    if (isEmpty) this.#isBegun = true;
+    if (isEmpty) this.#arrivals.begin(now);
     if (isLast || isEmpty || hasEnded) this.request();
     else this.#owner.busyChanged();
   }
@@ -184,9 +180,7 @@ export class FrameScheduler {
 
   /** Another volume is being opened. */
   onVolumeChange(): void {
-    this.#isBegun = false;
-    this.#chunksToGo = 0;
-    this.#forecast.forget();
+    this.#arrivals.forget();
     this.#rest.isStreaming = false;
     this.#unchecked = [];
     this.#visibility.stop();
@@ -221,22 +215,28 @@ export class FrameScheduler {
   }
 
   /**
-   * Whether a picture may be drawn now. A still view is drawn again when the last picture is
-   * finished. If more data are expected, new chunks also wait for the duration of a picture: a slow
-   * GPU would otherwise draw again after every few chunks, and software renderers would take the
-   * time that decoding needs. New chunks wait for the last chunk if it is expected soon, since a
-   * picture without it would mostly delay the picture with it.
+   * Whether a picture of a still view may be drawn now, as far as arrivals and the GPU are concerned: it is
+   * drawn again when the last picture is finished.
    */
   #mayDraw(now: number): boolean {
-    let wait = 0;
-    if (this.#chunksToGo > 0) {
-      const forLast = this.#forecast.wait(now, this.#splats.milliseconds);
-      wait = Math.max(this.#nextArrivals - now, forLast);
-    }
-    if (this.#timer.isBusy) wait = shortestWait;
+    const { milliseconds } = this.#splats;
+    return this.#isOver(
+      now,
+      this.#timer.isBusy ? shortestWait : this.#arrivals.wait(now, milliseconds),
+    );
+  }
+
+  /** Whether a wait (ms) is over. If not, a frame follows at its end, or earlier. */
+  #isOver(now: number, wait: number): boolean {
     if (wait <= 0) return true;
+    const at = now + wait;
+    if (this.#drawTimer !== 0 && this.#drawAt <= at) return false;
     clearTimeout(this.#drawTimer);
-    this.#drawTimer = window.setTimeout(() => this.request(), wait);
+    this.#drawAt = at;
+    this.#drawTimer = window.setTimeout(() => {
+      this.#drawTimer = 0;
+      this.request();
+    }, wait);
     return false;
   }
 
@@ -250,6 +250,7 @@ export class FrameScheduler {
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
     const isMoving = this.#rest.isMoving(now);
+    this.#arrivals.setPartial(layers.some(({ session }) => !session.hasFirstSurface));
     // Nothing more arrives until this picture has been tested.
     const needsRest = layers.some(({ session }) => session.needsRestingPicture);
     const mayRest = layers.every(({ session, isDone }) => isDone || session.needsRestingPicture);
@@ -278,17 +279,18 @@ export class FrameScheduler {
       });
     }
     const wasFading = this.#fade.isRunning;
-    if (this.#isBegun && renderer.needsRedraw(width, height)) {
+    const isBegun = this.isBegun && this.#isOver(now, this.#arrivals.waitOfFirst(now));
+    if (isBegun && renderer.needsRedraw(width, height)) {
       if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
         if (isMoving || isResized) this.#fade.forget();
         this.#owner.guard(() => this.#fade.beforeDraw(now));
         this.#draw(scene, () => renderer.draw(width, height));
         this.#isOccluded = false;
         if (isMoving || !this.#splats.isFast(longestFaded, splats)) this.#fade.forget();
-        else this.#owner.guard(() => this.#fade.afterDraw(now, this.#chunksToGo > 0));
+        else this.#owner.guard(() => this.#fade.afterDraw(now, this.#arrivals.areExpected));
       }
     } else if (wasFading) {
-      this.#owner.guard(() => this.#fade.step(now, this.#chunksToGo > 0));
+      this.#owner.guard(() => this.#fade.step(now, this.#arrivals.areExpected));
     } else if (
       isResting &&
       !isTesting &&
@@ -365,7 +367,7 @@ export class FrameScheduler {
       this.#splats.drawn(scene, drawn);
       this.#timer.measure(startedAt, (milliseconds) => {
         this.#splats.measured(scene, drawn, milliseconds);
-        this.#nextArrivals = performance.now() + milliseconds;
+        this.#arrivals.drawn(performance.now(), milliseconds);
         this.#settled();
       });
     });
