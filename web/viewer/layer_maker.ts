@@ -15,6 +15,7 @@ import type { Series } from "./series.ts";
 export interface LayerMakerHost {
   readonly life: RendererLife;
   scheduler(): FrameScheduler | null;
+  startWorkers(): void;
   sessionOptions(entry: LayerEntry, volume: OpenVolume): Omit<SessionOptions, "events" | "signal">;
   changed(entry: LayerEntry, property: LayerProperty): void;
   remove(entry: LayerEntry): void;
@@ -90,6 +91,7 @@ export class LayerMaker {
       source,
       host.life,
       {
+        startWorkers: () => host.startWorkers(),
         sessionOptions: () => host.sessionOptions(entry(), volume),
         opened: (renderer, info) => {
           host.opened(entry(), volume, renderer, info);

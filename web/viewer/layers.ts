@@ -154,6 +154,7 @@ export class Layers {
     return {
       life: this.#life,
       scheduler: () => this.#host.scheduler(),
+      startWorkers: () => void this.#sessions.decoder,
       sessionOptions: (entry, volume) => this.#sessionOptions(entry, volume),
       changed: (entry, property) => this.#changed(entry, property),
       remove: (entry) => this.#remove(entry),
@@ -285,6 +286,7 @@ export class Layers {
     this.list.remove(entry);
     const volumes = volumesOf(entry);
     for (const volume of volumes) volume.close();
+    this.#volumes.closed();
     this.#life.guard((renderer) => {
       this.#volumes.remove(volumes, renderer);
       if (wasFirst) this.applySettings();
@@ -306,6 +308,7 @@ export class Layers {
     const { entries } = this.list;
     this.list.clear();
     for (const volume of entries.flatMap(volumesOf)) volume.close();
+    this.#volumes.closed();
     this.#host.busyChanged();
     for (const { layer, isListed } of entries) {
       if (isListed) this.#host.emit("layerremove", layer);

@@ -9,6 +9,8 @@ import type { RendererModule } from "./renderer_module.ts";
 
 /** The functions that an open volume needs from the list of layers. */
 export interface OpenVolumeHost {
+  /** Starts the workers that a session needs. */
+  startWorkers(): void;
   /** Options of the session; its events are the volume's. */
   sessionOptions(): Omit<SessionOptions, "events" | "signal">;
   /** The store is open. */
@@ -128,9 +130,11 @@ export class OpenVolume {
   async #openSession(signal: AbortSignal): Promise<StoreInfo> {
     // Workers and the store's header load at the same time as the renderer.
     this.source.warm();
-    const options = this.#host.sessionOptions();
+    this.#host.startWorkers();
     const { renderer, core } = await this.#life.load();
     signal.throwIfAborted();
+    // They depend on the other layers of a scene, which have now been added.
+    const options = this.#host.sessionOptions();
     const events = this.#streamEvents();
     const session = await StreamSession.open(this.source, core, { ...options, events, signal });
     if (signal.aborted) {
