@@ -9,6 +9,8 @@ export class LayerVolumes {
   readonly #list: LayerList;
   /** The volumes that each renderer has. */
   readonly #numbers = new WeakMap<RendererModule, Set<number>>();
+  /** Whether a renderer may have volumes that have been closed. */
+  #isStale = false;
 
   constructor(list: LayerList) {
     this.#list = list;
@@ -21,6 +23,24 @@ export class LayerVolumes {
   opened(entry: LayerEntry, volume: OpenVolume, renderer: RendererModule): void {
     const present = this.#numbers.get(renderer) ?? new Set<number>();
     this.#numbers.set(renderer, present);
+    const info = placedOf(entry, volume);
+    if (present.size === 0 || this.#isStale) {
+      this.#openAll(present, volume, renderer);
+      this.#isStale = false;
+    } else if (info) {
+      renderer.volume(volume.number).open(info);
+      present.add(volume.number);
+    }
+    if (entry.volume === volume) this.applySurfaces(entry, renderer);
+  }
+
+  /** Volumes were closed, but not removed from the renderer. They are removed when the next volume is opened. */
+  closed(): void {
+    this.#isStale = true;
+  }
+
+  /** Passes all volumes to the renderer that it lacks, and `opened` again. Removes all others. */
+  #openAll(present: Set<number>, opened: OpenVolume, renderer: RendererModule): void {
     const wanted = this.#list.entries.flatMap((each) =>
       volumesOf(each).map((own) => ({ entry: each, volume: own })),
     );
@@ -33,11 +53,10 @@ export class LayerVolumes {
     for (const each of wanted) {
       const info = placedOf(each.entry, each.volume);
       const { number } = each.volume;
-      if (!info || (each.volume !== volume && present.has(number))) continue;
+      if (!info || (each.volume !== opened && present.has(number))) continue;
       renderer.volume(number).open(info);
       present.add(number);
     }
-    if (entry.volume === volume) this.applySurfaces(entry, renderer);
   }
 
   /** Sets the surfaces of the volume that is shown. The other volumes of the layer have none. */

@@ -29,6 +29,8 @@ export class SampleBudget {
   #viewProjection: Float64Array | null = null;
   /** Computed for the present view. */
   #coverages = new WeakMap<LayerEntry, Covered>();
+  /** The shares of these layers until the next division. Many layers of a scene are opened at the same time. */
+  #opening: { of: readonly LayerEntry[]; shares: Map<LayerEntry, number> } | null = null;
 
   constructor(samples: number, list: LayerList) {
     this.#samples = samples;
@@ -56,14 +58,20 @@ export class SampleBudget {
 
   /** The share of a layer that is being opened. */
   shareOf(entry: LayerEntry): number {
-    const needs = this.#list.entries
-      .filter((each) => each === entry || each.layer.visible)
-      .map((each) => ({ each, need: this.#need(each) }));
-    const shares = shareSamples(
+    const of = this.#list.entries;
+    if (this.#opening?.of !== of || !this.#opening.shares.has(entry)) {
+      const sharing = of.filter((each) => each === entry || each.layer.visible);
+      const shares = this.#sharesOf(sharing);
+      this.#opening = { of, shares: new Map(sharing.map((each, i) => [each, shares[i] ?? 0])) };
+    }
+    return this.#opening.shares.get(entry) ?? this.#samples;
+  }
+
+  #sharesOf(entries: readonly LayerEntry[]): number[] {
+    return shareSamples(
       this.#samples,
-      needs.map(({ need }) => need),
+      entries.map((entry) => this.#need(entry)),
     );
-    return shares[needs.findIndex(({ each }) => each === entry)] ?? this.#samples;
   }
 
   #coverage(entry: LayerEntry): number {
@@ -92,11 +100,9 @@ export class SampleBudget {
    * `isOtherBudget`: changes them even if the differences are small.
    */
   share(isOtherBudget = false): void {
+    this.#opening = null;
     const sharing = this.#list.entries.filter(({ volume }) => volume.session);
-    const shares = shareSamples(
-      this.#samples,
-      sharing.map((entry) => this.#need(entry)),
-    );
+    const shares = this.#sharesOf(sharing);
     const isOther = sharing.some(({ samples }, i) => {
       const change = Math.abs((shares[i] ?? 0) - samples);
       return change > (sharing.length > 1 ? smallestChange * samples : 0);

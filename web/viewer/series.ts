@@ -127,7 +127,9 @@ export class Series {
 
   #close(closed: readonly (OpenVolume | undefined)[]): void {
     const volumes = closed.filter((volume) => volume !== undefined);
-    if (volumes.length === 0 || this.#host.life.isContextLost) return;
+    if (volumes.length === 0) return;
+    this.#host.volumes.closed();
+    if (this.#host.life.isContextLost) return;
     this.#host.life.guard((renderer) => this.#host.volumes.remove(volumes, renderer));
   }
 

@@ -145,6 +145,7 @@ export class PageLayers {
 
   /** The layers for the list. */
   get entries(): LayerEntry[] {
+    const { chosen } = this;
     return this.#items.map((item): LayerEntry => {
       const isOpening = !("layer" in item);
       const { key } = item;
@@ -158,7 +159,7 @@ export class PageLayers {
         visible: state.visible,
         colour: surface?.colour,
         opacity: surface?.opacity,
-        isChosen: !isOpening && item.layer === this.chosen,
+        isChosen: !isOpening && item.layer === chosen,
         isFirst: key === this.#firstKey,
         isOpening,
         problem: fault ?? this.#problems.get(key),
