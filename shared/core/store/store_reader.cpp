@@ -9,6 +9,9 @@
 namespace isosplat {
 namespace {
 
+/// Pages of finer levels that a bootstrap range may have in any case, for stores of small volumes.
+constexpr uint64_t kSmallPages = 256;
+
 bool is_inside(Index3 index, Index3 end) {
   return index.x >= 0 && index.y >= 0 && index.z >= 0 && index.x < end.x && index.y < end.y &&
          index.z < end.z;
@@ -122,7 +125,8 @@ CoarseRange StoreReader::coarse_range(uint64_t max_bytes) const {
 
 CoarseRange StoreReader::bootstrap_range(uint64_t max_bytes) const {
   CoarseRange range = coarse_range(max_bytes);
-  const uint64_t limit = range.offset + std::max(range.bytes, max_bytes + max_bytes / 4);
+  const uint64_t limit =
+      range.offset + std::max(range.bytes + kSmallPages, max_bytes + max_bytes / 4);
   for (const PageRef& page : state_->header.pages) {
     const uint64_t end = page.offset + page.bytes;
     if (end <= limit) range.bytes = std::max(range.bytes, end - range.offset);

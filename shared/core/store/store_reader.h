@@ -127,8 +127,8 @@ class StoreReader {
   CoarseRange coarse_range(uint64_t max_bytes) const;
 
   /// The byte range that a viewer reads after the header: the coarse tail within max_bytes, and the
-  /// pages of finer levels that follow it, up to 5/4 of max_bytes in all. These levels then need no
-  /// further round trip for their pages.
+  /// pages of finer levels that follow it, up to 5/4 of max_bytes in all, or 256 bytes of pages.
+  /// These levels then need no further round trip for their pages.
   CoarseRange bootstrap_range(uint64_t max_bytes = kBootstrapBytes) const;
 
   std::span<const PageRef> pages() const;
