@@ -84,7 +84,8 @@ export class Visitor {
     link?: Link,
     viewport = { width: 1024, height: 768 },
   ): Promise<Visitor> {
-    const context = await browser.newContext({ viewport });
+    // The network of a service worker would not be throttled.
+    const context = await browser.newContext({ viewport, serviceWorkers: "block" });
     const page = await context.newPage();
     const cdp = await context.newCDPSession(page);
     const visitor = new Visitor(context, page, cdp);
@@ -97,22 +98,42 @@ export class Visitor {
         uploadThroughput: (link.megabitsPerSecond * 1e6) / 8,
       });
     }
-    // The marks of web/stream and of benchmarks, with the time at which the next frame was submitted to the browser.
+    // tsx names functions by a helper, which the page does not have.
+    await page.addInitScript("globalThis.__name = (named) => named");
+    // The marks of web/stream and of benchmarks, with the time at which the next frame was submitted to the
+    // browser. For the first surface of a layer, that is the frame after the next picture.
     await page.addInitScript(() => {
-      const seen: { name: string; at: number; shown: number }[] = [];
-      (globalThis as unknown as { visit: typeof seen }).visit = seen;
+      interface Seen {
+        name: string;
+        at: number;
+        shown: number;
+      }
+      const seen: Seen[] = [];
+      (globalThis as unknown as { visit: Seen[] }).visit = seen;
+      const undrawn = new Set<Seen>();
+      const submitted = (entries: readonly Seen[]): void => {
+        requestAnimationFrame(() =>
+          requestAnimationFrame(() => {
+            for (const entry of entries) entry.shown = performance.now();
+          }),
+        );
+      };
       new PerformanceObserver((list) => {
         for (const { name, startTime } of list.getEntries()) {
           if (!/^(isosplat|vtk|peer|bench):/.test(name)) continue;
           const entry = { name, at: startTime, shown: 0 };
           seen.push(entry);
-          requestAnimationFrame(() =>
-            requestAnimationFrame(() => {
-              entry.shown = performance.now();
-            }),
-          );
+          if (name === "isosplat:surface") undrawn.add(entry);
+          else submitted([entry]);
         }
       }).observe({ type: "mark", buffered: true });
+      new PerformanceObserver((list) => {
+        for (const { startTime } of list.getEntriesByName("isosplat:drawing")) {
+          const drawn = [...undrawn].filter(({ at }) => at <= startTime);
+          for (const entry of drawn) undrawn.delete(entry);
+          submitted(drawn);
+        }
+      }).observe({ type: "measure", buffered: true });
       const memories: WebAssembly.Memory[] = [];
       (globalThis as unknown as { memories: typeof memories }).memories = memories;
       const instantiate = WebAssembly.instantiate;
@@ -175,7 +196,7 @@ export class Visitor {
     });
   }
 
-  /** Waits for a mark of web/stream. shown: time (ms) at which its frame was submitted. */
+  /** Waits for a mark of web/stream. shown: time (ms) at which the frame with it was submitted. */
   async mark(name: string, count = 1, timeout = 180_000): Promise<{ at: number; shown: number }> {
     const handle = await this.page.waitForFunction(
       ({ name, count }) => {
