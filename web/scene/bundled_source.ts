@@ -4,8 +4,11 @@ import { StreamError } from "../stream/types.ts";
 import type { Bundle } from "./bundle.ts";
 import { type BundledFile, piecesOf } from "./bundle_header.ts";
 
-/** The number of ranges that may be requested at a time, so that MergedRanges can merge those close to each other. */
-const rangesWaiting = 32;
+/**
+ * The number of ranges that may be requested at a time, so that MergedRanges can merge those close to each other:
+ * one for each store, within these limits.
+ */
+const rangesWaiting = { least: 32, most: 256 };
 
 /** A store in a bundle. */
 export class BundledSource extends RangeSource {
@@ -36,7 +39,9 @@ export class BundledSource extends RangeSource {
   }
 
   get concurrency(): number {
-    return Math.max(rangesWaiting, this.#bundle.file.concurrency);
+    const { least, most } = rangesWaiting;
+    const ranges = Math.min(Math.max(least, this.#bundle.stores), most);
+    return Math.max(ranges, this.#bundle.file.concurrency);
   }
 
   get fresh(): boolean {
