@@ -1,4 +1,6 @@
 // Several numbers for each voxel: --channel chooses one.
+#include <cstring>
+
 #include "tests/native/import_checks.h"
 #include "tests/native/volume_files.h"
 
@@ -149,6 +151,65 @@ TEST(ImportChannels, OfAScalarVolumeIsTheOnlyOne) {
   write_file(folder / "v.nii", file.bytes());
   EXPECT_EQ(error_of(folder / "v.nii", channel(0)), "");
   expect_error(folder / "v.nii", "expected a --channel from 0 to 0, found 1", channel(1));
+}
+
+TEST(ImportChannels, OfVtkAreArraysAndComponents) {
+  const TempFolder folder;
+  const auto big_endian = [](std::string bytes) {
+    for (size_t i = 0; i + 1 < bytes.size(); i += 2) std::swap(bytes[i], bytes[i + 1]);
+    return bytes;
+  };
+  const auto text_of = [](const std::string& bytes) {
+    std::vector<int16_t> numbers(bytes.size() / 2);
+    std::memcpy(numbers.data(), bytes.data(), bytes.size());
+    std::string text;
+    for (const int16_t number : numbers) text += std::to_string(number) + " ";
+    return text;
+  };
+  for (const bool is_binary : {true, false}) {
+    const auto array = [&](const std::string& bytes) {
+      return (is_binary ? big_endian(bytes) : text_of(bytes)) + "\n";
+    };
+    const std::string head = fmt::format(
+        "# vtk DataFile Version 3.0\nx\n{}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 5 4 3\n"
+        "SPACING 1 1 1\nORIGIN 0 0 0\nPOINT_DATA 60\n",
+        is_binary ? "BINARY" : "ASCII");
+    const std::string vectors = "VECTORS flow short\n" + array(alternating<int16_t>(3));
+    const std::string scalars =
+        "SCALARS heat short 1\nLOOKUP_TABLE default\n" + array(bytes_of(values_of<int16_t>(7)));
+    const auto path = folder / "v.vtk";
+    write_file(path, head + vectors);
+    expect_error(path, "found 3 channels: choose one with --channel 0 to --channel 2");
+    const auto expect_channel = [&](int64_t number, size_t pattern) {
+      const auto values = values_of<int16_t>(pattern);
+      EXPECT_EQ(read_all(*open(path, channel(number)).source),
+                std::vector<double>(values.begin(), values.end()))
+          << number;
+    };
+    for (int c = 0; c < 3; ++c) expect_channel(c, static_cast<size_t>(c));
+    auto offered = offered_choices(path);
+    ASSERT_EQ(offered.size(), 3u);
+    EXPECT_EQ(offered[2].name, "flow, component 2");
+    write_file(path, head + vectors + scalars);
+    // Without a choice, the first scalars are read.
+    std::vector<VolumeChoice> choices;
+    ImportOptions options;
+    options.choices = &choices;
+    auto volume = open(path, options);
+    const auto heat = values_of<int16_t>(7);
+    EXPECT_EQ(read_all(*volume.source), std::vector<double>(heat.begin(), heat.end()));
+    test::expect_note(volume, "4 arrays or components: 'heat' of its points is read; --channel 0");
+    ASSERT_EQ(choices.size(), 4u);
+    EXPECT_EQ(choices[3].name, "heat");
+    expect_channel(1, 1);
+    expect_channel(3, 7);
+    expect_error(path, "--channel from 0 to 3, found 4", channel(4));
+    // The values of cells count only if points have none.
+    write_file(path, head + scalars + "CELL_DATA 24\nSCALARS x short 1\nLOOKUP_TABLE default\n" +
+                         array(std::string(48, 'x')));
+    expect_channel(0, 7);
+    expect_error(path, "--channel from 0 to 0, found 1", channel(1));
+  }
 }
 
 }  // namespace

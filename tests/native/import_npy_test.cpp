@@ -153,6 +153,74 @@ TEST(ImportNpy, HeadersAreParsedStrictly) {
   }
 }
 
+/// The array (step, z, y, x) in the order of the axes of `shape`, as C or Fortran has it.
+std::string stacked(bool step_last, bool fortran_order, int steps) {
+  std::vector<int16_t> values;
+  const bool is_fastest = step_last != fortran_order;
+  const auto at = [&](int i, int step) {
+    int x = i % 5, y = i / 5 % 4, z = i / 20;
+    if (fortran_order) z = i % 3, y = i / 3 % 4, x = i / 12;
+    return static_cast<int16_t>(test::pattern(x, y, z) + 1000 * step);
+  };
+  for (int n = 0; n < 60 * steps; ++n) {
+    values.push_back(is_fastest ? at(n / steps, n % steps) : at(n % 60, n / 60));
+  }
+  return bytes_of(values);
+}
+
+TEST(ImportNpy, FourthAxesAreTimesOrChannels) {
+  const TempFolder folder;
+  const auto path = folder / "v.npy";
+  for (const bool fortran : {false, true}) {
+    const std::string order = fortran ? "True" : "False";
+    const auto expect_step = [&](const ImportOptions& options, int step) {
+      const auto volume = open(path, options);
+      ASSERT_TRUE(volume.source);
+      const VolumeGrid& grid = volume.source->header().grid;
+      const auto values = read_all(*volume.source);
+      size_t i = 0, wrong = 0;
+      for (int c = 0; c < grid.voxels.z; ++c) {
+        for (int b = 0; b < grid.voxels.y; ++b) {
+          for (int a = 0; a < grid.voxels.x; ++a) {
+            const Vec3d p = grid.world({double(a), double(b), double(c)});
+            wrong +=
+                values[i++] !=
+                test::pattern(std::lround(p.x), std::lround(p.y), std::lround(p.z)) + 1000 * step;
+          }
+        }
+      }
+      EXPECT_EQ(wrong, 0u) << fortran << step;
+    };
+    ImportOptions step, channel, both;
+    step.time_step = both.time_step = 1;
+    channel.channel = both.channel = 1;
+    // The first axis is time, or channels if one is chosen.
+    write_file(path, npy(dictionary("<i2", "(6, 3, 4, 5)", order), stacked(false, fortran, 6)));
+    expect_error(path, "expected one volume, found 6 time steps: choose one with --time-step 0");
+    EXPECT_EQ(test::offered_choices(path).size(), 6u);
+    EXPECT_EQ(test::offered_choices(path)[5].time_step, 5);
+    expect_step(step, 1);
+    expect_note(open(path, step), "the first one is read as time steps of 6");
+    expect_step(channel, 1);
+    expect_note(open(path, channel), "the first one is read as channels of 6");
+    expect_error(path, "--channel from 0 to 0, found 1", both);
+    // A short last axis is that of colours.
+    write_file(path, npy(dictionary("<i2", "(3, 4, 5, 2)", order), stacked(true, fortran, 2)));
+    expect_error(path,
+                 "whose first and last axis may be that: choose along the first with "
+                 "--time-step 0 to --time-step 2, or along the last with --channel 0");
+    expect_step(channel, 1);
+    expect_note(open(path, channel), "the last one is read as channels of 2");
+    write_file(path, npy(dictionary("<i2", "(5, 3, 4, 2)", order), std::string(240, 'x')));
+    expect_error(path, "expected one number per voxel, found 2 channels: choose one");
+    EXPECT_EQ(test::offered_choices(path)[1].channel, 1);
+  }
+  ImportOptions channel;
+  channel.channel = 1;
+  write_file(path, npy(dictionary("<i2"), bytes_of(pattern_voxels<int16_t>(kSize))));
+  expect_error(path, "--channel from 0 to 0, found 1", channel);
+}
+
 TEST(ImportNpy, Errors) {
   const TempFolder folder;
   const std::string voxels = bytes_of(pattern_voxels<int16_t>(kSize));
@@ -174,10 +242,8 @@ TEST(ImportNpy, Errors) {
            "numpy.save('volume.npy', numpy.load(sys.argv[1])[" + index + "])\" " +
                (folder / "v.npy").string());
   };
-  expect_advice("(2, 3, 4, 5)", "0");
   expect_advice("(2, 3, 6, 7, 8)", "0, 0");
   expect_advice("(1, 2, 1, 3, 6, 7, 8)", "0, 0, 0, 0");
-  expect_advice("(6, 7, 8, 3)", "..., 0");
   expect_advice("(2, 6, 7, 8, 2)", "0, ..., 0");
   expect(npy(dictionary("<i2", "(3, 0, 5)"), voxels), "at least 2 voxels");
   expect(npy(dictionary("<i2", "(1, 12, 5)"), voxels), "found the shape (1, 12, 5)");

@@ -104,5 +104,16 @@ TEST(ImportTimes, OfMetaImage) {
   EXPECT_EQ(offered.at(2).label, "time step 2 (4)");
 }
 
+TEST(ImportTimes, OfHdf5) {
+  const std::filesystem::path folder =
+      std::filesystem::path(ISOSPLAT_SOURCE_DIR) / "tests/native/hdf5/conventions";
+  const auto scales = offered_choices(folder / "times.h5");
+  EXPECT_EQ(times_of(scales), (std::vector<double>{6, 12}));
+  ASSERT_FALSE(scales.empty());
+  EXPECT_EQ(scales[0].time_unit, "hours");
+  EXPECT_EQ(times_of(offered_choices(folder / "steps.vtkhdf")), (std::vector<double>{0.25, 0.75}));
+  EXPECT_TRUE(times_of(offered_choices(folder / "time.nc")).empty());
+}
+
 }  // namespace
 }  // namespace isosplat::import

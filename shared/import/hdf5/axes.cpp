@@ -51,10 +51,10 @@ class Reader {
         bool& has = axes[i].letter == 't' ? has_time : has_channel;
         if (has) return too_many();
         has = true;
-        const auto chosen =
-            axes[i].letter == 't'
-                ? choose_step(file_.path(), static_cast<int64_t>(axes[i].size), options_)
-                : choose_channel(axes[i]);
+        const auto chosen = axes[i].letter == 't'
+                                ? choose_step(file_.path(), static_cast<int64_t>(axes[i].size),
+                                              options_, axes[i].times)
+                                : choose_channel(axes[i]);
         if (!chosen) return tl::unexpected(chosen.error());
         part_.at[i] = *chosen;
       } else {

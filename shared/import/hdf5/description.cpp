@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "shared/import/geometry/conventions.h"
+#include "shared/import/hdf5/array.h"
+#include "shared/import/hdf5/attributes.h"
 #include "shared/import/text/header_text.h"
 
 namespace isosplat::import {
@@ -85,6 +87,17 @@ bool place_hdf5_axis(Hdf5Axis& axis, const std::vector<double>& positions, doubl
   axis.first = first * millimetres;
   axis.step = step * millimetres;
   return true;
+}
+
+Result<void> read_hdf5_times(const std::shared_ptr<Hdf5File>& file, const Hdf5Object& object,
+                             std::string unit, Hdf5Axis& axis) {
+  std::vector<uint64_t> sizes;
+  auto times = hdf5_small_array(file, object, sizes);
+  if (!times) return tl::unexpected(times.error());
+  if (!*times || sizes != std::vector{axis.size}) return {};
+  unit.resize(std::min(unit.find(" since "), unit.size()));
+  axis.times = TimeAxis::of(std::move(**times), std::move(unit));
+  return {};
 }
 
 double hdf5_millimetres(std::string unit, const std::string& what,

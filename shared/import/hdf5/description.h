@@ -8,6 +8,7 @@
 
 #include "shared/core/grid/grid.h"
 #include "shared/import/hdf5/volumes.h"
+#include "shared/import/volume/time_axis.h"
 
 namespace isosplat::import {
 
@@ -20,6 +21,7 @@ struct Hdf5Axis {
       step;          ///< from an element to the next one, mm; negative if positions decrease
   double first = 0;  ///< position of the first element, mm
   bool is_downwards = false;  ///< its positions are depths
+  TimeAxis times = {};        ///< of an axis of time, if the file states them
 };
 
 /// The meaning of an array, by the conventions of the program that wrote it.
@@ -43,6 +45,11 @@ char hdf5_axis_letter(std::string_view name, bool has_width = false);
 
 /// Sets step and first from the positions along an axis. False if they are not evenly spaced.
 bool place_hdf5_axis(Hdf5Axis& axis, const std::vector<double>& positions, double millimetres);
+
+/// Sets the times of an axis of time from an array of them, unless it has another size. `unit`:
+/// also as CF writes it, "hours since 1900-01-01".
+Result<void> read_hdf5_times(const std::shared_ptr<Hdf5File>& file, const Hdf5Object& object,
+                             std::string unit, Hdf5Axis& axis);
 
 /// Millimetres per unit; 1 with a note for an unknown unit. `what`: the owner of the unit.
 double hdf5_millimetres(std::string unit, const std::string& what, std::vector<std::string>& notes);

@@ -15,7 +15,7 @@
 //                            Origin (of point 0), Spacing, Direction (columns are the axes)
 //   PointData/NAME           (time,) z, y, x (, component)
 //   CellData/NAME            the same for the cells between points
-//   Steps                    if there are time steps
+//   Steps/Values             the times, if there are time steps
 // /ITKImage/N                datasets Origin, Spacing, Directions (a row per axis),
 //                            VoxelData: z, y, x
 // /Chimera/NAME              attributes step, origin, cell_angles, rotation_axis, rotation_angle
@@ -75,7 +75,16 @@ Result<bool> describe_vtk_hdf(const std::shared_ptr<Hdf5File>& file, const Hdf5V
   if (before > axes.size()) return false;
   const size_t after = axes.size() - before;
   if (after < 3 || after > 4) return false;
-  if (before > 0) axes[0].letter = 't';
+  if (before > 0) {
+    axes[0].letter = 't';
+    const auto values = hdf5_object_at(*file, "VTKHDF/Steps/Values");
+    if (!values) return tl::unexpected(values.error());
+    if (*values) {
+      if (auto r = read_hdf5_times(file, **values, "", axes[0]); !r) {
+        return tl::unexpected(r.error());
+      }
+    }
+  }
   if (after == 4) axes.back().letter = 'c';
   const auto spatial = std::span(axes).subspan(before, 3);
   set_steps(spatial, vector_of(hdf5_numbers(*file, *group, "Spacing")));

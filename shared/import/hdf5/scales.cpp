@@ -165,7 +165,10 @@ class Reader {
   }
 
   Result<void> place(Hdf5Axis& axis, const Hdf5Object& object) {
-    if (axis.size < 2 || axis.letter == 't' || axis.letter == 'c') return {};
+    if (axis.size < 2 || axis.letter == 'c') return {};
+    if (axis.letter == 't') {
+      return read_hdf5_times(file_, object, hdf5_text(*file_, object, "units"), axis);
+    }
     std::vector<uint64_t> sizes;
     const auto positions = hdf5_small_array(file_, object, sizes);
     if (!positions) return tl::unexpected(positions.error());

@@ -8,6 +8,7 @@
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/npy/header.h"
 #include "shared/import/text/commands.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
@@ -85,17 +86,31 @@ std::string text_of(const std::vector<int64_t>& shape) {
   return fmt::format("({})", fmt::join(shape, ", "));
 }
 
-/// The sizes of the three axes z, y and x. Other axes must have one sample.
-Result<std::array<int64_t, 3>> sizes_of(const std::filesystem::path& path,
-                                        const std::vector<int64_t>& shape) {
+/// At most so many samples of an axis are channels rather than voxels or times: those of colours.
+constexpr int64_t kMaxChannels = 4;
+
+/// The axes of an array: z, y and x, and at most one other before or after them.
+struct NpyAxes {
+  std::array<int64_t, 3> sizes{};
+  int64_t others = 1;         ///< samples of the other axis
+  bool is_last = false;       ///< the other axis is the last one
+  bool are_channels = false;  ///< or time steps
+};
+
+/// Finds the axes. Those with one sample do not count. As in ImageJ's and tifffile's arrays, the
+/// first of four axes is time, or channels if the options choose one; a last axis of at most four
+/// samples is that of colours.
+Result<NpyAxes> axes_of(const std::filesystem::path& path, const std::vector<int64_t>& shape,
+                        const ImportOptions& options) {
   std::vector<int64_t> sizes;
   std::copy_if(shape.begin(), shape.end(), std::back_inserter(sizes),
                [](int64_t size) { return size != 1; });
-  if (sizes.size() > 3) {
+  if (sizes.size() > 4) {
     return fail(Status::unsupported_format,
-                fmt::format("{}: expected an array with the axes z, y and x, found the shape {}: "
-                            "save one volume of it with python3 -c \"import sys, numpy; "
-                            "numpy.save('volume.npy', numpy.load(sys.argv[1])[{}])\" {}",
+                fmt::format("{}: expected an array with the axes z, y and x, and one of times or "
+                            "channels, found the shape {}: save one volume of it with python3 -c "
+                            "\"import sys, numpy; numpy.save('volume.npy', "
+                            "numpy.load(sys.argv[1])[{}])\" {}",
                             path.string(), text_of(shape), numpy_index(shape), shell_word(path)));
   }
   if (sizes.size() < 3) {
@@ -104,7 +119,38 @@ Result<std::array<int64_t, 3>> sizes_of(const std::filesystem::path& path,
                             "shape {}: save the whole volume as one array",
                             path.string(), text_of(shape)));
   }
-  return std::array{sizes[0], sizes[1], sizes[2]};
+  NpyAxes axes;
+  if (sizes.size() == 3) {
+    axes.sizes = {sizes[0], sizes[1], sizes[2]};
+    return axes;
+  }
+  const bool is_first_short = sizes[0] <= kMaxChannels, is_last_short = sizes[3] <= kMaxChannels;
+  if (is_first_short && is_last_short &&
+      options.channel.has_value() == options.time_step.has_value()) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected the axes z, y and x, and one of times or channels, found "
+                            "the shape {}, whose first and last axis may be that: choose along the "
+                            "first with --time-step 0 to --time-step {}, or along the last with "
+                            "--channel 0 to --channel {}",
+                            path.string(), text_of(shape), sizes[0] - 1, sizes[3] - 1));
+  }
+  axes.is_last = is_last_short && !(is_first_short && options.time_step);
+  axes.are_channels = axes.is_last || (options.channel && !options.time_step);
+  const size_t at = axes.is_last ? 0 : 1;
+  axes.sizes = {sizes[at], sizes[at + 1], sizes[at + 2]};
+  axes.others = axes.is_last ? sizes[3] : sizes[0];
+  return axes;
+}
+
+std::string described(const NpyAxes& axes) {
+  if (axes.others == 1) {
+    return "a NumPy array does not name its axes: they are read as z, y and x, the last one as x";
+  }
+  return fmt::format(
+      "a NumPy array does not name its axes: the {} one is read as {} of {}{}, the others as z, y "
+      "and x",
+      axes.is_last ? "last" : "first", axes.are_channels ? "channels" : "time steps", axes.others,
+      axes.are_channels || axes.is_last ? "" : " (--channel reads it as channels)");
 }
 
 }  // namespace
@@ -118,12 +164,15 @@ Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptio
   if (!header) return tl::unexpected(header.error());
   const auto stored = stored_voxels_of(path, header->type);
   if (!stored) return tl::unexpected(stored.error());
-  const auto sizes = sizes_of(path, header->shape);
-  if (!sizes) return tl::unexpected(sizes.error());
-  if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
+  const auto axes = axes_of(path, header->shape, options);
+  if (!axes) return tl::unexpected(axes.error());
+  const auto step = choose_step(path, axes->are_channels ? 1 : axes->others, options);
+  if (!step) return tl::unexpected(step.error());
+  const auto channel =
+      choose_channel(path, static_cast<uint64_t>(axes->are_channels ? axes->others : 1), options);
+  if (!channel) return tl::unexpected(channel.error());
 
-  std::vector<std::string> notes{
-      "a NumPy array does not name its axes: they are read as z, y and x, the last one as x"};
+  std::vector<std::string> notes{described(*axes)};
   const Vec3d spacing = options.spacing.value_or(Vec3d{1, 1, 1});
   if (!options.spacing) {
     notes.push_back("a NumPy array has no voxel spacing: 1,1,1 is assumed; --spacing sets another");
@@ -131,7 +180,7 @@ Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptio
   const Vec3d x{spacing.x, 0, 0}, y{0, spacing.y, 0}, z{0, 0, spacing.z};
   // The same array is the same volume in both orders: in Fortran's, z is the fastest axis.
   const bool z_first = header->fortran_order;
-  const auto [nz, ny, nx] = *sizes;
+  const auto [nz, ny, nx] = axes->sizes;
   const HeaderGeometry geometry =
       geometry_of_steps(z_first ? std::array{z, y, x} : std::array{x, y, z}, {0, 0, 0});
   ArrayVolume array =
@@ -140,6 +189,9 @@ Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptio
   array.geometry = geometry;  // options.spacing is along x, y and z
   array.stored = *stored;
   array.offset = dictionary->end;
+  array.steps = static_cast<uint64_t>(axes->others);
+  array.step = axes->are_channels ? *channel : *step;
+  if (axes->others > 1 && axes->is_last != z_first) array.step_axis = 0;
   return open_array(std::move(array), std::move(*bytes), std::move(notes));
 }
 

@@ -8,6 +8,7 @@
 
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/text/header_text.h"
+#include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
@@ -56,15 +57,80 @@ Result<void> check_point_data(const std::filesystem::path& path, const VtkFile& 
   return {};
 }
 
-/// The note if the file has several arrays of scalars.
-void note_other_arrays(const VtkFile& file, const VtkArray& array,
-                       std::vector<std::string>& notes) {
-  size_t scalars = 0;
-  for (const VtkArray& other : file.arrays) scalars += other.type && other.components == 1;
-  if (scalars > 1) {
-    notes.push_back(fmt::format("the file has {} arrays of scalars: '{}' of its {} is read",
-                                scalars, array.name, array.of_cells ? "cells" : "points"));
+/// A number of each point or cell.
+struct Channel {
+  const VtkArray* array = nullptr;
+  size_t component = 0;
+};
+
+/// The number of points or cells.
+uint64_t count_of(const VtkFile& file, bool cells) {
+  const auto [x, y, z] = file.dimensions;
+  return cells ? array_bytes({x - 1, y - 1, z - 1}, 1, 1) : array_bytes({x, y, z}, 1, 1);
+}
+
+/// The components of all arrays of the points, or of the cells if points have none.
+std::vector<Channel> channels_of(const VtkFile& file) {
+  std::vector<Channel> channels;
+  for (const bool of_cells : {false, true}) {
+    for (const VtkArray& array : file.arrays) {
+      const bool fits = array.type && array.values == count_of(file, of_cells);
+      if (array.of_cells != of_cells || !fits) continue;
+      for (size_t i = 0; i < static_cast<size_t>(array.components); ++i) {
+        channels.push_back({&array, i});
+      }
+    }
+    if (!channels.empty()) break;
   }
+  return channels;
+}
+
+std::vector<ChannelDescription> names_of(const std::vector<Channel>& channels) {
+  std::vector<ChannelDescription> names;
+  for (const auto& [array, component] : channels) {
+    names.push_back({array->components == 1
+                         ? array->name
+                         : fmt::format("{}, component {}", array->name, component),
+                     {}});
+  }
+  return names;
+}
+
+/// The channel that the options select, or else the first scalars, with a note if there are
+/// several. Errors: those of choose_channel.
+Result<Channel> choose(const std::filesystem::path& path, const VtkFile& file,
+                       const ImportOptions& options, std::vector<std::string>& notes) {
+  const std::vector<Channel> channels = channels_of(file);
+  const VtkArray* scalars = choose_array(file.arrays);
+  if (scalars && (!options.channel || channels.empty())) {
+    if (channels.size() > 1) {
+      offer_channels(options, channels.size(), names_of(channels));
+      notes.push_back(fmt::format(
+          "the file has {} arrays or components: '{}' of its {} is read; --channel 0 to --channel "
+          "{} chooses another",
+          channels.size(), scalars->name, scalars->of_cells ? "cells" : "points",
+          channels.size() - 1));
+    }
+    const auto other = [&](const VtkArray& each) {
+      return each.type && each.components == 1 && each.of_cells != scalars->of_cells;
+    };
+    if (channels.size() < 2 && std::any_of(file.arrays.begin(), file.arrays.end(), other)) {
+      notes.push_back(
+          fmt::format("the file has arrays of points and of cells: '{}' of its {} is read",
+                      scalars->name, scalars->of_cells ? "cells" : "points"));
+    }
+    return Channel{scalars, 0};
+  }
+  if (channels.empty()) {
+    for (const VtkArray& other : file.arrays) {
+      if (other.components > 1) return not_scalar(path, other.components);
+      return unknown_type(path, other.type_name);
+    }
+    return malformed(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
+  }
+  const auto channel = choose_channel(path, channels.size(), options, names_of(channels));
+  if (!channel) return tl::unexpected(channel.error());
+  return channels[static_cast<size_t>(*channel)];
 }
 
 /// Checks the data after the array. Errors: malformed_volume for values beyond the number that the
@@ -121,20 +187,14 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
                                    const ImportOptions& options) {
   const auto file = read_vtk_sections(path);
   if (!file) return tl::unexpected(file.error());
-  const VtkArray* array = choose_array(file->arrays);
-  if (!array) {
-    for (const VtkArray& other : file->arrays) {
-      if (other.components > 1) return not_scalar(path, other.components);
-      return unknown_type(path, other.type_name);
-    }
-    return malformed(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
-  }
+  std::vector<std::string> notes;
+  const auto channel = choose(path, *file, options, notes);
+  if (!channel) return tl::unexpected(channel.error());
+  const VtkArray* const array = channel->array;
   if (auto checked = check_point_data(path, *file, *array); !checked) {
     return tl::unexpected(checked.error());
   }
   if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
-  std::vector<std::string> notes;
-  note_other_arrays(*file, *array, notes);
   const auto [sizes, geometry] = voxels_of(*file, *array, notes);
   const uint64_t needed = array_bytes(sizes, 1, 1);
   if (needed != array->values) {
@@ -147,6 +207,9 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
     return tl::unexpected(checked.error());
   }
   ArrayVolume volume = make_array("VTK", path, sizes, geometry, options);
+  volume.step_axis = 0;
+  volume.steps = static_cast<uint64_t>(array->components);
+  volume.step = channel->component;
   volume.stored.type = *array->type;
   volume.stored.big_endian =
       file->is_binary || std::endian::native == std::endian::big;  // text: native voxels

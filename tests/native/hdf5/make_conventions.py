@@ -192,6 +192,27 @@ with create("cells.vtkhdf") as file:
     group.attrs["Origin"] = [FIRST[axis] - STEP[axis] / 2 for axis in "xyz"]
     group.create_dataset("CellData/density", data=voxels())
 
+# Two steps of time: the voxels of the first are 0.
+with create("steps.vtkhdf") as file:
+    group = file.create_group("VTKHDF")
+    group.attrs["Version"] = [2, 0]
+    group.attrs.create("Type", b"ImageData", dtype="S9")
+    group.attrs["WholeExtent"] = [0, 4, 0, 5, 0, 6]
+    group.attrs["Spacing"] = [STEP[axis] for axis in "xyz"]
+    group.attrs["Origin"] = [FIRST[axis] for axis in "xyz"]
+    group.create_dataset("PointData/density", data=numpy.stack([voxels() * 0, voxels()]))
+    group.create_group("Steps").attrs["NSteps"] = 2
+    group["Steps"]["Values"] = [0.25, 0.75]
+
+with create("times.h5") as file:
+    data = file.create_dataset("density", data=numpy.stack([voxels() * 0, voxels()]))
+    for i, axis in enumerate("tzyx"):
+        scale = file.create_dataset("time" if axis == "t" else axis,
+                                    data=[6.0, 12.0] if axis == "t" else positions(axis))
+        scale.attrs["units"] = "hours since 1900-01-01" if axis == "t" else "mm"
+        scale.make_scale("time" if axis == "t" else axis)
+        data.dims[i].attach_scale(scale)
+
 with create("itk.hdf5") as file:
     group = file.create_group("ITKImage/0")
     # The array's x is the world's -y, its y the world's x.
