@@ -119,7 +119,8 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
     if (!shown) return tl::unexpected(shown.error());
     return Shown{shown->level, subject.store->info().grid};
   }
-  const auto shown = show_scene(renderer, *subject.scene, call.step, call.level, call.samples);
+  const size_t step = call.step.value_or(first_step(subject.scene->scene()));
+  const auto shown = show_scene(renderer, *subject.scene, step, call.level, call.samples);
   if (!shown) return tl::unexpected(shown.error());
   for (const std::string& text : shown->notes) note(text);
   settings.isosurfaces = shown->isosurfaces;

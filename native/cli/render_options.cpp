@@ -16,9 +16,11 @@ void add_output_options(CLI::App* command, RenderCall* call) {
       ->add_option("-i,--isovalue", call->isovalues, "One or several isovalues, such as 60.5,180.5")
       ->delimiter(',')
       ->check(is_number());
-  command->add_option("--step", call->step, "Scenes: index of the time step, from 0")
-      ->check(is_whole_number(0, kMaxSteps - 1))
-      ->capture_default_str();
+  command
+      ->add_option("--step", call->step,
+                   "Scenes: index of the time step, from 0 (default: that which the scene shows "
+                   "first)")
+      ->check(is_whole_number(0, kMaxSteps - 1));
   command->add_option("-o,--output", call->output, "The PNG file")->capture_default_str();
   command->add_option("--size", call->size, "Size of the picture, WIDTHxHEIGHT in pixels")
       ->capture_default_str();

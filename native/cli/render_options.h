@@ -33,8 +33,8 @@ struct RenderCall {
   std::vector<double> light, light_strength, material, occlusion, shadow;
   std::optional<uint32_t> level;
   uint64_t samples = uint64_t{64} << 20;
-  uint64_t step = 0;  // of a scene
-  int turntable = 0;  // number of pictures; 0: one picture, named `output`
+  std::optional<uint64_t> step;  // of a scene; nothing: that which the scene shows first
+  int turntable = 0;             // number of pictures; 0: one picture, named `output`
   bool clip_caps = false;
   bool unprojected = false;
   bool aliased = false;

@@ -112,9 +112,10 @@ Result<View> show(render::Renderer& renderer, const StoreFile& store, double iso
   return view;
 }
 
-/// The first step of a scene, with its surfaces and its camera.
+/// The step that a scene shows first, with its surfaces and its camera.
 Result<View> show(render::Renderer& renderer, const SceneFile& scene) {
-  const auto shown = show_scene(renderer, scene, 0, std::nullopt, kEnoughSamples);
+  const size_t step = first_step(scene.scene());
+  const auto shown = show_scene(renderer, scene, step, std::nullopt, kEnoughSamples);
   if (!shown) return tl::unexpected(shown.error());
   View view;
   view.settings.isosurfaces = shown->isosurfaces;

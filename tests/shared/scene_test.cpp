@@ -144,6 +144,22 @@ TEST(Scene, HasAStoreForEachStep) {
             "scene: time.steps[1]: expected a number above that of the step before, found 1");
 }
 
+TEST(Scene, ShowsAStepFirst) {
+  const auto first = [](const std::string& step) {
+    const auto scene = parse_scene(
+        scene_of(R"([{"store":"a"}])", R"(,"time":{"steps":[0,5,6],"step":)" + step + "}"));
+    EXPECT_TRUE(scene) << step;
+    return scene ? first_step(*scene) : 99;
+  };
+  EXPECT_EQ(first("2"), 2u);
+  EXPECT_EQ(first("0"), 0u);
+  // Steps that do not exist.
+  for (const char* step : {"3", "-1", "1.5", "1e300", "\"1\"", "null", "[1]"}) {
+    EXPECT_EQ(first(step), 0u) << step;
+  }
+  EXPECT_EQ(first_step(Scene{}), 0u);
+}
+
 TEST(Scene, FaultsNameTheMember) {
   const auto layer = [](const std::string& members) {
     return error_of(scene_of("[{\"store\":\"a\"" + members + "}]"));

@@ -78,6 +78,7 @@ SceneTime read_time(const SceneMember& in) {
     }
   }
   if (const SceneMember unit = in.at("unit"); unit.exists()) time.unit = unit.text(64);
+  time.step = in.at("step").index(count);
   return time;
 }
 

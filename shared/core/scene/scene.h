@@ -47,6 +47,7 @@ struct SceneLayer {
 struct SceneTime {
   std::vector<double> values;  ///< ascending, one for each step
   std::string unit;            ///< may be empty
+  size_t step = 0;             ///< shown first: an index of `values`
 };
 
 struct SceneCamera {
@@ -159,6 +160,11 @@ bool looks_like_scene(std::string_view first_bytes);
 /// Whether a store's path stays below the folder of its scene: relative, without "..", and the same
 /// on all systems. Only such stores are put into bundles.
 bool is_path_below(std::string_view path);
+
+/// The step that a scene shows first; 0 without time.
+inline size_t first_step(const Scene& scene) {
+  return scene.time ? scene.time->step : 0;
+}
 
 /// The paths of all stores of a scene, each once: those of the first step first.
 std::vector<std::string> store_paths(const Scene& scene);

@@ -96,6 +96,13 @@ double SceneMember::integer(double least) const {
   return 0;
 }
 
+size_t SceneMember::index(size_t count) const {
+  if (!json_ || !json_->is_number()) return 0;
+  const double found = json_->get<double>();
+  const bool exists = found >= 0 && found < static_cast<double>(count);
+  return exists && found == std::floor(found) ? static_cast<size_t>(found) : 0;
+}
+
 bool SceneMember::flag() const {
   if (json_ && json_->is_boolean()) return json_->get<bool>();
   refuse("true or false");

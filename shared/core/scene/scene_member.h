@@ -42,6 +42,8 @@ class SceneMember {
   double number(double least = -kMaxSceneNumber, double most = kMaxSceneNumber) const;
   /// Up to kMaxSceneInteger.
   double integer(double least) const;
+  /// A whole number below `count`; 0 for anything else, which is no fault.
+  size_t index(size_t count) const;
   bool flag() const;
   Vec3d vector(double least = -kMaxSceneNumber, double most = kMaxSceneNumber) const;
   /// "#rrggbb" or, with alpha, "#rrggbbaa".
