@@ -115,8 +115,8 @@ Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup&
   }
   group.header = opened->source->header();
   group.table = input.table;
-  group.key =
-      options_.scene.key + (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances");
+  group.key = options_.scene.key +
+              (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances 2");
   group.key += input_versions(opened->source->files());
   return opened;
 }

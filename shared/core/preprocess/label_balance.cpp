@@ -8,8 +8,11 @@ namespace isosplat {
 namespace {
 
 constexpr int32_t kBrick = 4;  ///< cells along an axis
-constexpr int32_t kRounds = 2;
-constexpr int32_t kMaxShift = 3 * kLabelVoxel / 10;
+constexpr int32_t kFine = 16;  ///< a shift's units per unit of a distance
+constexpr int32_t kMaxShift = 3 * kFine * kLabelVoxel / 10;
+/// The sum of the weights of Bricks::smooth().
+constexpr int32_t kSmoothing = 9 * 9 * 9;
+
 constexpr int32_t kPoints = 4;  ///< along each axis of a cell
 
 /// Values of corners are rounded to 1/32 voxel and limited to 63, so that a sum with the weights of
@@ -88,17 +91,23 @@ class Bricks {
     return sums_[index(x / kBrick, y / kBrick, z / kBrick)];
   }
 
+  /// A brick's missing volume is divided by the smoothed area, and the quotients are smoothed. So
+  /// the shifts add just the missing volume, because the smoothing is symmetric: the volume that is
+  /// missing in a brick is added by the bricks around it.
   void find_shifts() {
-    smooth(1, size_.x);
-    smooth(index(0, 1, 0), size_.y);
-    smooth(index(0, 0, 1), size_.z);
+    std::vector<int32_t> area(sums_.size());
+    for (size_t i = 0; i < sums_.size(); ++i) area[i] = kFine * sums_[i].area;
+    smooth(area);
     for (size_t i = 0; i < sums_.size(); ++i) {
-      const auto [missing, area] = sums_[i];
       // missing/128 voxels over area/16 voxels² are missing / (8 area) voxels. If no point is near
       // the border, the area counts as 1, and the limit decides the shift.
-      const int32_t shift = kLabelVoxel / 8 * missing / std::max(area, 1);
-      shifts_[i] = std::clamp(shift, -kMaxShift, kMaxShift);
+      const int64_t shift =
+          int64_t{kLabelVoxel / 8 * kFine * kFine} * sums_[i].missing / std::max(area[i], kFine);
+      constexpr int64_t kMost = int64_t{kMaxShift} * kSmoothing;
+      shifts_[i] = static_cast<int32_t>(std::clamp(shift, -kMost, kMost));
     }
+    smooth(shifts_);
+    for (int32_t& shift : shifts_) shift = std::clamp(shift, -kMaxShift, kMaxShift);
   }
 
   /// The shifts of a row of voxels at the middles of its bricks along x, multiplied by kBrick².
@@ -139,20 +148,28 @@ class Bricks {
            static_cast<size_t>(x);
   }
 
-  /// Smooths the sums with (1, 2, 3, 2, 1) along an axis.
-  void smooth(size_t stride, int32_t count) {
+  /// Smooths with (1, 2, 3, 2, 1)/9 along each axis, twice. Less smoothing would follow the steps
+  /// of gentle slopes. Division rounds towards 0, so that the negative values give the negative
+  /// result.
+  void smooth(std::vector<int32_t>& values) const {
+    for (int round = 0; round < 2; ++round) {
+      smooth(values, 1, size_.x);
+      smooth(values, index(0, 1, 0), size_.y);
+      smooth(values, index(0, 0, 1), size_.z);
+      for (int32_t& value : values) value /= kSmoothing;
+    }
+  }
+
+  static void smooth(std::vector<int32_t>& values, size_t stride, int32_t count) {
     const size_t whole = stride * static_cast<size_t>(count);
-    std::vector<BrickSums> line(static_cast<size_t>(count) + 4);
-    for (size_t begin = 0; begin < sums_.size(); begin += whole) {
+    std::vector<int32_t> line(static_cast<size_t>(count) + 4);
+    for (size_t begin = 0; begin < values.size(); begin += whole) {
       for (size_t first = begin; first < begin + stride; ++first) {
         for (size_t i = 0; i < static_cast<size_t>(count); ++i)
-          line[i + 2] = sums_[first + i * stride];
+          line[i + 2] = values[first + i * stride];
         for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
-          const auto sum = [&](int32_t BrickSums::*of) {
-            return line[i].*of + 2 * line[i + 1].*of + 3 * line[i + 2].*of + 2 * line[i + 3].*of +
-                   line[i + 4].*of;
-          };
-          sums_[first + i * stride] = {sum(&BrickSums::missing), sum(&BrickSums::area)};
+          values[first + i * stride] =
+              line[i] + 2 * line[i + 1] + 3 * line[i + 2] + 2 * line[i + 3] + line[i + 4];
         }
       }
     }
@@ -203,19 +220,20 @@ void shift_row(const std::vector<int32_t>& shifts, LabelTile::Range near, int16_
   const auto bricks = static_cast<int32_t>(shifts.size());
   for (int32_t x = near.begin; x < near.end; ++x) {
     const auto [low, high, part] = Bricks::between_bricks(x, bricks);
-    const int32_t shift = ((kBrick - part) * shifts[static_cast<size_t>(low)] +
-                           part * shifts[static_cast<size_t>(high)]) /
-                          (kBrick * kBrick * kBrick);
+    constexpr int32_t kDivisor = kBrick * kBrick * kBrick * kFine;
+    const int32_t sum = (kBrick - part) * shifts[static_cast<size_t>(low)] +
+                        part * shifts[static_cast<size_t>(high)];
+    const int32_t shift = (sum + (sum < 0 ? -kDivisor / 2 : kDivisor / 2)) / kDivisor;
     row[x] = on_side_of(row[x], static_cast<int16_t>(row[x] + shift));
   }
 }
 
 }  // namespace
 
-void balance_volume(LabelTile& tile) {
+void balance_volume(LabelTile& tile, int32_t rounds) {
   std::vector<uint8_t> inside(static_cast<size_t>(tile.size.x));
   std::vector<int32_t> shifts;
-  for (int32_t round = 0; round < kRounds; ++round) {
+  for (int32_t round = 0; round < rounds; ++round) {
     Bricks bricks(tile.size);
     for (int32_t z = 0; z + 1 < tile.size.z; ++z) {
       for (int32_t y = 0; y + 1 < tile.size.y; ++y) add_cells(tile, y, z, inside, bricks);

@@ -1,6 +1,7 @@
 #include "shared/core/preprocess/label_field.h"
 
 #include <algorithm>
+#include <array>
 
 #include "shared/core/preprocess/label_balance.h"
 #include "shared/core/preprocess/label_distance.h"
@@ -20,6 +21,10 @@ constexpr int32_t kMaxTile = 224, kInfluence = 32, kMaxPart = kMaxTile - 2 * kIn
 constexpr int64_t kMaxBandVoxels = int64_t{1} << 26;
 constexpr int32_t kMinBandSlices = 32;
 
+/// The distances of the smoothing: of the stairs of the voxels, and of what the limits of the
+/// voxels' sides leave after the first shift.
+constexpr std::array<int32_t, 3> kStairs = {2, 4, 6}, kRipples = {2, 1, 1};
+
 int32_t parts_of(int32_t voxels) {
   return voxels + 2 * kAround <= kMaxTile ? 1 : (voxels + kMaxPart - 1) / kMaxPart;
 }
@@ -36,11 +41,13 @@ int32_t tile_end(int32_t end, int32_t voxels) {
   return std::min(end + kInfluence, voxels + kAround);
 }
 
-/// A distance in steps of the field. Division rounds towards 0, so that the negative field gives
-/// the negative result; kLabelLeast gives 1.
+/// A distance in steps of the field: rounded to the nearest, but at least one step. The negative
+/// distance gives the negative result.
 constexpr int field_steps(int16_t distance) {
-  constexpr int kStep = kLabelVoxel / kLabelFieldSteps;
-  return std::clamp<int>(distance / kStep, -kLabelFieldIsovalue, kLabelFieldIsovalue);
+  const int positive = distance < 0 ? -distance : distance;
+  const int steps = (positive * kLabelFieldSteps + kLabelVoxel / 2) / kLabelVoxel;
+  const int limited = std::clamp<int>(steps, 1, kLabelFieldIsovalue);
+  return distance < 0 ? -limited : limited;
 }
 static_assert(field_steps(kLabelLeast) == 1 && field_steps(-kLabelLeast) == -1);
 
@@ -77,8 +84,10 @@ void LabelField::compute_tile(Index3 first, Index3 end) {
   tile.size = {tile_end(end.x, box_.size.x) - begin.x, tile_end(end.y, box_.size.y) - begin.y,
                tile_end(end.z, box_.size.z) - begin.z};
   compute_distances(volume_, label_, tile);
-  smooth_distances(tile);
-  balance_volume(tile);
+  smooth_distances(tile, kStairs);
+  balance_volume(tile, 1);
+  smooth_distances(tile, kRipples);
+  balance_volume(tile, 3);
   for (int32_t z = first.z; z < end.z; ++z) {
     for (int32_t y = first.y; y < end.y; ++y) {
       const int16_t* const from =

@@ -16,19 +16,19 @@ inline constexpr uint8_t kLabelFieldInside = 62;
 inline constexpr uint8_t kLabelFieldIsovalue = 31;
 
 /// The field's steps per voxel.
-inline constexpr int kLabelFieldSteps = 16;
+inline constexpr int kLabelFieldSteps = 12;
 
 /// The field whose isosurface at kLabelFieldIsovalue is the smooth surface of one label. Voxels of
 /// the label are above the isovalue and all others below, so the surface crosses the lattice edges
 /// between the label and the rest, and no other edge.
 ///
-/// The field is a signed distance in steps of 1/16 voxel, limited to 31 steps, so that it has a
-/// slope in every cell that the surface crosses. Steps of 1/20 make stores 6 % larger, and steps of
-/// 1/12 9 % smaller, with normals that differ by 2 degrees from those of a plane instead of 1.5.
-/// The distance has three parts:
+/// The field is a signed distance in steps of 1/12 voxel, limited to 31 steps, so that it has a
+/// slope in every cell that the surface crosses. Steps of 1/16 make stores 9 % larger, with normals
+/// that differ by 1.4 degrees from those of a plane instead of 1.8. The distance has these parts:
 /// 1. label_distance.h: the distance from the border of the voxels;
 /// 2. label_smoothing.h: a low-pass that keeps each voxel on its side;
-/// 3. label_balance.h: a shift, so that the surface encloses the volume of the voxels.
+/// 3. label_balance.h: a shift, so that the surface encloses the volume of the voxels;
+/// 4. the low-pass and the shift again, because the limits of the voxels' sides bend the surface.
 /// Each part is odd: swapping the label and the rest negates the field. So where two labels touch
 /// and no third one is within about 30 voxels, they share their border exactly. Near a third label,
 /// their surfaces still cross the same lattice edges, but are apart or overlap: by 0.2 voxels on

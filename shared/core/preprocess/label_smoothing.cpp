@@ -7,9 +7,6 @@
 namespace isosplat {
 namespace {
 
-constexpr std::array<int32_t, 4> kDistances = {1, 2, 4, 6};
-constexpr int32_t kMaxDistance = 6;
-
 /// φ(t) is t up to this value, and 0 from twice this value on.
 constexpr int16_t kSmall = 4 * kLabelVoxel;
 
@@ -54,7 +51,7 @@ constexpr int16_t beyond(int16_t last, int32_t voxels) {
 }
 
 void smooth_along_x(LabelTile& tile, int32_t d) {
-  constexpr int32_t kPad = 2 * kMaxDistance;
+  constexpr int32_t kPad = 2 * kMaxSmoothingDistance;
   const int32_t n = tile.size.x;
   std::vector<int16_t> padded(static_cast<size_t>(n + 2 * kPad));
   for (int32_t z = 0; z < tile.size.z; ++z) {
@@ -109,9 +106,9 @@ void smooth_across(LabelTile& tile, int32_t d, bool is_z) {
 
 }  // namespace
 
-void smooth_distances(LabelTile& tile) {
+void smooth_distances(LabelTile& tile, std::span<const int32_t> distances) {
   tile.other = tile.values;  // rows and voxels that are far from the border stay as they are
-  for (const int32_t d : kDistances) {
+  for (const int32_t d : distances) {
     smooth_along_x(tile, d);
     smooth_across(tile, d, false);
     smooth_across(tile, d, true);

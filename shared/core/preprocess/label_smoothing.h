@@ -1,13 +1,18 @@
 #pragma once
 
+#include <span>
+
 #include "shared/core/preprocess/label_tile.h"
 
 namespace isosplat {
 
-/// Removes the stairs of voxels from the signed distances of a tile: waves along the border up to
-/// about 12 voxels long, and longer ones in part. Every voxel stays on its side of the border.
+/// The greatest of the distances for smooth_distances().
+inline constexpr int32_t kMaxSmoothingDistance = 6;
+
+/// Removes the stairs of voxels from the signed distances of a tile: waves along the border of
+/// about 2d voxels, for each of the distances d. Every voxel stays on its side of the border.
 ///
-/// For the distances d = 1, 2, 4 and 6, and along each axis, f becomes f + w φ(t) / 16, where
+/// For each distance d, and along each axis, f becomes f + w φ(t) / 16, where
 /// t = 4 (f(−d) + f(d)) − f(−2d) − f(2d) − 6 f is the negative fourth difference. Without w and φ
 /// this is the kernel (−1, 4, 10, 4, −1)/16, which has no second moment: it leaves planes,
 /// parabolas and slightly curved surfaces where they are, and removes waves of 2d voxels. Two
@@ -16,6 +21,6 @@ namespace isosplat {
 ///   thin sheet or vessel gives more than that, and stairs give less.
 /// - w decreases from 1 where both |f(±2d)| are up to 2 voxels to 0 where one has the limit of the
 ///   distances. So the smoothing is along the border, not across it.
-void smooth_distances(LabelTile& tile);
+void smooth_distances(LabelTile& tile, std::span<const int32_t> distances);
 
 }  // namespace isosplat
