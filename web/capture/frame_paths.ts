@@ -45,12 +45,12 @@ export function cameraPath(
   view: FrameView,
   frames: number,
 ): FrameView[] {
-  const ways = cameras.length - 1;
+  const segments = cameras.length - 1;
   return Array.from({ length: frames }, (_, frame) => {
-    const at = shareOf(frame, frames) * ways;
-    const way = Math.min(Math.floor(at), ways - 1);
-    const [from, to] = [cameras[way], cameras[way + 1]];
-    const share = at - way;
+    const at = shareOf(frame, frames) * segments;
+    const segment = Math.min(Math.floor(at), segments - 1);
+    const [from, to] = [cameras[segment], cameras[segment + 1]];
+    const share = at - segment;
     const camera =
       from && to ? cameraBetween(from, to, share * share * (3 - 2 * share)) : view.camera;
     return { ...view, camera };

@@ -15,11 +15,11 @@ export interface PickedSurface extends SurfacePoint {
  * picture. `viewer`: null while the element has no WebGL context.
  */
 export function listenToPicks(element: HTMLElement, viewer: () => Viewer | null): void {
-  const pick = (event: Event, place: (canvas: HTMLCanvasElement) => [number, number]) => {
+  const pick = (event: Event, position: (canvas: HTMLCanvasElement) => [number, number]) => {
     const present = viewer();
     // Controls and captions are parts of the element as well.
     if (!present || event.composedPath()[0] !== present.canvas) return;
-    const point = present.pick(...place(present.canvas));
+    const point = present.pick(...position(present.canvas));
     const layer = present.layers.find(({ id }) => id === point?.layer);
     if (!point || !layer) return;
     const { title = "", name = "" } = layer.info?.metadata ?? {};

@@ -83,11 +83,11 @@ export class ElementTime {
   }
 
   /** Numbers beyond the last step mean the last one. */
-  set step(asked: number) {
-    if (Number.isNaN(asked)) return;
+  set step(requested: number) {
+    if (Number.isNaN(requested)) return;
     this.#received = null;
     this.#isChosen = true;
-    this.#show(this.#limited(asked));
+    this.#show(this.#limited(requested));
   }
 
   /** Time.rate, of this scene and of those that follow. Throws a RangeError. */

@@ -84,8 +84,8 @@ export class ElementView {
   get isovalues(): readonly number[] {
     return this.#surfaces.map(({ isovalue }) => isovalue);
   }
-  set isovalues(asked: readonly number[] | null | undefined) {
-    const defaults = surfacesOf(this.#element, asked ?? this.#firstIsovalues());
+  set isovalues(requested: readonly number[] | null | undefined) {
+    const defaults = surfacesOf(this.#element, requested ?? this.#firstIsovalues());
     this.surfaces = defaults.map((surface, i) => ({
       ...(this.#surfaces[i] ?? surface),
       isovalue: surface.isovalue,
@@ -95,9 +95,9 @@ export class ElementView {
   get surfaces(): readonly Surface[] {
     return this.#surfaces;
   }
-  set surfaces(asked: readonly Surface[] | null | undefined) {
+  set surfaces(requested: readonly Surface[] | null | undefined) {
     const before = this.isovalues;
-    this.#surfaces = asked ? [...asked] : surfacesOf(this.#element, this.#firstIsovalues());
+    this.#surfaces = requested ? [...requested] : surfacesOf(this.#element, this.#firstIsovalues());
     this.#host.viewer()?.setSurfaces(this.#surfaces);
     this.#host.surfacesChanged();
     const { isovalues } = this;
@@ -137,10 +137,10 @@ export class ElementView {
   get camera(): Camera | null {
     return this.#camera;
   }
-  set camera(asked: Camera | null | undefined) {
-    if (!asked) return;
+  set camera(requested: Camera | null | undefined) {
+    if (!requested) return;
     const before = projectionOf(this.#element);
-    const camera = { ...asked, projection: asked.projection ?? before };
+    const camera = { ...requested, projection: requested.projection ?? before };
     this.#camera = camera;
     // The attribute follows the picture. The camera is set already, so the callback changes nothing.
     if (camera.projection !== before) this.#element.setAttribute("projection", camera.projection);
@@ -176,8 +176,8 @@ export class ElementView {
   get clip(): Clip {
     return this.#clip;
   }
-  set clip(asked: Clip | null | undefined) {
-    const clip = asked ?? wholeVolume;
+  set clip(requested: Clip | null | undefined) {
+    const clip = requested ?? wholeVolume;
     this.#clip = clip;
     this.#host.viewer()?.setClip(clip);
     this.#host.clipChanged();
@@ -188,8 +188,8 @@ export class ElementView {
   get slices(): Slices {
     return this.#slices;
   }
-  set slices(asked: Slices | null | undefined) {
-    const slices = asked ?? noSlices;
+  set slices(requested: Slices | null | undefined) {
+    const slices = requested ?? noSlices;
     if (sameValue(slices, this.#slices)) return;
     this.#slices = slices;
     this.#host.viewer()?.setSlices(slices);

@@ -121,16 +121,16 @@ export class IsosplatLayerElement extends EventElement<IsosplatLayerEvents> {
   get isovalues(): readonly number[] {
     return this.surfaces.map(({ isovalue }) => isovalue);
   }
-  set isovalues(asked: readonly number[] | null | undefined) {
-    this.#part.setIsovalues(asked ?? null);
+  set isovalues(requested: readonly number[] | null | undefined) {
+    this.#part.setIsovalues(requested ?? null);
   }
 
   /** The isosurfaces with their colours and opacities. Null or undefined: those of the attributes. */
   get surfaces(): readonly Surface[] {
     return this.#part.surfaces;
   }
-  set surfaces(asked: readonly Surface[] | null | undefined) {
-    this.#part.setSurfaces(asked ?? null);
+  set surfaces(requested: readonly Surface[] | null | undefined) {
+    this.#part.setSurfaces(requested ?? null);
   }
 
   /**
@@ -140,8 +140,8 @@ export class IsosplatLayerElement extends EventElement<IsosplatLayerEvents> {
   get transform(): Transform | null {
     return this.#part.transform;
   }
-  set transform(asked: Transform | null | undefined) {
-    this.#part.setTransform(asked ?? null);
+  set transform(requested: Transform | null | undefined) {
+    this.#part.setTransform(requested ?? null);
   }
 
   /** The open volume; null before the first. */

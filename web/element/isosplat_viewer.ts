@@ -282,24 +282,24 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
   get isovalues(): readonly number[] {
     return this.#view.isovalues;
   }
-  set isovalues(asked: readonly number[] | null | undefined) {
-    this.#view.isovalues = asked;
+  set isovalues(requested: readonly number[] | null | undefined) {
+    this.#view.isovalues = requested;
   }
 
   /** The isosurfaces with their colours and opacities. Null or undefined: those of the attributes. */
   get surfaces(): readonly Surface[] {
     return this.#view.surfaces;
   }
-  set surfaces(asked: readonly Surface[] | null | undefined) {
-    this.#view.surfaces = asked;
+  set surfaces(requested: readonly Surface[] | null | undefined) {
+    this.#view.surfaces = requested;
   }
 
   /** Null until a volume is open, or a camera is set. */
   get camera(): Camera | null {
     return this.#view.camera;
   }
-  set camera(asked: Camera | null | undefined) {
-    this.#view.camera = asked;
+  set camera(requested: Camera | null | undefined) {
+    this.#view.camera = requested;
   }
 
   /** Perspective or orthographic: the attribute. */
@@ -314,8 +314,8 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
   get clip(): Clip {
     return this.#view.clip;
   }
-  set clip(asked: Clip | null | undefined) {
-    this.#view.clip = asked;
+  set clip(requested: Clip | null | undefined) {
+    this.#view.clip = requested;
   }
 
   /**
@@ -326,8 +326,8 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
   get slices(): Slices {
     return this.#view.slices;
   }
-  set slices(asked: Slices | null | undefined) {
-    this.#view.slices = asked;
+  set slices(requested: Slices | null | undefined) {
+    this.#view.slices = requested;
   }
 
   /**

@@ -122,8 +122,8 @@ export class LayerPart {
   /** Null if the attribute determines it. Throws a RangeError. */
   setTransform(transform: Transform | null): void {
     const { layer } = this;
-    const asked = transform ?? transformOf(this.#element) ?? identity;
-    if (layer && !sameValue(layer.transform, asked)) layer.transform = asked;
+    const requested = transform ?? transformOf(this.#element) ?? identity;
+    if (layer && !sameValue(layer.transform, requested)) layer.transform = requested;
     else if (!layer && transform) checkedTransform(transform);
     this.#transform = transform;
     this.#host?.wake();

@@ -253,7 +253,7 @@ async function openIn(
   findFile: OpenOptions["findFile"],
   signal: AbortSignal | undefined,
 ): Promise<ImportedVolume> {
-  const asked = new Set<string>();
+  const requested = new Set<string>();
   for (;;) {
     try {
       const { opened } = await worker.ask<{ opened: ImportedVolume }>(request, signal);
@@ -262,8 +262,8 @@ async function openIn(
       if (!findFile || !(error instanceof CoreError) || error.status === "worker_lost") throw error;
       const { missing } = await worker.ask<{ missing: string[] }>({ missing: true }, signal);
       const found: InputFile[] = [];
-      for (const path of missing.filter((each) => !asked.has(each))) {
-        asked.add(path);
+      for (const path of missing.filter((each) => !requested.has(each))) {
+        requested.add(path);
         const file = await findFile(path);
         if (file) found.push(file);
       }

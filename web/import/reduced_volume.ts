@@ -21,7 +21,7 @@ export function reducedVolume(
   readSlice: (z: number) => Uint8Array,
 ): ReducedVolume {
   const bytes = Number(volume.type.slice(1)) / 8;
-  const [xs, ys, zs] = volume.voxels.map(places) as [number[], number[], number[]];
+  const [xs, ys, zs] = volume.voxels.map(positions) as [number[], number[], number[]];
   const width = volume.voxels[0];
   const voxels = new Uint8Array(xs.length * ys.length * zs.length * bytes);
   let at = 0;
@@ -47,7 +47,7 @@ export function reducedVolume(
 }
 
 /** Evenly spaced indices of voxels, the first and the last among them. */
-function places(voxels: number): number[] {
+function positions(voxels: number): number[] {
   const count = Math.min(voxels, mostVoxels);
   return Array.from({ length: count }, (_, i) => Math.round((i * (voxels - 1)) / (count - 1)));
 }

@@ -60,12 +60,14 @@ export class MeasureLayer {
 
   #mark(screen: Screen, measurement: Measurement, className: string): TemplateResult {
     const { points } = measurement;
-    const places = points.map(({ position }) => screen.point(position));
-    const line = places.every(isPlace) ? places.map(({ x, y }) => `${x},${y}`).join(" ") : "";
+    const positions = points.map(({ position }) => screen.point(position));
+    const line = positions.every(isVisible)
+      ? positions.map(({ x, y }) => `${x},${y}`).join(" ")
+      : "";
     const last = labelPoint(measurement, screen);
     return svg`<g class=${className}>
       ${line && points.length > 1 ? svg`<polyline points=${line} />` : nothing}
-      ${places.map((place) => (place ? svg`<circle cx=${place.x} cy=${place.y} r="4" />` : nothing))}
+      ${positions.map((position) => (position ? svg`<circle cx=${position.x} cy=${position.y} r="4" />` : nothing))}
       ${
         last && className !== "draft"
           ? svg`<text x=${last.x + 9} y=${last.y - 7}>${this.#label(measurement)}</text>`
@@ -75,8 +77,8 @@ export class MeasureLayer {
   }
 }
 
-function isPlace(place: ScreenPoint | undefined): place is ScreenPoint {
-  return place !== undefined;
+function isVisible(position: ScreenPoint | undefined): position is ScreenPoint {
+  return position !== undefined;
 }
 
 function middle(points: readonly MeasuredPoint[]): Triple | undefined {

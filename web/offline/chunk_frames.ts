@@ -12,7 +12,7 @@ export function chunkAddresses(url: string): string[] | undefined {
   const chunks = searchParams.get("chunks");
   if (!pathname.endsWith("/batch") || !chunks) return undefined;
   const base = `${origin}${pathname.slice(0, -"batch".length)}chunks/`;
-  return chunks.split(",").map((place) => base + place);
+  return chunks.split(",").map((chunk) => base + chunk);
 }
 
 /** The chunks in the response of a batch, in order; fewer, if it was truncated or has an error. */
@@ -41,8 +41,8 @@ export function framesOf(addresses: readonly string[], chunks: readonly Uint8Arr
   const view = new DataView(frames.buffer);
   let at = 0;
   for (const [i, chunk] of chunks.entries()) {
-    const place = /\/chunks\/(\d+)\/(\d+)\.(\d+)\.(\d+)\/(\d+)$/.exec(addresses[i] ?? "") ?? [];
-    const words = [chunk.length, 0, ...place.slice(1).map(Number)];
+    const indices = /\/chunks\/(\d+)\/(\d+)\.(\d+)\.(\d+)\/(\d+)$/.exec(addresses[i] ?? "") ?? [];
+    const words = [chunk.length, 0, ...indices.slice(1).map(Number)];
     for (const [k, word] of words.entries()) view.setUint32(at + 4 * k, word, true);
     frames.set(chunk, at + headerBytes);
     at += headerBytes + padded(chunk.length);

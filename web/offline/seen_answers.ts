@@ -115,8 +115,8 @@ async function batchOf(addresses: string[], cache: Cache): Promise<Response | un
 
 async function partOf(url: string, wanted: Part, cache: Cache): Promise<Response | undefined> {
   const kept = (await cache.keys()).flatMap(({ url: address }) => {
-    const [base, place] = address.split(`?${partParameter}=`);
-    const part = partIn(`bytes=${place}`);
+    const [base, range] = address.split(`?${partParameter}=`);
+    const part = partIn(`bytes=${range}`);
     return base === url && part ? [part] : [];
   });
   const [any] = kept;

@@ -43,7 +43,7 @@ class AxisEnd {
     setAttributes(this.element, { "aria-label": view });
   }
 
-  place(x: number, y: number): void {
+  moveTo(x: number, y: number): void {
     setAttributes(this.#line, { x2: x, y2: y });
     setAttributes(this.#circle, { cx: x, cy: y });
     setAttributes(this.#text, { x, y });
@@ -76,7 +76,7 @@ export class AxesPart {
       const world: Triple = [0, 0, 0];
       world[axis] = side;
       const { right, down, away } = screen.direction(world);
-      end.place(axisLength * right, axisLength * down);
+      end.moveTo(axisLength * right, axisLength * down);
       return { end, away };
     });
     // Ends that point to the eye are drawn above the others. An element that is moved in the document

@@ -25,7 +25,7 @@ export interface BoxOnScreen {
 const cornerNumbers = [0, 1, 2, 3, 4, 5, 6, 7] as const;
 
 /** A point of the volume: shares of the extents along the axes. */
-export function place(info: StoreInfo, shares: Triple): Triple {
+export function positionAt(info: StoreInfo, shares: Triple): Triple {
   const { origin, direction, spacing, voxels } = info;
   const along = shares.map((s, axis) => s * ((voxels[axis] ?? 1) - 1) * (spacing[axis] ?? 1));
   const coordinate = (row: number) =>
@@ -41,7 +41,7 @@ const sharesOf = (corner: number): Triple => [corner & 1, (corner >> 1) & 1, (co
  * of the eye.
  */
 export function boundingBox(info: StoreInfo, screen: Screen): BoxOnScreen | undefined {
-  const corners = cornerNumbers.map((corner) => screen.point(place(info, sharesOf(corner))));
+  const corners = cornerNumbers.map((corner) => screen.point(positionAt(info, sharesOf(corner))));
   if (!corners.every((corner) => corner !== undefined)) return undefined;
   const depths = corners.map(({ depth }) => depth);
   const farthest = depths.indexOf(Math.max(...depths));
@@ -92,7 +92,7 @@ function ticksOf(
   return ticks(0, extent, count).flatMap((length) => {
     const shares = sharesOf(start);
     shares[axis] = length / extent;
-    const at = screen.point(place(info, shares));
+    const at = screen.point(positionAt(info, shares));
     return at ? [{ at, length, outwards: { x, y } }] : [];
   });
 }

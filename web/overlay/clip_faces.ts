@@ -1,6 +1,6 @@
 import type { StoreInfo, Triple } from "../core/types.ts";
 import type { Clip } from "../viewer/types.ts";
-import { place } from "./bounding_box.ts";
+import { positionAt } from "./bounding_box.ts";
 import type { Screen, ScreenPoint } from "./screen.ts";
 
 /** A face of the clip box: across a grid axis, at the low or the high end of the box. */
@@ -74,8 +74,8 @@ export function faceOnScreen(
   clip: Clip,
   face: ClipFace,
 ): (ScreenPoint & { isBehind: boolean }) | undefined {
-  const at = screen.point(place(info, faceMiddle(clip, face)));
-  const middle = screen.point(place(info, middleOf(clip)));
+  const at = screen.point(positionAt(info, faceMiddle(clip, face)));
+  const middle = screen.point(positionAt(info, middleOf(clip)));
   return at && { ...at, isBehind: middle !== undefined && at.depth > middle.depth };
 }
 
@@ -87,7 +87,7 @@ export function clipEdges(
 ): { from: ScreenPoint; to: ScreenPoint }[] {
   const corner = (number: number) =>
     screen.point(
-      place(info, [
+      positionAt(info, [
         number & 1 ? high[0] : low[0],
         number & 2 ? high[1] : low[1],
         number & 4 ? high[2] : low[2],
@@ -114,10 +114,10 @@ export function draggedShare(
   { right, down }: { right: number; down: number },
 ): number {
   const from = shareOf(grabbed, face);
-  const start = place(info, faceMiddle(grabbed, face));
+  const start = positionAt(info, faceMiddle(grabbed, face));
   const ahead = faceMiddle(grabbed, face);
   ahead[face.axis] += 1;
-  const [x, y, z] = place(info, ahead);
+  const [x, y, z] = positionAt(info, ahead);
   const motion = screen.motion(start, [x - start[0], y - start[1], z - start[2]]);
   if (!motion) return from;
   // The component of the drag along the projected axis, and the step that corresponds to it.

@@ -63,8 +63,8 @@ export class Screen {
     if (!(w > 0)) return undefined;
     const change = this.#row(3, direction);
     const along = (row: number) => {
-      const place = this.#row(row, at) + this.#at(row, 3);
-      return (this.#row(row, direction) * w - place * change) / (w * w);
+      const position = this.#row(row, at) + this.#at(row, 3);
+      return (this.#row(row, direction) * w - position * change) / (w * w);
     };
     return {
       right: 0.5 * this.width * along(0),

@@ -30,9 +30,9 @@ export function language(): Language {
  * be loaded. Call it before anything is shown.
  */
 export async function startLanguage(): Promise<void> {
-  const asked = firstKnown([new URLSearchParams(location.search).get("lang") ?? ""]);
-  if (asked) keep(asked);
-  const chosen = asked ?? firstKnown([kept()]) ?? firstKnown(navigator.languages) ?? "en";
+  const requested = firstKnown([new URLSearchParams(location.search).get("lang") ?? ""]);
+  if (requested) keep(requested);
+  const chosen = requested ?? firstKnown([kept()]) ?? firstKnown(navigator.languages) ?? "en";
   if (chosen === "en") return;
   try {
     translate((await files[chosen].texts()).translation);

@@ -56,7 +56,7 @@ export const layers: typeof layersTexts = {
   removeTitle: "Ebene aus dem Bild entfernen (Entf)",
   firstStays: "Das Volumen der Seite kann verborgen, aber nicht entfernt werden",
   groupField: "Gruppe",
-  moved: (layer, place, of) => `${layer}: ${place} von ${of}`,
+  moved: (layer, position, of) => `${layer}: ${position} von ${of}`,
   removed: (layer) => `${layer} wurde entfernt. Rückgängig: Strg+Z.`,
   added: (layer) => `${layer} wurde hinzugefügt.`,
   opening: "wird geöffnet",

@@ -57,7 +57,7 @@ export const layersTexts = part("layers", {
   removeTitle: "Remove the layer from the picture (Delete)",
   firstStays: "The page's own volume can be hidden, but not removed",
   groupField: "Group",
-  moved: (layer: string, place: number, of: number) => `${layer}: ${place} of ${of}`,
+  moved: (layer: string, position: number, of: number) => `${layer}: ${position} of ${of}`,
   removed: (layer: string) => `${layer} was removed. Undo: Ctrl+Z.`,
   added: (layer: string) => `${layer} was added.`,
   opening: "being opened",

@@ -71,11 +71,11 @@ export async function decodeBlosc(chunk: Uint8Array, most: number): Promise<Uint
       packed.set(decoded, stream * streamBytes);
       at += count;
     }
-    const place = whole.subarray(begin, begin + size);
-    if (flags & isShuffled && elementBytes > 1) unshuffle(packed, elementBytes, place);
+    const target = whole.subarray(begin, begin + size);
+    if (flags & isShuffled && elementBytes > 1) unshuffle(packed, elementBytes, target);
     else if (flags & isBitShuffled && size >= elementBytes)
-      unshuffleBits(packed, elementBytes, place);
-    else place.set(packed);
+      unshuffleBits(packed, elementBytes, target);
+    else target.set(packed);
   }
   return whole;
 }

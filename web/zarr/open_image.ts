@@ -60,14 +60,14 @@ function folderOf(address: URL): URL {
 
 /** The array or group at a path, of either version. */
 async function nodeAt(host: ZarrHost, path: string, address: string): Promise<Node> {
-  const place = root(host).resolve(path);
-  const has = async (name: string) => (await host.get(place.resolve(name).path)) !== undefined;
+  const location = root(host).resolve(path);
+  const has = async (name: string) => (await host.get(location.resolve(name).path)) !== undefined;
   const where = path ? `${address}/${path}` : address;
   let node: Node;
   try {
-    if (await has("zarr.json")) node = await open.v3(place);
-    else if (await has(".zarray")) node = await open.v2(place, { kind: "array" });
-    else if (await has(".zgroup")) node = await open.v2(place, { kind: "group" });
+    if (await has("zarr.json")) node = await open.v3(location);
+    else if (await has(".zarray")) node = await open.v2(location, { kind: "array" });
+    else if (await has(".zgroup")) node = await open.v2(location, { kind: "group" });
     else {
       throw new ZarrError(
         `${where}: expected zarr.json, .zarray or .zgroup, found none of them: check the address`,

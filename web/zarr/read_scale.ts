@@ -69,13 +69,13 @@ export async function readScale(
   for (let z = 0; z < voxels[2]; z += chunkZ) {
     const depth = Math.min(chunkZ, voxels[2] - z);
     const layer = numbersOf(type, voxels[0] * voxels[1] * depth);
-    const places: [number, number][] = [];
+    const columns: [number, number][] = [];
     for (let y = 0; y < voxels[1]; y += chunkY) {
-      for (let x = 0; x < voxels[0]; x += chunkX) places.push([x, y]);
+      for (let x = 0; x < voxels[0]; x += chunkX) columns.push([x, y]);
     }
     const readNext = async (): Promise<void> => {
-      for (let place = places.pop(); place; place = places.pop()) {
-        const [x, y] = place;
+      for (let column = columns.pop(); column; column = columns.pop()) {
+        const [x, y] = column;
         await copyChunk(array, scale, [x, y, z], layer);
         progress(++read / chunks);
       }

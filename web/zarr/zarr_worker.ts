@@ -34,10 +34,10 @@ async function read(scale: ZarrScale, address: string): Promise<ZarrVoxels> {
   host.maxBytes = 2 * chunkBytes + surplus;
   host.absent = 0;
   const slices = new BlobParts();
-  let told = 0;
+  let reportedAt = 0;
   const progress = (fraction: number) => {
-    if (performance.now() - told < progressEvery) return;
-    told = performance.now();
+    if (performance.now() - reportedAt < progressEvery) return;
+    reportedAt = performance.now();
     worker.postMessage({ progress: fraction });
   };
   await readScale(array, scale, (layer) => slices.add(layer), progress);

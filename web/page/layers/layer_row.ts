@@ -8,7 +8,7 @@ import type { GroupRow, LayerEntry } from "./layer_rows.ts";
 export const rowHeight = 34;
 
 /** The position of a row in the list. */
-export interface RowPlace {
+export interface RowPosition {
   index: number;
   count: number;
   /** Whether the Tab key reaches its controls. */
@@ -29,19 +29,19 @@ export interface RowActions {
   endName(key: number, name: string | undefined): void;
 }
 
-const tab = ({ isCurrent }: RowPlace) => (isCurrent ? "0" : "-1");
-const top = ({ index }: RowPlace) => `top:${index * rowHeight}px`;
+const tab = ({ isCurrent }: RowPosition) => (isCurrent ? "0" : "-1");
+const top = ({ index }: RowPosition) => `top:${index * rowHeight}px`;
 
 function eye(
   label: string,
   isVisible: boolean | "mixed",
-  place: RowPlace,
+  position: RowPosition,
   toggle: () => void,
 ): TemplateResult {
   return html`<button
     type="button"
     class="layer-eye"
-    tabindex=${tab(place)}
+    tabindex=${tab(position)}
     aria-pressed=${String(isVisible)}
     aria-label=${label}
     title=${label}
@@ -51,22 +51,26 @@ function eye(
   </button>`;
 }
 
-export function groupRow(row: GroupRow, place: RowPlace, actions: RowActions): TemplateResult {
+export function groupRow(
+  row: GroupRow,
+  position: RowPosition,
+  actions: RowActions,
+): TemplateResult {
   const { group, keys, visible, isCollapsed } = row;
   const id = `group ${group}`;
   const isVisible = visible === keys.length ? true : visible > 0 ? "mixed" : false;
   return html`<li
     class="layer-row layer-group"
     data-row=${id}
-    style=${top(place)}
-    aria-setsize=${place.count}
-    aria-posinset=${place.index + 1}
+    style=${top(position)}
+    aria-setsize=${position.count}
+    aria-posinset=${position.index + 1}
     @focusin=${() => actions.focused(id)}
   >
     <button
       type="button"
       class="layer-group-name"
-      tabindex=${tab(place)}
+      tabindex=${tab(position)}
       aria-expanded=${String(!isCollapsed)}
       aria-label=${layersTexts.group(group, keys.length)}
       title=${group}
@@ -75,13 +79,13 @@ export function groupRow(row: GroupRow, place: RowPlace, actions: RowActions): T
       ${icon(isCollapsed ? "open" : "down")}<span class="layer-title">${group}</span
       ><span class="quiet">${keys.length}</span>
     </button>
-    ${eye(layersTexts.showGroup(group), isVisible, place, () => actions.show(keys, isVisible !== true))}
+    ${eye(layersTexts.showGroup(group), isVisible, position, () => actions.show(keys, isVisible !== true))}
   </li>`;
 }
 
 export function layerRow(
   entry: LayerEntry,
-  place: RowPlace & { isDragged: boolean; isRenaming: boolean },
+  position: RowPosition & { isDragged: boolean; isRenaming: boolean },
   actions: RowActions,
 ): TemplateResult {
   const { key, title, group, isChosen, isOpening, colour, opacity } = entry;
@@ -89,15 +93,15 @@ export function layerRow(
     "layer-row",
     isChosen && "chosen",
     group && "in-group",
-    place.isDragged && "dragged",
+    position.isDragged && "dragged",
     !entry.visible && "is-hidden",
   ];
   return html`<li
     class=${classes.filter(Boolean).join(" ")}
     data-row=${key}
-    style=${top(place)}
-    aria-setsize=${place.count}
-    aria-posinset=${place.index + 1}
+    style=${top(position)}
+    aria-setsize=${position.count}
+    aria-posinset=${position.index + 1}
     @focusin=${() => actions.focused(key)}
   >
     <span
@@ -112,21 +116,21 @@ export function layerRow(
         : html`<input
             type="color"
             class="swatch"
-            tabindex=${tab(place)}
+            tabindex=${tab(position)}
             aria-label=${layersTexts.colourOf(title)}
             .value=${live(colour)}
             @input=${(event: Event) =>
               actions.changeSurface(key, { colour: (event.target as HTMLInputElement).value })}
           />`
     }
-    ${place.isRenaming ? nameField(entry, actions) : nameButton(entry, place, actions)}
+    ${position.isRenaming ? nameField(entry, actions) : nameButton(entry, position, actions)}
     ${
       opacity === undefined || isOpening
         ? html`<span class="quiet layer-state">${isOpening ? layersTexts.opening : nothing}</span>`
         : html`<input
             type="range"
             class="layer-opacity"
-            tabindex=${tab(place)}
+            tabindex=${tab(position)}
             min="0.05"
             max="1"
             step="0.05"
@@ -140,19 +144,19 @@ export function layerRow(
               })}
           />`
     }
-    ${eye(layersTexts.show(title), entry.visible, place, () => actions.show([key], !entry.visible))}
+    ${eye(layersTexts.show(title), entry.visible, position, () => actions.show([key], !entry.visible))}
   </li>`;
 }
 
 function nameButton(
   { key, title, isChosen, problem }: LayerEntry,
-  place: RowPlace,
+  position: RowPosition,
   actions: RowActions,
 ): TemplateResult {
   return html`<button
     type="button"
     class="layer-name"
-    tabindex=${tab(place)}
+    tabindex=${tab(position)}
     aria-pressed=${String(isChosen)}
     aria-describedby="layers-keys"
     title=${problem ?? title}

@@ -178,12 +178,12 @@ export class LayersSection {
   #row(rows: readonly ListRow[], index: number, isCurrent: boolean): TemplateResult | undefined {
     const row = rows[index];
     if (!row) return undefined;
-    const place = { index, count: rows.length, isCurrent };
-    if (row.kind === "group") return groupRow(row, place, this.#rowActions);
+    const position = { index, count: rows.length, isCurrent };
+    if (row.kind === "group") return groupRow(row, position, this.#rowActions);
     const { key } = row.entry;
     const isDragged = this.#drag.key === key;
     const isRenaming = this.#renaming === key;
-    return layerRow(row.entry, { ...place, isDragged, isRenaming }, this.#rowActions);
+    return layerRow(row.entry, { ...position, isDragged, isRenaming }, this.#rowActions);
   }
 
   readonly #rowActions: RowActions = {
@@ -275,9 +275,9 @@ export class LayersSection {
     this.#actions.drop(key, drop);
     this.#state = this.#present();
     const after = this.#state.entries.filter(({ isOpening }) => !isOpening);
-    const place = after.findIndex((entry) => entry.key === key);
-    const title = after[place]?.title ?? "";
-    this.#announced = layersTexts.moved(title, place + 1, after.length);
+    const index = after.findIndex((entry) => entry.key === key);
+    const title = after[index]?.title ?? "";
+    this.#announced = layersTexts.moved(title, index + 1, after.length);
     this.#render();
   }
 

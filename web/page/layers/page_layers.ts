@@ -43,7 +43,7 @@ interface Pending {
   /** Its index in the list. */
   at: number;
   /** The indices of the other layers, by their keys. Layers without an index come first. */
-  places: ReadonlyMap<number, number>;
+  indices: ReadonlyMap<number, number>;
   cancel: AbortController;
 }
 
@@ -270,17 +270,17 @@ export class PageLayers {
     const states = layers.map(({ content, ...of }) => {
       return { ...plainLayer, ...content, key: this.#nextKey++, ...of };
     });
-    const places = new Map(states.map(({ key }, i) => [key, this.#items.length + i]));
-    const added = await Promise.all(states.map((state) => this.#addState(state, places)));
+    const indices = new Map(states.map(({ key }, i) => [key, this.#items.length + i]));
+    const added = await Promise.all(states.map((state) => this.#addState(state, indices)));
     const first = states.find((_, i) => added[i]);
     if (first) this.choose(first.key);
     return first !== undefined;
   }
 
-  async #addState(state: LayerState, places: ReadonlyMap<number, number>): Promise<boolean> {
+  async #addState(state: LayerState, indices: ReadonlyMap<number, number>): Promise<boolean> {
     const cancel = new AbortController();
-    const at = places.get(state.key) ?? this.#items.length;
-    const pending = { state, at, places, cancel };
+    const at = indices.get(state.key) ?? this.#items.length;
+    const pending = { state, at, indices, cancel };
     this.#pending = [...this.#pending, pending];
     this.#host.changed();
     const { source, name, group, visible, surfaces, transform, label = null } = state;
@@ -307,9 +307,9 @@ export class PageLayers {
     this.#keyOf(layer);
     if (pending) {
       this.#pending = this.#pending.filter((each) => each !== pending);
-      const { at, places } = pending;
+      const { at, indices } = pending;
       const isBefore = (each: Layer) =>
-        each !== layer && (places.get(this.#keyOf(each)) ?? -1) < at;
+        each !== layer && (indices.get(this.#keyOf(each)) ?? -1) < at;
       this.#viewer.moveLayer(layer, this.#viewer.layers.filter(isBefore).length);
       if (pending.state.surfaces.length === 0) {
         layer.surfaces = inFreeColour(layer, this.#viewer.layers);

@@ -109,7 +109,7 @@ export class LoadedParts {
       isMeasuring: () => Boolean(this.#measure?.tool.kind),
       titleOfHit: (layer) => this.#host.titleOfHit(layer),
       title: () => this.#host.title(),
-      says: (text) => this.#host.names(text),
+      show: (text) => this.#host.names(text),
     });
     this.#overlay = new Overlay(this.#viewer, (view) => this.#host.lookAlong(view));
     this.#host.render();

@@ -13,7 +13,7 @@ export interface PagePickHost {
   /** The title of the page. */
   title(): string;
   /** Shows a text to the visitor, and announces it. */
-  says(text: string): void;
+  show(text: string): void;
 }
 
 /**
@@ -37,7 +37,7 @@ export class PagePick {
   /** Names the layer in the middle of the picture, or states that there is no surface. */
   nameMiddle(): void {
     const { clientWidth, clientHeight } = this.#viewer.canvas;
-    if (!this.#name(clientWidth / 2, clientHeight / 2)) this.#host.says(pageTexts.nothingThere);
+    if (!this.#name(clientWidth / 2, clientHeight / 2)) this.#host.show(pageTexts.nothingThere);
   }
 
   /** Names the layer at a position on the canvas (CSS pixels). Returns false if there is nothing to name. */
@@ -53,7 +53,7 @@ export class PagePick {
       formatVolume(label.volume),
       pageTexts.voxels(grouped(label.voxels), label.voxels),
     ];
-    this.#host.says([title, ...(size ?? [])].join(" · "));
+    this.#host.show([title, ...(size ?? [])].join(" · "));
     return true;
   }
 }
