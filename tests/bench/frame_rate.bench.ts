@@ -1,7 +1,7 @@
 // Frame rates of all splat kinds, and of VTK's Flying Edges mesh (indexed triangles with normals) in
-// the same renderer, over the 36 views of the paper's experiment (section 6), interleaved, and of the
-// middle of the picture six times as large. Quads and the mesh are lit per vertex, the other kinds per
-// pixel.
+// the same renderer. The views are the 36 of the paper's experiment (section 6), and their middles
+// six times as large. In each view, splats and mesh are measured by turns. Quads and the mesh are lit
+// per vertex, the other kinds per pixel.
 import type { Benchmark } from "./harness/benchmark.ts";
 import { flyingEdgesMesh, renderProgram } from "./harness/render.ts";
 import type { Reach } from "./harness/results.ts";

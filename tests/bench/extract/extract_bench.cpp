@@ -1,8 +1,8 @@
 // Extracts isosurfaces from an open store:
 // isosplat_extract_bench STORE THREADS [mesh]
-// For each isovalue, a line of standard input, the program prints a line of JSON: the seconds from
-// the directory look-up to samples in the GPU's layout, and their number; or, with "mesh", to
-// triangles with normals.
+// Reads isovalues from standard input, one a line, and prints a line of JSON for each: the seconds
+// from the directory look-up to samples in the GPU's layout, and the number of samples. With "mesh":
+// to triangles with normals, and their number.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
