@@ -51,11 +51,14 @@ const exponent = 0.8;
 const variants = 3;
 const seed = 1;
 const viewers = 10_000;
-/** The time within which they come. */
+/** The time within which all of them arrive. */
 const minutes = 10;
 const link = { together: 20, roundTripMs: 40, megabitsPerSecond: 20 };
 
-/** Caches, as shares of the bytes of all stores. 1 of 10 viewers comes to the small ones, at the same rate. */
+/**
+ * Sizes of caches, as shares of the bytes of all stores. Only a tenth of the viewers visit with a
+ * small cache, at the same rate.
+ */
 const caches = [
   { name: "unlimited cache", viewers: 1 },
   { name: "cache of 10 % of the stores", share: 0.1, viewers: 0.1 },
@@ -225,8 +228,8 @@ function reportOutcome(bench: Bench, what: string, { requests, bytes, ...of }: O
 }
 
 /**
- * Calculates the results of caches of other sizes and of several caches, and that of the replay for
- * comparison. `overhead`: of an entry's file.
+ * Calculates the results of caches of other sizes and of several caches. For comparison, also
+ * calculates that of the replay. `overhead`: bytes that an entry's file has beside the body.
  */
 function calculate(
   bench: Bench,
@@ -253,7 +256,7 @@ function calculate(
       simulate(inOrder(visits.slice(0, count)), Infinity),
     );
   }
-  // Every 50th viewer belongs to the same location, because viewers come in random order.
+  // Viewers come in random order, so every 50th of them can be taken for one location.
   const each = Array.from({ length: places }, (_, place) =>
     simulate(inOrder(visits.filter((_, i) => i % places === place)), Infinity),
   );
