@@ -56,7 +56,7 @@ test.describe("a German browser", () => {
   });
 });
 
-test("the language of the address and of the choice are kept; English loads no German", async ({
+test("a language from the address or chosen by hand is kept; English loads no German", async ({
   page,
 }) => {
   const german: string[] = [];

@@ -104,7 +104,7 @@ test("a complete picture is correct after other views", { tag: "@slow" }, async 
   await dragAndBack(page, 12);
   await expectTruth(page, each, camera);
 
-  // Another isovalue, left before it is complete.
+  // Changes the isovalue, and back before the picture is complete.
   await page.evaluate(slideTo, 60.5);
   await page.evaluate(slideTo, each.isovalue);
   await expectTruth(page, each, camera);

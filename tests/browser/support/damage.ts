@@ -1,6 +1,6 @@
 /**
- * Damages a store in place: splits its chunks into pieces, and inverts bits of 64 bytes at 40 % of
- * each.
+ * Damages a store in place. Divides the part with its chunks into equal pieces, and inverts bits of
+ * 64 bytes in each piece, from 40 % of it.
  */
 export function damagedChunks(bytes: Buffer, pieces: number): Buffer {
   // The file consists of chunks, except for the header and the coarse tail at its end.
