@@ -163,7 +163,7 @@ describe("errors", () => {
     await expect(build({ ...small, ...wrong })).rejects.toThrow(key);
   });
 
-  test("a volume that does not fit names the memory and the program, before it is read", async () => {
+  test("a volume that does not fit is refused unread; the message names memory and program", async () => {
     const large = { ...small, voxels: [4000, 4000, 4000] };
     const refused = build(large, { memoryBytes: 2 ** 30 });
     await expect(refused).rejects.toThrow(/built in 1024 MiB of memory.*isosplat build/);

@@ -268,7 +268,7 @@ describe("layers in the address", () => {
     expect(made).toEqual({ present, unknown: 0 });
   });
 
-  it("count layers that do not exist, and list layers last that the order lacks", async () => {
+  it("count layers that do not exist, and put those that the order lacks last", async () => {
     const opened = [state(0)];
     const layers = [{ index: 4, visible: false }, { volume: "a" }, { volume: "gone" }];
     const made = await layersOfAddress(opened, layers, [2, 9], async ({ volume = "" }) =>

@@ -115,7 +115,7 @@ describe("ranges of many readers", () => {
     await Promise.all([...reading, large]);
   });
 
-  test("aborting a reader does not affect the others, and the last one ends the request", async () => {
+  test("aborting a reader does not affect the others; aborting the last one ends the request", async () => {
     const { file, requests } = fileOf(1);
     const merged = new MergedRanges(file);
     const [a, b, c] = [new AbortController(), new AbortController(), new AbortController()];

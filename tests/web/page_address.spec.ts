@@ -80,7 +80,7 @@ it("has only the settings that differ from the scene", () => {
   });
 });
 
-it("leaves measurements out that do not fit into a request, and reports it", () => {
+it("leaves out measurements that do not fit into a request, and reports this", () => {
   let measures = ["point,1,2,3"];
   const rested: [string, boolean][] = [];
   const bar = new AddressBar(

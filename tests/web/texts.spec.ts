@@ -81,7 +81,7 @@ describe("German", () => {
 });
 
 describe("parts", () => {
-  it("are translated, whether they are loaded before or after", async () => {
+  it("are translated, whether they are loaded before or after the translation", async () => {
     vi.resetModules();
     const { part, translate } = await import("../../web/texts/part.ts");
     const before = part("help", { title: "Keys", rows: ["a"] });
@@ -95,7 +95,7 @@ describe("parts", () => {
 describe("languages", () => {
   afterEach(() => writeNumbersAs("en"));
 
-  it("are chosen by the first known language", () => {
+  it("are chosen: the first known one of the browser's list", () => {
     expect(firstKnown(["fr-FR", "de-AT", "en"])).toBe("de");
     expect(firstKnown(["EN-gb", "de"])).toBe("en");
     expect(firstKnown(["fr", "", "constructor"])).toBeUndefined();
