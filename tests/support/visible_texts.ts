@@ -14,8 +14,8 @@ const readAttributes =
 const hole = "\u0001";
 
 /**
- * The texts in TypeScript that a visitor may read: text and read attributes of html`…` and svg`…`, and
- * other strings with two words, or of one word with a capital letter.
+ * The texts in TypeScript that a visitor may read: text and some attributes in html`…` and svg`…`.
+ * Also any other string that has two words, or is one word with a capital letter.
  */
 export function visibleTexts(file: string, source: string): VisibleText[] {
   const { program, errors } = parseSync(file, source, {});
