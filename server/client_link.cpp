@@ -37,7 +37,7 @@ void ClientLink::close() {
 
 void ClientLink::watch(Clock::time_point now) {
   if (!socket_.is_open()) return;
-  if (place_.state() == State::sending) measure_rate(now);
+  if (admission_slot_.state() == State::sending) measure_rate(now);
   if (now <= deadline_) return;
   if (!is_writing_ && now <= end_ && still_takes_bytes()) {
     deadline_ = std::min(now + limits_.write_time, end_);
@@ -98,7 +98,7 @@ Awaitable<bool> ClientLink::write(Bytes first, Bytes second) {
   while (!first.empty() || !second.empty()) {
     const Bytes slice = second.first(std::min(second.size(), kPieceBytes));
     const auto buffers = buffers_of(first, slice);
-    if (place_.state() == State::serving) set_state(State::sending);
+    if (admission_slot_.state() == State::serving) set_state(State::sending);
     expires_after(limits_.write_time);
     is_writing_ = true;
     error_code error;
@@ -164,7 +164,8 @@ void ClientLink::measure_rate(Clock::time_point now) {
   const uint64_t bytes = acknowledged_bytes(socket_.native_handle());
   if (measured_at_ != kNever) {
     const double seconds = std::chrono::duration<double>(now - measured_at_).count();
-    place_.set_rate(static_cast<uint64_t>(static_cast<double>(bytes - measured_bytes_) / seconds));
+    admission_slot_.set_rate(
+        static_cast<uint64_t>(static_cast<double>(bytes - measured_bytes_) / seconds));
   }
   measured_bytes_ = bytes;
   measured_at_ = now;
@@ -175,9 +176,9 @@ void ClientLink::measure_rate(Clock::time_point now) {
 bool ClientLink::still_takes_bytes() {
   if (unacknowledged_bytes(socket_.native_handle()) == 0) return false;
   const uint64_t bytes = acknowledged_bytes(socket_.native_handle());
-  const bool goes_on = !late_bytes_ || bytes - *late_bytes_ >= kPieceBytes;
+  const bool is_receiving = !late_bytes_ || bytes - *late_bytes_ >= kPieceBytes;
   late_bytes_ = bytes;
-  return goes_on;
+  return is_receiving;
 }
 
 }  // namespace isosplat::server

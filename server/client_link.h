@@ -26,18 +26,18 @@ class ClientLink {
   using Bytes = std::span<const std::byte>;
   using State = OpenConnection::State;
 
-  /// `tls`: null without TLS. `limits` and `place` must outlive it.
+  /// `tls`: null without TLS. `limits` and `slot` must outlive it.
   ClientLink(Socket socket, std::shared_ptr<TlsContext> tls, const ServerLimits& limits,
-             OpenConnection& place)
+             OpenConnection& slot)
       : socket_(std::move(socket)),
         tls_context_(std::move(tls)),
         limits_(limits),
-        place_(place),
+        admission_slot_(slot),
         // the largest header, and one more read
         buffer_(limits.header_bytes + 8192) {}
 
   Socket& socket() { return socket_; }
-  OpenConnection& place() { return place_; }
+  OpenConnection& slot() { return admission_slot_; }
   bool is_open() const { return socket_.is_open(); }
   bool needs_tls() const { return tls_context_ != nullptr; }  ///< call shake_hands() first
   bool has_tls() const { return tls_.has_value(); }
@@ -51,7 +51,7 @@ class ClientLink {
 
   void set_state(State state, Clock::time_point now = Clock::now()) {
     measured_at_ = kNever;
-    place_.set_state(state, now);
+    admission_slot_.set_state(state, now);
   }
 
   /// Sets the time limit for the client action that the connection waits for.
@@ -93,7 +93,7 @@ class ClientLink {
   Socket socket_;
   const std::shared_ptr<TlsContext> tls_context_;
   const ServerLimits& limits_;
-  OpenConnection& place_;
+  OpenConnection& admission_slot_;
   boost::beast::flat_buffer buffer_;
   std::optional<boost::asio::ssl::stream<Socket&>> tls_{};  ///< over `socket_`
   Clock::time_point deadline_ = kNever;  ///< for the client action that it waits for

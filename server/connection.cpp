@@ -44,8 +44,8 @@ Bytes body_of(const Response& response) {
 
 struct Connection::State {
   State(Socket socket, std::shared_ptr<TlsContext> tls, const ConnectionShared& of_server,
-        OpenConnection& place)
-      : shared(of_server), link(std::move(socket), std::move(tls), of_server.limits, place) {}
+        OpenConnection& slot)
+      : shared(of_server), link(std::move(socket), std::move(tls), of_server.limits, slot) {}
 
   Awaitable<bool> handle_request();
   void identify_client(const RequestParser& parser, Request& request);
@@ -69,8 +69,8 @@ struct Connection::State {
 };
 
 Connection::Connection(Socket socket, std::shared_ptr<TlsContext> tls,
-                       const ConnectionShared& shared, OpenConnection& place)
-    : state_(new State(std::move(socket), std::move(tls), shared, place)) {
+                       const ConnectionShared& shared, OpenConnection& slot)
+    : state_(new State(std::move(socket), std::move(tls), shared, slot)) {
   error_code error;
   Socket& own = state_->link.socket();
   const tcp::endpoint peer = own.remote_endpoint(error);
@@ -90,12 +90,12 @@ void Connection::abort() {
 }
 
 bool Connection::close_for_another(OpenConnection::State chosen) {
-  OpenConnection& place = state_->link.place();
-  const bool is_as_chosen = place.state() == chosen;
+  OpenConnection& slot = state_->link.slot();
+  const bool is_as_chosen = slot.state() == chosen;
   if (is_as_chosen) {
     state_->link.close();
   } else {
-    place.keep();
+    slot.keep();
   }
   return is_as_chosen;
 }

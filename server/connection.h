@@ -17,10 +17,10 @@ namespace isosplat::server {
 /// side closes it. All functions except the constructor run on the socket's thread.
 class Connection {
  public:
-  /// `tls`: null for a connection without TLS. The connection reports its state to `place`, which
+  /// `tls`: null for a connection without TLS. The connection reports its state to `slot`, which
   /// must outlive it.
   Connection(Socket socket, std::shared_ptr<TlsContext> tls, const ConnectionShared& shared,
-             OpenConnection& place);
+             OpenConnection& slot);
   ~Connection();
 
   /// Whether the connection comes from a proxy that sends a header of the PROXY protocol. If so,

@@ -113,16 +113,16 @@ Awaitable<void> Listeners::accept_on(Acceptor& acceptor, bool has_tls) {
 void Listeners::admit(Worker& worker, Socket socket, const tcp::endpoint& peer, bool has_tls) {
   const IpAddress peer_address = IpAddress::of(*peer.data()).value_or(IpAddress{});
   const bool is_of_proxy = shared_.proxies.trusts(peer_address);
-  auto place = admission_.enter(is_of_proxy ? Admission::kOfProxy : peer_address.client_key(),
-                                std::chrono::steady_clock::now());
-  if (!place) {
+  auto slot = admission_.enter(is_of_proxy ? Admission::kOfProxy : peer_address.client_key(),
+                               std::chrono::steady_clock::now());
+  if (!slot) {
     ++shared_.metrics.connections_refused;
     if (shared_.log.has_access_log()) {
       shared_.log.access(refusal_line(shared_.log_format, peer_address.client_key(), 0, 0));
     }
     return;
   }
-  worker.adopt(std::move(socket), std::move(place), has_tls ? tls_.context() : nullptr);
+  worker.adopt(std::move(socket), std::move(slot), has_tls ? tls_.context() : nullptr);
 }
 
 }  // namespace isosplat::server

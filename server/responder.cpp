@@ -54,7 +54,7 @@ Awaitable<Response> Responder::respond_unlimited(const Request& request) {
 /// empty. Returns a response if the client has used up its rate.
 std::optional<Response> Responder::admit_client(const std::string& name) {
   client_ = name.empty() ? address_ : "client " + name;
-  link_.place().set_client(client_);
+  link_.slot().set_client(client_);
   const auto seconds = shared_.rates.take_request(client_, Clock::now());
   if (!seconds) return std::nullopt;
   return rate_response(*seconds);

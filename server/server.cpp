@@ -60,10 +60,10 @@ uint32_t compute_threads() {
 }  // namespace
 
 struct Server::State {
-  State(ServerOptions given, std::shared_ptr<LogFile> its_access_file, TrustedProxies its_proxies)
+  State(ServerOptions given, std::shared_ptr<LogFile> opened_access_file, TrustedProxies trusted)
       : options(std::move(given)),
-        access_file(std::move(its_access_file)),
-        proxies(std::move(its_proxies)),
+        access_file(std::move(opened_access_file)),
+        proxies(std::move(trusted)),
         log({options.log, options.log_file}, {options.access_log, access_file}),
         catalog(
             options.stores, [this](std::string_view line) { log.line(line); },

@@ -53,17 +53,16 @@ std::chrono::milliseconds interval_for(const ServerLimits& limits) {
 /// Registers a connection with its worker. Removes it and releases its entry in Admission when its
 /// coroutine ends, also by an exception.
 struct Worker::Membership {
-  Membership(Worker& its_worker, Socket socket, std::unique_ptr<OpenConnection> its_place,
+  Membership(Worker& owner, Socket socket, std::unique_ptr<OpenConnection> held_slot,
              std::shared_ptr<TlsContext> tls)
-      : worker(its_worker),
-        place(std::move(its_place)),
-        connection(std::make_unique<Connection>(std::move(socket), std::move(tls),
-                                                its_worker.shared_, *place)) {
-    place->set_close([&its_worker, id = place->id()](OpenConnection::State chosen) {
-      asio::post(its_worker.context_,
-                 [&its_worker, id, chosen] { its_worker.close_for_another(id, chosen); });
+      : worker(owner),
+        slot(std::move(held_slot)),
+        connection(
+            std::make_unique<Connection>(std::move(socket), std::move(tls), owner.shared_, *slot)) {
+    slot->set_close([&owner, id = slot->id()](OpenConnection::State chosen) {
+      asio::post(owner.context_, [&owner, id, chosen] { owner.close_for_another(id, chosen); });
     });
-    const auto added = worker.connections_.emplace(place->id(), connection.get()).first;
+    const auto added = worker.connections_.emplace(slot->id(), connection.get()).first;
     try {
       if (worker.connections_.size() == 1) worker.watch_deadlines();
     } catch (...) {
@@ -76,20 +75,20 @@ struct Worker::Membership {
   }
   /// For a connection of a proxy: counts it for this client from now on.
   void name(const std::string& client) {
-    place->name(client);
+    slot->name(client);
     if (!is_admitted()) ++worker.shared_.metrics.connections_refused;
   }
   Membership(const Membership&) = delete;
   Membership& operator=(const Membership&) = delete;
   ~Membership() {
     --worker.shared_.metrics.connections_open;
-    worker.connections_.erase(place->id());
+    worker.connections_.erase(slot->id());
     if (worker.shared_.stopping) worker.finish_if_done();
   }
-  bool is_admitted() const { return place->verdict() == OpenConnection::Verdict::admitted; }
+  bool is_admitted() const { return slot->verdict() == OpenConnection::Verdict::admitted; }
 
   Worker& worker;
-  std::unique_ptr<OpenConnection> place;
+  std::unique_ptr<OpenConnection> slot;
   std::unique_ptr<Connection> connection;  ///< destroyed first
 };
 
@@ -98,11 +97,11 @@ Worker::Worker(const ConnectionShared& shared)
       guard_(context_.get_executor()),
       watch_interval_(interval_for(shared.limits)) {}
 
-void Worker::adopt(Socket socket, std::unique_ptr<OpenConnection> place,
+void Worker::adopt(Socket socket, std::unique_ptr<OpenConnection> slot,
                    std::shared_ptr<TlsContext> tls) {
-  asio::post(context_, [this, socket = std::move(socket), place = std::move(place),
+  asio::post(context_, [this, socket = std::move(socket), slot = std::move(slot),
                         tls = std::move(tls)]() mutable {
-    asio::co_spawn(context_, serve(std::move(socket), std::move(place), std::move(tls)),
+    asio::co_spawn(context_, serve(std::move(socket), std::move(slot), std::move(tls)),
                    asio::detached);
   });
 }
@@ -146,16 +145,16 @@ void Worker::abort() {
   asio::post(context_, [this] { abort_all(); });
 }
 
-Awaitable<void> Worker::serve(Socket socket, std::unique_ptr<OpenConnection> place,
+Awaitable<void> Worker::serve(Socket socket, std::unique_ptr<OpenConnection> slot,
                               std::shared_ptr<TlsContext> tls) {
-  Membership membership(*this, std::move(socket), std::move(place), std::move(tls));
+  Membership membership(*this, std::move(socket), std::move(slot), std::move(tls));
   Connection& connection = *membership.connection;
   if (membership.is_admitted() && connection.has_proxy_header()) {
     const std::optional<std::string> client = co_await connection.read_proxy_header();
     if (!client) co_return;
     membership.name(*client);
   }
-  co_await connection.run(refusal_of(membership.place->verdict(), shared_.router.policy()));
+  co_await connection.run(refusal_of(membership.slot->verdict(), shared_.router.policy()));
 }
 
 void Worker::abort_all() {

@@ -23,7 +23,7 @@ class Worker {
   boost::asio::io_context& context() { return context_; }
 
   /// Serves a connection until it ends, with TLS unless `tls` is null. Thread-safe.
-  void adopt(Socket socket, std::unique_ptr<OpenConnection> place, std::shared_ptr<TlsContext> tls);
+  void adopt(Socket socket, std::unique_ptr<OpenConnection> slot, std::shared_ptr<TlsContext> tls);
 
   /// Closes connections that wait for a request now, and all others after this time. Thread-safe.
   /// Set `shared.stopping` before.
@@ -39,7 +39,7 @@ class Worker {
  private:
   struct Membership;
 
-  Awaitable<void> serve(Socket socket, std::unique_ptr<OpenConnection> place,
+  Awaitable<void> serve(Socket socket, std::unique_ptr<OpenConnection> slot,
                         std::shared_ptr<TlsContext> tls);
   void close_for_another(uint64_t connection, OpenConnection::State chosen);
   void abort_all();

@@ -82,9 +82,9 @@ void CatalogEntries::look_at(const std::string& path, const StoreFolder& folder,
   entry->is_one_of_many = is_one_of_many;
   if (old != entries_.end()) {
     entry->content_before = content_of(*old->second);
-  } else if (const auto gone = gone_.find(path); gone != gone_.end()) {
-    entry->content_before = gone->second;
-    gone_.erase(gone);
+  } else if (const auto removed = removed_content_.find(path); removed != removed_content_.end()) {
+    entry->content_before = removed->second;
+    removed_content_.erase(removed);
   }
   entries_.insert_or_assign(path, std::move(entry));
   has_changed_ = true;
@@ -136,9 +136,9 @@ void CatalogEntries::forget(const std::string& path) {
 void CatalogEntries::forget(ByPath::iterator entry) {
   log_(fmt::format("{} {} was removed: {}", word_of(kind_), entry->second->name, entry->first));
   // If another file appears under this name, it is logged.
-  if (gone_.size() >= kMaxStores) gone_.clear();
+  if (removed_content_.size() >= kMaxStores) removed_content_.clear();
   if (std::string content = content_of(*entry->second); !content.empty()) {
-    gone_.insert_or_assign(entry->first, std::move(content));
+    removed_content_.insert_or_assign(entry->first, std::move(content));
   }
   entries_.erase(entry);
   has_changed_ = true;

@@ -105,8 +105,8 @@ class CatalogEntries {
   const OutsideLinks links_;
   uint64_t last_id_ = 0;
   ByPath entries_;
-  std::set<std::string> refused_;            ///< paths that are not served, and were logged
-  std::map<std::string, std::string> gone_;  ///< the last content of paths that are gone
+  std::set<std::string> refused_;  ///< paths that are not served, and were logged
+  std::map<std::string, std::string> removed_content_;  ///< the last content of removed paths
   bool has_changed_ = true;
 };
 

@@ -73,9 +73,9 @@ std::unique_ptr<OpenConnection> Admission::enter(const std::string& address,
                             found->second.refused >= kMostRefusalsOfOne;
     if (refusals_ >= kMostRefusals || has_enough) return nullptr;
   }
-  std::unique_ptr<OpenConnection> place(new OpenConnection(*this, next_id_++, verdict, address));
-  count(*place);
-  return place;
+  std::unique_ptr<OpenConnection> slot(new OpenConnection(*this, next_id_++, verdict, address));
+  count(*slot);
+  return slot;
 }
 
 bool Admission::is_full(const std::string& address) const {

@@ -171,8 +171,7 @@ Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid
 
 /// Points that are being counted, in several turns.
 struct SampleProgress final : WorkTurn::Progress {
-  explicit SampleProgress(std::unique_ptr<SurfacePoints> its_points)
-      : points(std::move(its_points)) {}
+  explicit SampleProgress(std::unique_ptr<SurfacePoints> counted) : points(std::move(counted)) {}
   std::unique_ptr<SurfacePoints> points;
 };
 

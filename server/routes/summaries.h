@@ -11,8 +11,8 @@ namespace isosplat::server {
 /// The progress of a handler that iterates over all volumes, in one or more turns
 /// (RouteCall::turn). The volumes before `next` are done.
 struct CatalogProgress : WorkTurn::Progress {
-  explicit CatalogProgress(std::shared_ptr<const CatalogSnapshot> its_catalog)
-      : catalog(std::move(its_catalog)), next(catalog->begin()) {}
+  explicit CatalogProgress(std::shared_ptr<const CatalogSnapshot> snapshot)
+      : catalog(std::move(snapshot)), next(catalog->begin()) {}
 
   const std::shared_ptr<const CatalogSnapshot> catalog;  ///< the same in all turns
   CatalogSnapshot::const_iterator next;

@@ -75,7 +75,7 @@ PosixFile::PosixFile(int descriptor, std::string name)
 PosixFile::Waits PosixFile::waits_of(int descriptor) {
   char byte = 0;
   const iovec to{&byte, 1};
-  if (::preadv2(descriptor, &to, 1, 0, RWF_NOWAIT) >= 0 || errno == EAGAIN) return Waits::told;
+  if (::preadv2(descriptor, &to, 1, 0, RWF_NOWAIT) >= 0 || errno == EAGAIN) return Waits::reported;
   struct statfs system {};
   const bool is_in_memory = ::fstatfs(descriptor, &system) == 0 &&
                             (system.f_type == TMPFS_MAGIC || system.f_type == RAMFS_MAGIC);
@@ -112,7 +112,7 @@ Result<FileIdentity> PosixFile::identity(NoWait* no_wait) const {
 Result<size_t> PosixFile::read_some(uint64_t offset, std::span<std::byte> out,
                                     NoWait* no_wait) const {
   if (no_wait && waits_ == Waits::unknown) return needs_disk(*no_wait, name_);
-  const int flags = no_wait && waits_ == Waits::told ? RWF_NOWAIT : 0;
+  const int flags = no_wait && waits_ == Waits::reported ? RWF_NOWAIT : 0;
   size_t done = 0;
   while (done < out.size()) {
     const iovec to{out.data() + done, out.size() - done};

@@ -87,9 +87,9 @@ class PosixFile {
  private:
   /// How the file system reports that a read would have to wait.
   enum class Waits : uint8_t {
-    told,    ///< it says whether the bytes are in memory (ext4, XFS, Btrfs)
-    never,   ///< all of it is in memory (tmpfs)
-    unknown  ///< it does not say (network and user-space file systems)
+    reported,  ///< it reports whether the bytes are in memory (ext4, XFS, Btrfs)
+    never,     ///< all files are in memory (tmpfs)
+    unknown    ///< it does not report this (network and user-space file systems)
   };
   static Waits waits_of(int descriptor);
 

@@ -51,10 +51,10 @@ uint64_t first_bytes_of(const Scene& scene, const BundleHeader& header) {
   const std::set<std::string_view> first = first_stores(scene);
   uint64_t end = header.header_bytes;
   for (const BundleStore& store : header.stores) {
-    const uint64_t its_end = store.coarse_offset + store.coarse_bytes();
+    const uint64_t store_end = store.coarse_offset + store.coarse_bytes();
     if (first.contains(store.path) &&
-        its_end - header.header_bytes <= BundleBytes::kMaxFirstCoarseBytes) {
-      end = std::max(end, its_end);
+        store_end - header.header_bytes <= BundleBytes::kMaxFirstCoarseBytes) {
+      end = std::max(end, store_end);
     }
   }
   return end;
