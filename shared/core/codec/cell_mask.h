@@ -30,9 +30,9 @@ struct CellMask {
   }
   /// Adds the cells of a brick.
   void set_brick(int32_t x, int32_t y, int32_t z, uint64_t word) {
-    const uint64_t place = uint64_t{15} << (4 * x), turned = std::rotl(word, 4 * x);
+    const uint64_t nibble = uint64_t{15} << (4 * x), turned = std::rotl(word, 4 * x);
     for (int i = 0; i < 16; ++i) {
-      row(4 * y + (i & 3), 4 * z + (i >> 2)) |= std::rotr(turned, 4 * i) & place;
+      row(4 * y + (i & 3), 4 * z + (i >> 2)) |= std::rotr(turned, 4 * i) & nibble;
     }
   }
 };

@@ -72,7 +72,7 @@ struct ChunkDecoder::Scratch {
 
   Scratch() : row{}, last_row{} {}
 
-  /// Calls emit(cells, place, rows, intervals) for each row that has cells of the chunk.
+  /// Calls emit(cells, row_cell, rows, intervals) for each row that has cells of the chunk.
   /// pack_cells() documents the arguments.
   template <class Ops, class Emit>
   Result<void> decode(std::span<const std::byte> chunk, const ChunkShape& shape, Emit emit);
@@ -293,11 +293,11 @@ Result<void> ChunkDecoder::decode(std::span<const std::byte> bytes, const ChunkS
   size_t i = 0;
   const Result<void> done = scratch_->decode<VectorOps>(
       bytes, shape,
-      [&](uint64_t in_row, uint32_t place, const CellRows& rows, const IntervalRow* intervals) {
+      [&](uint64_t in_row, uint32_t row_cell, const CellRows& rows, const IntervalRow* intervals) {
         for (; in_row; in_row &= in_row - 1, ++i) {
           const int32_t x = __builtin_ctzll(in_row);
           const CellCorners corners = rows.corners(x);
-          out.cell[i] = place | static_cast<uint32_t>(x);
+          out.cell[i] = row_cell | static_cast<uint32_t>(x);
           out.corners[i] = corners;
           out.interval[i] = intervals ? CellInterval{intervals->min[x], intervals->max[x]}
                                       : corner_interval(corners);
@@ -318,8 +318,8 @@ Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const
   PackedSample* to = out.data();
   const Result<void> done = scratch_->decode<VectorOps>(
       bytes, shape,
-      [&](uint64_t in_row, uint32_t place, const CellRows& rows, const IntervalRow* intervals) {
-        to = pack_cells(in_row, place, rows, intervals, to);
+      [&](uint64_t in_row, uint32_t row_cell, const CellRows& rows, const IntervalRow* intervals) {
+        to = pack_cells(in_row, row_cell, rows, intervals, to);
       });
   out.resize(done ? shape.cell_count : 0);
   return done;

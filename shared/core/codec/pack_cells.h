@@ -16,16 +16,16 @@ struct IntervalRow {
 
 /// Writes the packed samples of a row's cells, in the order of x, and returns the end of them. May
 /// overwrite up to kPackedSlack samples after the end. cells: bit x is set if the chunk has cell x;
-/// place: y << 6 | z << 12; intervals: null if each cell's interval is that of its corners.
+/// row_cell: y << 6 | z << 12; intervals: null if each cell's interval is that of its corners.
 inline constexpr int kPackedSlack = 7;
 
-inline PackedSample* pack_cells_scalar(uint64_t cells, uint32_t place, const CellRows& rows,
+inline PackedSample* pack_cells_scalar(uint64_t cells, uint32_t row_cell, const CellRows& rows,
                                        const IntervalRow* intervals, PackedSample* to) {
   for (; cells; cells &= cells - 1) {
     const int32_t x = __builtin_ctzll(cells);
     const CellCorners corners = rows.corners(x);
     *to++ = pack_sample(
-        {x, static_cast<int32_t>(place >> 6 & 63), static_cast<int32_t>(place >> 12)},
+        {x, static_cast<int32_t>(row_cell >> 6 & 63), static_cast<int32_t>(row_cell >> 12)},
         intervals ? CellInterval{intervals->min[x], intervals->max[x]} : corner_interval(corners),
         corners);
   }
@@ -35,7 +35,7 @@ inline PackedSample* pack_cells_scalar(uint64_t cells, uint32_t place, const Cel
 #if ISOSPLAT_CODEC_SIMD
 /// Handles windows of eight adjacent cells, each of which begins with a cell of the chunk. Vectors
 /// have a 16-bit lane per cell; a transposition at the end makes samples of them.
-inline PackedSample* pack_cells(uint64_t cells, uint32_t place, const CellRows& rows,
+inline PackedSample* pack_cells(uint64_t cells, uint32_t row_cell, const CellRows& rows,
                                 const IntervalRow* intervals, PackedSample* to) {
   using namespace simd;
   const V flip = splat16(0x8000), bytes = splat16(255);
@@ -75,7 +75,7 @@ inline PackedSample* pack_cells(uint64_t cells, uint32_t place, const CellRows& 
     for (int i = 0; i < 4; ++i) {
       pair[i] = or_(corner[2 * i], shift_left_u16(corner[2 * i + 1], 8));
     }
-    const V first = splat32(place + static_cast<uint32_t>(x)), word1_low = xor_(min, flip),
+    const V first = splat32(row_cell + static_cast<uint32_t>(x)), word1_low = xor_(min, flip),
             word1_high = xor_(max, flip);
     const auto transpose = [&](int at, V word0, V word1, V word2, V word3) {
       const V low01 = low_halves32(word0, word1), low23 = low_halves32(word2, word3);
@@ -99,9 +99,9 @@ inline PackedSample* pack_cells(uint64_t cells, uint32_t place, const CellRows& 
   return to;
 }
 #else
-inline PackedSample* pack_cells(uint64_t cells, uint32_t place, const CellRows& rows,
+inline PackedSample* pack_cells(uint64_t cells, uint32_t row_cell, const CellRows& rows,
                                 const IntervalRow* intervals, PackedSample* to) {
-  return pack_cells_scalar(cells, place, rows, intervals, to);
+  return pack_cells_scalar(cells, row_cell, rows, intervals, to);
 }
 #endif
 

@@ -148,7 +148,7 @@ inline uint32_t BlockMesher::vertex_at(const EdgeFrame& edge, Index3 low, uint32
   return known - 1;
 }
 
-void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh& mesh) {
+void BlockMesher::add_cell(uint32_t cell, const CellCorners& corners, BlockMesh& mesh) {
   // The differences are rounded, but keep their signs.
   std::array<float, 8> values;
   uint32_t signs = 0;
@@ -165,8 +165,8 @@ void BlockMesher::add_cell(uint32_t place, const CellCorners& corners, BlockMesh
   };
   const CellTriangles* surface = simple_surfaces_[signs];
   if (!surface) surface = &cell_surface(exact_values());
-  const Index3 low{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
-                   static_cast<int32_t>(place >> 12 & 63)};
+  const Index3 low{static_cast<int32_t>(cell & 63), static_cast<int32_t>(cell >> 6 & 63),
+                   static_cast<int32_t>(cell >> 12 & 63)};
   move_to(low.z);
   const uint32_t cell_entry =
       3 * (static_cast<uint32_t>(low.y) * kPoints + static_cast<uint32_t>(low.x));

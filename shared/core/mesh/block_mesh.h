@@ -71,7 +71,7 @@ class BlockMesher {
   };
 
   void move_to(int32_t z);
-  void add_cell(uint32_t place, const CellCorners& corners, BlockMesh& mesh);
+  void add_cell(uint32_t cell, const CellCorners& corners, BlockMesh& mesh);
   uint32_t make_vertex(const EdgeFrame& edge, Index3 low, float t, BlockMesh& mesh);
   uint32_t vertex_at(const EdgeFrame& edge, Index3 low, uint32_t cell_entry,
                      const std::array<float, 8>& values, BlockMesh& mesh);

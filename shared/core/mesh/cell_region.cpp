@@ -40,12 +40,12 @@ bool CellRegion::may_contain(Index3 first, Index3 count, uint32_t level) const {
 void CellRegion::keep(DecodedCells& cells, Index3 origin, uint32_t level) const {
   size_t kept = 0;
   for (size_t i = 0; i < cells.cell.size(); ++i) {
-    const uint32_t place = cells.cell[i];
-    const Index3 cell{origin.x + static_cast<int32_t>(place & 63),
-                      origin.y + static_cast<int32_t>(place >> 6 & 63),
-                      origin.z + static_cast<int32_t>(place >> 12 & 63)};
+    const uint32_t packed = cells.cell[i];
+    const Index3 cell{origin.x + static_cast<int32_t>(packed & 63),
+                      origin.y + static_cast<int32_t>(packed >> 6 & 63),
+                      origin.z + static_cast<int32_t>(packed >> 12 & 63)};
     if (!contains(cell, level)) continue;
-    cells.cell[kept] = place;
+    cells.cell[kept] = packed;
     cells.corners[kept] = cells.corners[i];
     cells.interval[kept] = cells.interval[i];
     ++kept;

@@ -149,8 +149,8 @@ uint32_t ambiguous_faces(CornerSigns signs) {
 /// Gathers the bits of `bits` at the positions of the set bits of `mask`.
 uint32_t gather_bits(uint32_t bits, uint32_t mask) {
   uint32_t result = 0;
-  for (int place = 0; mask != 0; mask &= mask - 1, ++place) {
-    result |= (bits >> std::countr_zero(mask) & 1) << place;
+  for (int bit = 0; mask != 0; mask &= mask - 1, ++bit) {
+    result |= (bits >> std::countr_zero(mask) & 1) << bit;
   }
   return result;
 }

@@ -20,9 +20,9 @@ SurfaceExtent::SurfaceExtent(const VolumeGrid& grid, float quantized_isovalue,
 void SurfaceExtent::add(const DecodedCells& cells, const BlockMesh& mesh, Index3 origin) {
   for (size_t i = 0; i < cells.cell.size(); ++i) {
     if (!is_active(cells.interval[i], isovalue_)) continue;
-    const uint64_t place = cells.cell[i];
-    const auto along = [place](int32_t low, int shift) {
-      return static_cast<uint64_t>(low) + (place >> shift & 63);
+    const uint64_t packed = cells.cell[i];
+    const auto along = [packed](int32_t low, int shift) {
+      return static_cast<uint64_t>(low) + (packed >> shift & 63);
     };
     // At most 2^20 cells along each axis.
     const uint64_t order =
@@ -32,13 +32,13 @@ void SurfaceExtent::add(const DecodedCells& cells, const BlockMesh& mesh, Index3
     is_last_above_ = static_cast<float>(cells.corners[i][7]) > isovalue_;
   }
   const Vec3d corner{double(origin.x), double(origin.y), double(origin.z)};
-  const auto place = [&](uint32_t vertex) {
+  const auto position = [&](uint32_t vertex) {
     const Vec3f p = mesh.vertices[vertex].position;
     return corner + Vec3d{double(p.x), double(p.y), double(p.z)};
   };
   for (const auto& triangle : mesh.triangles) {
     // Triangles are oriented so that their normals point out of the region above the isovalue.
-    const Vec3d p[3] = {place(triangle[0]), place(triangle[1]), place(triangle[2])};
+    const Vec3d p[3] = {position(triangle[0]), position(triangle[1]), position(triangle[2])};
     const Vec3d first = p[1] - p[0], second = p[2] - p[0];
     area_ += 0.5 * length(cross(multiply(edges_, first), multiply(edges_, second)));
     flux_ += 0.5 * cross(first, second).x * (p[0].x + p[1].x + p[2].x) / 3;

@@ -161,8 +161,8 @@ PerCandidate SizeForecast::block(uint32_t level, Index3 index) const {
   const Index3 cells = block_cells(level_grid(voxels_, level), index);
   const double count = double{1} * cells.x * cells.y * cells.z;
   PerCandidate bytes{};
-  const auto add = [&](Index3 place, double weight) {
-    const PerCandidate& per_cell = column(level, place);
+  const auto add = [&](Index3 finest_block, double weight) {
+    const PerCandidate& per_cell = column(level, finest_block);
     for (size_t candidate = 0; candidate < kCandidateWeights; ++candidate)
       bytes[candidate] += weight * per_cell[candidate];
   };
@@ -173,10 +173,10 @@ PerCandidate SizeForecast::block(uint32_t level, Index3 index) const {
   // The average of eight blocks of level 0: those in the middles of the octants of this block.
   const int32_t wide = 1 << level;
   for (int32_t part = 0; part < 8; ++part) {
-    const auto place = [&](int32_t at, int32_t bit) {
+    const auto middle = [&](int32_t at, int32_t bit) {
       return at * wide + wide / 4 + (part >> bit & 1) * (wide / 2);
     };
-    add({place(index.x, 0), place(index.y, 1), place(index.z, 2)}, count / 8);
+    add({middle(index.x, 0), middle(index.y, 1), middle(index.z, 2)}, count / 8);
   }
   return bytes;
 }

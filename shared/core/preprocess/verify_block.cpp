@@ -94,14 +94,14 @@ Result<void> BlockVerifier::add(const ChunkRef& chunk) {
   reaching_ = 0;
   int64_t previous = -1;
   for (size_t i = 0; i < decoded_.cell.size(); ++i) {
-    const uint32_t place = decoded_.cell[i];
-    const Index3 cell{static_cast<int32_t>(place & 63), static_cast<int32_t>(place >> 6 & 63),
-                      static_cast<int32_t>(place >> 12)};
+    const uint32_t packed = decoded_.cell[i];
+    const Index3 cell{static_cast<int32_t>(packed & 63), static_cast<int32_t>(packed >> 6 & 63),
+                      static_cast<int32_t>(packed >> 12)};
     if (cell.x >= cells_.x || cell.y >= cells_.y || cell.z >= cells_.z ||
-        static_cast<int64_t>(place) <= previous) {
+        static_cast<int64_t>(packed) <= previous) {
       return malformed(chunk, "its cells are not in raster order within the block");
     }
-    previous = place;
+    previous = packed;
     if (auto good = check_interval(chunk, i, cell_at(cell)); !good) return good;
     from_before += decoded_.interval[i].min < chunk.band_begin;
     reaching_ += decoded_.interval[i].max > chunk.band_end;

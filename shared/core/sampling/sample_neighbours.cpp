@@ -51,15 +51,15 @@ void mark_neighbours(std::span<PackedSample> samples) {
     const Structure structure(sample);
     NeighbourBits bits = 0;
     for (uint32_t axis = 0; axis < 3; ++axis) {
-      const uint32_t step = 1u << (6 * axis), place = cell >> (6 * axis) & 63;
+      const uint32_t step = 1u << (6 * axis), coordinate = cell >> (6 * axis) & 63;
       const auto continues = [&](uint32_t neighbour) {
         const uint32_t found = sample_at[neighbour];
         return found != 0 && structure.continues_in(interval_of(samples[found - 1]));
       };
-      const bool below = place > 0 && continues(cell - step);
-      const bool above = place < 63 && continues(cell + step);
-      bits |= uint32_t{place > 0 ? below : above} << (2 * axis);
-      bits |= uint32_t{place < 63 ? above : below} << (2 * axis + 1);
+      const bool below = coordinate > 0 && continues(cell - step);
+      const bool above = coordinate < 63 && continues(cell + step);
+      bits |= uint32_t{coordinate > 0 ? below : above} << (2 * axis);
+      bits |= uint32_t{coordinate < 63 ? above : below} << (2 * axis + 1);
     }
     sample.word[0] = (sample.word[0] & ~kNeighbourMask) | (bits & 15) << 18 | (bits >> 4) << 30;
   }

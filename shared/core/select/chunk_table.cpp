@@ -5,12 +5,12 @@ namespace isosplat {
 ChunkHandle ChunkTable::handle_of(const ChunkRef& chunk) {
   // Quantized values have 16 bits, so a block has at most 65536 bands.
   const uint64_t key = block_id(chunk.block) << 16 | chunk.band;
-  const auto [place, added] = handles_.try_emplace(key, static_cast<ChunkHandle>(chunks_.size()));
+  const auto [entry, added] = handles_.try_emplace(key, static_cast<ChunkHandle>(chunks_.size()));
   if (added) {
     chunks_.push_back(chunk);
     resident_.push_back(false);
   }
-  return place->second;
+  return entry->second;
 }
 
 void ChunkTable::set_resident(ChunkHandle handle, bool resident) {
@@ -20,11 +20,11 @@ void ChunkTable::set_resident(ChunkHandle handle, bool resident) {
   while (block.level < kMaxLevels) {
     ++block.level;
     block.index = {block.index.x / 2, block.index.y / 2, block.index.z / 2};
-    const auto place = resident_descendants_.try_emplace(block_id(block), 0).first;
+    const auto entry = resident_descendants_.try_emplace(block_id(block), 0).first;
     if (resident) {
-      ++place->second;
-    } else if (--place->second == 0) {
-      resident_descendants_.erase(place);
+      ++entry->second;
+    } else if (--entry->second == 0) {
+      resident_descendants_.erase(entry);
     }
   }
 }

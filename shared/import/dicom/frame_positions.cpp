@@ -29,11 +29,12 @@ double same_position(const std::vector<PositionedFrame>& positioned) {
 
 std::vector<PositionedFrame> distinct(const std::vector<PositionedFrame>& positioned) {
   const double tolerance = same_position(positioned);
-  std::vector<PositionedFrame> places;
+  std::vector<PositionedFrame> positions;
   for (const PositionedFrame& slice : positioned) {
-    if (places.empty() || slice.along - places.back().along > tolerance) places.push_back(slice);
+    if (positions.empty() || slice.along - positions.back().along > tolerance)
+      positions.push_back(slice);
   }
-  return places;
+  return positions;
 }
 
 }  // namespace isosplat::import::dicom

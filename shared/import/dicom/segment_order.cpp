@@ -22,23 +22,25 @@ constexpr double kMaxSegmentSlices = 65536;
 /// The number of equal steps from the first position of a segmentation to the last. The stated
 /// slice distance, or else the smallest distance, determines the step. Errors: if a position is not
 /// at a step.
-Result<double> lattice_steps(const OrderInput& in, const std::vector<PositionedFrame>& places) {
-  const double begin = places.front().along, extent = places.back().along - begin;
+Result<double> lattice_steps(const OrderInput& in,
+                             const std::vector<PositionedFrame>& distinct_frames) {
+  const double begin = distinct_frames.front().along, extent = distinct_frames.back().along - begin;
   double smallest = extent;
-  for (size_t i = 1; i < places.size(); ++i) {
-    smallest = std::min(smallest, places[i].along - places[i - 1].along);
+  for (size_t i = 1; i < distinct_frames.size(); ++i) {
+    smallest = std::min(smallest, distinct_frames[i].along - distinct_frames[i - 1].along);
   }
-  const double stated = in.image_of(places.front().frame).stated_slice_spacing;
+  const double stated = in.image_of(distinct_frames.front().frame).stated_slice_spacing;
   for (const double spacing : {stated, smallest}) {
     const double count = spacing > 0 ? std::round(extent / spacing) : 0;
     if (count < 1 || count >= kMaxSegmentSlices) continue;
     const double step = extent / count;
-    const bool fits = std::all_of(places.begin(), places.end(), [&](const PositionedFrame& p) {
-      const double at = (p.along - begin) / step;
-      return std::abs(at - std::round(at)) * step <= position_tolerance(step);
-    });
+    const bool fits =
+        std::all_of(distinct_frames.begin(), distinct_frames.end(), [&](const PositionedFrame& p) {
+          const double at = (p.along - begin) / step;
+          return std::abs(at - std::round(at)) * step <= position_tolerance(step);
+        });
     if (!fits || std::abs(step - spacing) > 0.02 * spacing + 0.01) continue;
-    if (!(stated > 0) && count >= static_cast<double>(places.size())) {
+    if (!(stated > 0) && count >= static_cast<double>(distinct_frames.size())) {
       in.notes.push_back(fmt::format(
           "the file has no distance between slices (Spacing Between Slices): the smallest "
           "distance between its frames, {:.4g} mm, is assumed",
@@ -63,22 +65,22 @@ Result<SegmentLattice> segment_lattice(const OrderInput& in, const std::vector<u
   SegmentLattice out;
   const Frame& any = in.frame_of(frames.front());
   out.normal = cross(any.row, any.column);
-  const std::vector<PositionedFrame> places = distinct(in_order(in, frames, out.normal));
-  if (places.size() < 2) {
+  const std::vector<PositionedFrame> distinct_frames = distinct(in_order(in, frames, out.normal));
+  if (distinct_frames.size() < 2) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected a segmentation with frames at several positions, found "
                             "one position: a single slice has no isosurface",
                             in.path.string()));
   }
-  out.first = places[0].frame;
+  out.first = distinct_frames[0].frame;
   set_plane(in, in.frame_of(out.first), out.geometry);
-  if (auto r = check_shift(in, places, out.geometry); !r) return tl::unexpected(r.error());
-  const auto count = lattice_steps(in, places);
+  if (auto r = check_shift(in, distinct_frames, out.geometry); !r) return tl::unexpected(r.error());
+  const auto count = lattice_steps(in, distinct_frames);
   if (!count) return tl::unexpected(count.error());
   out.steps = *count;
-  out.begin = places.front().along;
-  out.extent = places.back().along - out.begin;
-  set_third_axis(in, places, out.extent, out.steps, out.geometry);
+  out.begin = distinct_frames.front().along;
+  out.extent = distinct_frames.back().along - out.begin;
+  set_third_axis(in, distinct_frames, out.extent, out.steps, out.geometry);
   return out;
 }
 

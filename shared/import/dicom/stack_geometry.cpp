@@ -36,13 +36,13 @@ void set_plane(const OrderInput& in, const Frame& frame, HeaderGeometry& geometr
 Result<void> check_shift(const OrderInput& in, const std::vector<PositionedFrame>& positioned,
                          const HeaderGeometry& geometry) {
   const Frame& first = in.frame_of(positioned.front().frame);
-  const Vec3d way = in.frame_of(positioned.back().frame).position - first.position;
+  const Vec3d span = in.frame_of(positioned.back().frame).position - first.position;
   const double extent = positioned.back().along - positioned.front().along;
   const double pixel = std::min(geometry.spacing.x, geometry.spacing.y);
   const double tolerance = std::max(std::min(0.06, 0.25 * pixel), 0.05 * pixel);
   for (const PositionedFrame& slice : positioned) {
     const Vec3d expected =
-        first.position + way * ((slice.along - positioned.front().along) / extent);
+        first.position + span * ((slice.along - positioned.front().along) / extent);
     const double off = length(in.frame_of(slice.frame).position - expected);
     if (off > tolerance) {
       return in.malformed(
@@ -57,11 +57,11 @@ Result<void> check_shift(const OrderInput& in, const std::vector<PositionedFrame
 
 void set_third_axis(const OrderInput& in, const std::vector<PositionedFrame>& positioned,
                     double extent, double count, HeaderGeometry& geometry) {
-  const Vec3d way = in.frame_of(positioned.back().frame).position -
-                    in.frame_of(positioned.front().frame).position;
-  const double distance = length(way);
+  const Vec3d span = in.frame_of(positioned.back().frame).position -
+                     in.frame_of(positioned.front().frame).position;
+  const double distance = length(span);
   geometry.spacing.z = distance / count;
-  set_column(geometry, 2, way * (1 / distance));
+  set_column(geometry, 2, span * (1 / distance));
   const double tilt = std::acos(std::min(1.0, extent / distance)) * 180 / 3.14159265358979;
   if (tilt >= kMinTiltDegrees) {
     in.notes.push_back(fmt::format(

@@ -171,7 +171,7 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   splat.per_cell = program.uniform("u_per_cell");
   glUseProgram(program.name());
   if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);
-  glUniform1i(program.uniform("u_places"), 2);
+  glUniform1i(program.uniform("u_positions"), 2);
   if (variant.pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
   } else {
@@ -184,8 +184,8 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
 
 GlProgram ShaderPrograms::start(ImagePass pass) const {
   switch (pass) {
-    case ImagePass::places:
-      return start_image("", {"frame.glsl", "places.frag.glsl"});
+    case ImagePass::positions:
+      return start_image("", {"frame.glsl", "positions.frag.glsl"});
     case ImagePass::smooth_normals:
       return start_image("", {"frame.glsl", "surface_pixel.glsl", "smooth_normals.frag.glsl"});
     case ImagePass::present:
@@ -257,7 +257,7 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   if (frame != GL_INVALID_INDEX) glUniformBlockBinding(program.name(), frame, kFrameBinding);
   glUseProgram(program.name());
   // No program has all of these. GL ignores location -1.
-  glUniform1i(program.uniform("u_places"), 0);
+  glUniform1i(program.uniform("u_positions"), 0);
   glUniform1i(program.uniform("u_picture"), 0);
   glUniform1i(program.uniform("u_from"), 0);
   glUniform1i(program.uniform("u_to"), 1);

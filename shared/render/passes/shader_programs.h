@@ -43,7 +43,7 @@ struct ComposeVariant {
 
 /// Other passes over the whole image, and those of the mesh.
 enum class ImagePass : uint8_t {
-  places,          ///< positions of surface pixels, for smooth normals
+  positions,       ///< positions of surface pixels, for smooth normals
   smooth_normals,  ///< sums of gradients become normals of surface pixels
   present,         ///< the mean of accumulated pictures
   darken,          ///< eye-dome lighting of a lit picture

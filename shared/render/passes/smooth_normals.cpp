@@ -18,17 +18,17 @@ void draw_image_triangle(const DrawContext& context) {
 
 Result<void> SmoothNormals::prepare(int width, int height, bool float_blend) {
   float_blend_ = float_blend;
-  if (auto ok = places_.prepare(width, height); !ok) return ok;
+  if (auto ok = positions_.prepare(width, height); !ok) return ok;
   return sums().prepare(width, height);
 }
 
 Result<void> SmoothNormals::begin(const DrawContext& context, int layer,
                                   std::span<const int> isosurfaces) {
-  const auto program = context.programs.image(ImagePass::places);
+  const auto program = context.programs.image(ImagePass::positions);
   if (!program) return tl::unexpected(program.error());
   const SurfaceTargets& targets = context.targets;
-  glBindFramebuffer(GL_FRAMEBUFFER, places_.framebuffer());
-  glViewport(0, 0, places_.width(), places_.height());
+  glBindFramebuffer(GL_FRAMEBUFFER, positions_.framebuffer());
+  glViewport(0, 0, positions_.width(), positions_.height());
   glUseProgram((*program)->name());
   glUniform1i((*program)->uniform("u_layer"), layer);
   set_isosurfaces(**program, isosurfaces);
@@ -57,7 +57,7 @@ Result<void> SmoothNormals::finish(const DrawContext& context, int layer) {
   glViewport(0, 0, targets.width(), targets.height());
   glUseProgram((*program)->name());
   bind_texture(1, GL_TEXTURE_2D, sums().texture());
-  bind_texture(0, GL_TEXTURE_2D, places());
+  bind_texture(0, GL_TEXTURE_2D, positions());
   glDisable(GL_DEPTH_TEST);
   glColorMask(GL_TRUE, GL_TRUE, GL_FALSE, GL_FALSE);  // the two components of the normal
   draw_image_triangle(context);
@@ -69,7 +69,7 @@ Result<void> SmoothNormals::finish(const DrawContext& context, int layer) {
 }
 
 void SmoothNormals::abandon() {
-  places_.abandon();
+  positions_.abandon();
   sums_32_.abandon();
   sums_16_.abandon();
 }

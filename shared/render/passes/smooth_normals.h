@@ -24,7 +24,7 @@ class SmoothNormals {
   /// Allocates the images. float_blend: 32-bit sums, else 16-bit. Errors: gl_error.
   Result<void> prepare(int width, int height, bool float_blend);
 
-  /// Computes the places of a layer's surface pixels that show these isosurfaces, at most
+  /// Computes the positions of a layer's surface pixels that show these isosurfaces, at most
   /// kMaxIsosurfaces, clears the sums, and binds the framebuffer of the sums, which has the layer's
   /// depths. Errors: gl_error.
   Result<void> begin(const DrawContext& context, int layer, std::span<const int> isosurfaces);
@@ -32,15 +32,16 @@ class SmoothNormals {
   /// Replaces the normals of the layer's surface pixels by those of the sums. Errors: gl_error.
   Result<void> finish(const DrawContext& context, int layer);
 
-  GLuint places() const { return places_.texture(); }  ///< RGBA32UI: shaders/places.frag.glsl
-  uint64_t bytes() const { return places_.bytes() + sums_32_.bytes() + sums_16_.bytes(); }
+  /// RGBA32UI: shaders/positions.frag.glsl.
+  GLuint positions() const { return positions_.texture(); }
+  uint64_t bytes() const { return positions_.bytes() + sums_32_.bytes() + sums_16_.bytes(); }
 
   void abandon();
 
  private:
   ImageTarget& sums() { return float_blend_ ? sums_32_ : sums_16_; }
 
-  ImageTarget places_{GL_RGBA32UI, "for the places of surfaces"};
+  ImageTarget positions_{GL_RGBA32UI, "for the positions of surfaces"};
   ImageTarget sums_32_{GL_RGBA32F, "for smooth normals"};
   ImageTarget sums_16_{GL_RGBA16F, "for smooth normals"};
   bool float_blend_ = false;

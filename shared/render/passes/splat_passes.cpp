@@ -108,7 +108,7 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
   glUniform1i(program.drops_hidden, drops_hidden);
   if (variant == SplatPass::gradients) {
     glActiveTexture(GL_TEXTURE2);
-    glBindTexture(GL_TEXTURE_2D, smooth_normals_.places());
+    glBindTexture(GL_TEXTURE_2D, smooth_normals_.positions());
   }
   if (variant == SplatPass::cut_cells) {
     const auto count = static_cast<GLsizei>(pass.reachable.size());
@@ -286,7 +286,7 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
 
 void SplatPasses::start_smooth_normals(ShaderPrograms& programs, const DrawList& list,
                                        float max_point_size) {
-  programs.prepare(ImagePass::places);
+  programs.prepare(ImagePass::positions);
   programs.prepare(ImagePass::smooth_normals);
   for (const DrawItem& item : list.items()) {
     const bool pulled = item.largest_support_px > max_point_size;

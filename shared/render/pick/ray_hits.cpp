@@ -54,11 +54,11 @@ struct CellRay {
   double size;  // of the cell, in the same
   double enter, leave;
 
-  Vec3d place(const PickRay& ray, double t) const {
+  Vec3d position(const PickRay& ray, double t) const {
     return (ray.origin + ray.direction * t - low) * (1 / size);
   }
   PickHit hit(const PickRay& ray, double t, uint32_t isosurface, uint32_t level) const {
-    const Vec3f gradient = f.at(to_floats(place(ray, t))).gradient;
+    const Vec3f gradient = f.at(to_floats(position(ray, t))).gradient;
     return {t, ray.origin + ray.direction * t,
             Vec3d{gradient.x, gradient.y, gradient.z} * (1 / size), isosurface, level};
   }
@@ -69,7 +69,7 @@ void add_cell_hits(const PickRay& ray, const CellRay& cell, float isovalue, uint
                    uint32_t level, std::vector<PickHit>& hits) {
   const double length_ = cell.leave - cell.enter;
   // The ray enters the cell at 0 and leaves it at 1. Rounding must not lose a root on a face.
-  const RayRoots roots(cell.f, to_floats(cell.place(ray, cell.enter)),
+  const RayRoots roots(cell.f, to_floats(cell.position(ray, cell.enter)),
                        to_floats(ray.direction * (length_ / cell.size)), isovalue, -1e-6, 1 + 1e-6);
   for (const double root : roots.all()) {
     const double t = cell.enter + std::clamp(root, 0.0, 1.0) * length_;

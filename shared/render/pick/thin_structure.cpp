@@ -41,15 +41,15 @@ void leave_steepest(std::array<bool, 3>& spanned, const std::array<double, 3>& g
 float thickened_isovalue(const UnpackedSample& cell, float quantized_isovalue) {
   const CornerValues values(cell);
   const double isovalue = double(quantized_isovalue);
-  const double way = values.mean < isovalue ? 1 : -1;
-  const double from = way > 0 ? cell.interval.min : cell.interval.max;
+  const double side = values.mean < isovalue ? 1 : -1;
+  const double from = side > 0 ? cell.interval.min : cell.interval.max;
   const double span = std::max(cell.interval.max - cell.interval.min, 1);
-  const double peak = ((way > 0 ? values.high : -values.low) - way * from) / span;
-  const double level = way * (isovalue - from) / span;
+  const double peak = ((side > 0 ? values.high : -values.low) - side * from) / span;
+  const double level = side * (isovalue - from) / span;
   if (peak < level) return quantized_isovalue;
   const double lowered =
       peak * (1 - THIN_LOWER * std::sqrt(std::max(peak * (1 - peak) * (1 - level), 0.0)));
-  return static_cast<float>(from + way * std::min(level, lowered) * span);
+  return static_cast<float>(from + side * std::min(level, lowered) * span);
 }
 
 bool is_within_corners(const UnpackedSample& cell, float quantized_isovalue) {

@@ -44,10 +44,10 @@ std::vector<PickHit> hits_of(const ChunkStore& chunks, const PickRay& ray,
     for (const SampleCluster& cluster : chunk->clusters) {
       if (!visible.regions.contains(cluster.region_index())) continue;
       if (!is_any_active(cluster.interval)) continue;
-      const auto place = [&](Vec3<uint8_t> cell) {
+      const auto position = [&](Vec3<uint8_t> cell) {
         return corner + Vec3d{double(cell.x), double(cell.y), double(cell.z)} * size;
       };
-      if (!meets_box(ray, place(cluster.low), place(cluster.high))) continue;
+      if (!meets_box(ray, position(cluster.low), position(cluster.high))) continue;
       samples.resize(cluster.count);
       chunks.buffers().read(chunk->range, cluster.first, samples);
       add_hits(ray, chunk->block, samples, quantized_isovalues, hits);

@@ -1,7 +1,7 @@
 // Replaces the normals of surface pixels by the sums of gradients. The weight of a sum is at least
 // 1 where the pixel's own cell contributes. Where it is less, a part of the pixel's own normal is
 // kept, so that normals are continuous between cells that contribute and smaller ones that do not.
-uniform highp usampler2D u_places;
+uniform highp usampler2D u_positions;
 uniform sampler2D u_sums;
 layout(location = 0) out uvec4 o_pixel;
 
@@ -12,7 +12,7 @@ void main() {
   vec3 gradient = row_to_view(sum.xyz);
   float steepness = length(gradient);
   if (!(steepness > 0.0)) discard;
-  uint bits = texelFetch(u_places, at, 0).w;
+  uint bits = texelFetch(u_positions, at, 0).w;
   vec3 own = decode_normal(uvec2(bits & 0x3fffu, bits >> 14 & 0x3fffu) * 4u + 2u);
   vec3 normal = mix(own, gradient / steepness, min(sum.w, 1.0));
   if (dot(normal, normal) == 0.0) discard;

@@ -16,15 +16,15 @@ void neighbours_of(uint word, out bvec3 below, out bvec3 above) {
 // small. The further the interval reaches beyond the corners, the more the isovalue is lowered.
 float thickened(Cell cell, float quantized_isovalue) {
   float mean = 0.125 * dot(cell.lower + cell.upper, vec4(1.0));
-  float way = mean < quantized_isovalue ? 1.0 : -1.0;
-  float from = way > 0.0 ? cell.interval.x : cell.interval.y;
+  float side = mean < quantized_isovalue ? 1.0 : -1.0;
+  float from = side > 0.0 ? cell.interval.x : cell.interval.y;
   float per_span = 1.0 / max(cell.interval.y - cell.interval.x, 1.0);
-  vec4 most = max(way * cell.lower, way * cell.upper);
-  float peak = (max(max(most.x, most.y), max(most.z, most.w)) - way * from) * per_span;
-  float level = way * (quantized_isovalue - from) * per_span;
+  vec4 most = max(side * cell.lower, side * cell.upper);
+  float peak = (max(max(most.x, most.y), max(most.z, most.w)) - side * from) * per_span;
+  float level = side * (quantized_isovalue - from) * per_span;
   if (peak < level) return quantized_isovalue;
   float lowered = peak * (1.0 - THIN_LOWER * sqrt(max(peak * (1.0 - peak) * (1.0 - level), 0.0)));
-  return from + way * min(level, lowered) / per_span;
+  return from + side * min(level, lowered) / per_span;
 }
 
 // The share of the cell's volume that is beyond the isovalue. Assumes that values fall from the
