@@ -1,8 +1,8 @@
 // Extracts isosurfaces from an open store:
 // isosplat_extract_bench STORE THREADS [mesh]
 // Reads isovalues from standard input, one a line, and prints a line of JSON for each: the seconds
-// from the directory look-up to samples in the GPU's layout, and the number of samples. With "mesh":
-// to triangles with normals, and their number.
+// from the directory look-up to samples in the GPU's layout, and the number of samples. With
+// "mesh": to triangles with normals, and their number.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
