@@ -18,6 +18,12 @@ test("the first picture waits for the first surfaces of all layers, but not for 
   expect(arrivals.waitOfFirst(1100)).toBe(200);
   expect(arrivals.wait(1100, 10)).toBe(200);
   expect(arrivals.waitOfFirst(1300)).toBe(0);
+  arrivals.pictureDrawn();
+  expect(arrivals.waitOfFirst(1100)).toBe(0);
+  arrivals.forget();
+  arrivals.setPartial(true);
+  arrivals.begin(1000);
+  expect(arrivals.waitOfFirst(1100)).toBe(200);
   arrivals.setPartial(false);
   expect(arrivals.waitOfFirst(1100)).toBe(0);
 });

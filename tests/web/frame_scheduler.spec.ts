@@ -28,7 +28,9 @@ const gl = {
  */
 function streaming() {
   const tested: number[] = [];
+  const drawnAt: number[] = [];
   let isDrawn = false;
+  let isPartial = false;
   const drawn = { kind: "quad", shading: "exact", programsLinked: 0 };
   const renderer = {
     picture: { setCamera: () => {}, setSplats: () => {} },
@@ -37,6 +39,7 @@ function streaming() {
     canRefine: () => false,
     draw: () => {
       isDrawn = true;
+      drawnAt.push(performance.now());
       return drawn;
     },
     checkGpu: () => {},
@@ -59,6 +62,7 @@ function streaming() {
       shading: defaultLook.shading,
       pictureSize: null,
     }),
+    isPartial: () => isPartial,
     guard: (action: (renderer: RendererModule) => void) => {
       action(renderer);
       return true;
@@ -75,6 +79,16 @@ function streaming() {
   return {
     scheduler,
     tested,
+    drawnAt,
+    setPartial: (value: boolean) => {
+      isPartial = value;
+    },
+    /** Chunks of a layer have arrived, which are not drawn. */
+    arrive: () => {
+      isDrawn = false;
+      scheduler.onVisibleChange();
+      return performance.now();
+    },
     /** Moves the camera, which changes the picture. Returns the time. */
     move: () => {
       isDrawn = false;
@@ -95,5 +109,39 @@ test("an occlusion query begins as soon as motion has ended, although more data 
   vi.advanceTimersByTime(100);
   expect(tested.length).toBeGreaterThan(0);
   expect((tested[0] ?? 0) - moved).toBeLessThan(270);
+  scheduler.stop();
+});
+
+test("the first picture waits for the first surfaces of all layers, and is then drawn at once", () => {
+  const { scheduler, drawnAt, setPartial, arrive } = streaming();
+  setPartial(true);
+  scheduler.request();
+  vi.advanceTimersByTime(50);
+  arrive();
+  vi.advanceTimersByTime(100);
+  expect(drawnAt).toEqual([]);
+  expect(scheduler.isBusy).toBe(true);
+  setPartial(false);
+  const whole = arrive();
+  vi.advanceTimersByTime(50);
+  expect(drawnAt.length).toBe(1);
+  expect((drawnAt[0] ?? 0) - whole).toBeLessThan(40);
+  // A layer that is added later does not hold up the picture.
+  setPartial(true);
+  const later = arrive();
+  vi.advanceTimersByTime(50);
+  expect((drawnAt[1] ?? 0) - later).toBeLessThan(40);
+  scheduler.stop();
+});
+
+test("the first picture waits for a missing layer for 0.3 s", () => {
+  const { scheduler, drawnAt, setPartial, arrive } = streaming();
+  setPartial(true);
+  const begun = performance.now();
+  vi.advanceTimersByTime(50);
+  arrive();
+  vi.advanceTimersByTime(400);
+  expect(drawnAt[0]).toBeGreaterThanOrEqual(begun + 300);
+  expect(drawnAt[0]).toBeLessThan(begun + 340);
   scheduler.stop();
 });

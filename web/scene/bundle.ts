@@ -50,7 +50,6 @@ export class Bundle {
   /** In the order of their last use, the most recently used one last. */
   #parts: Part[] = [];
   #rereading: Promise<BundleHeader> | null = null;
-  #stores = 0;
 
   /** keptBytes: the largest size of all parts that are kept. One part is kept, however large it is. */
   constructor(file: BundleFile, core: Core, keptBytes = maxKept) {
@@ -58,11 +57,6 @@ export class Bundle {
     this.#maxKept = keptBytes;
     this.#core = core;
     this.#merged = new MergedRanges(file);
-  }
-
-  /** The number of stores; 0 before the header has been read. */
-  get stores(): number {
-    return this.#stores;
   }
 
   /** Reads the header, once. Rejects with a StreamError or the signal's reason. */
@@ -76,7 +70,6 @@ export class Bundle {
       });
     }
     const header = await this.#header;
-    this.#stores = header.stores.size;
     signal.throwIfAborted();
     return header;
   }

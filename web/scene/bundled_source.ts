@@ -6,7 +6,7 @@ import { type BundledFile, piecesOf } from "./bundle_header.ts";
 
 /**
  * The number of ranges that may be requested at a time, so that MergedRanges can merge those close to each other:
- * one for each store, within these limits.
+ * one for each layer, within these limits.
  */
 const rangesWaiting = { least: 32, most: 256 };
 
@@ -15,15 +15,18 @@ export class BundledSource extends RangeSource {
   readonly name: string;
   readonly #bundle: Bundle;
   readonly #path: string;
+  readonly #layers: number;
   /** The store according to the header that was read last. */
   #store: BundledFile | null = null;
   #requests = 0;
   #bytesReceived = 0;
 
-  constructor(bundle: Bundle, path: string) {
+  /** layers: the number of layers whose stores are in the bundle. */
+  constructor(bundle: Bundle, path: string, layers = 1) {
     super();
     this.#bundle = bundle;
     this.#path = path;
+    this.#layers = layers;
     this.name = `${bundle.file.name}: ${path}`;
   }
 
@@ -40,7 +43,7 @@ export class BundledSource extends RangeSource {
 
   get concurrency(): number {
     const { least, most } = rangesWaiting;
-    const ranges = Math.min(Math.max(least, this.#bundle.stores), most);
+    const ranges = Math.min(Math.max(least, this.#layers), most);
     return Math.max(ranges, this.#bundle.file.concurrency);
   }
 

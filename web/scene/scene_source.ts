@@ -112,9 +112,11 @@ export function bundleScene(file: BundleFile): SceneSource {
     open: async (core, signal) => {
       const bundle = new Bundle(file, core);
       const { scene } = await bundle.header(signal);
+      const document = parseScene(scene);
+      const layers = document.layers.length;
       return {
-        document: parseScene(scene),
-        source: (path) => new BundledSource(bundle, path),
+        document,
+        source: (path) => new BundledSource(bundle, path, layers),
         fetchFirst: (paths) => bundle.fetchCoarse(paths, signal),
       };
     },

@@ -8,6 +8,9 @@ import type { Decoder } from "./decoder.ts";
 import type { Source } from "./source.ts";
 import { StreamError } from "./types.ts";
 
+/** The requests of other sessions are paused for at most this time (ms), even if a chunk is not decoded. */
+const longestPause = 1000;
+
 export interface CoarseLoaderEvents {
   isResident(handle: number): boolean;
   /** A chunk is decoded. It stays resident as long as the volume is open. */
@@ -35,6 +38,7 @@ export class CoarseLoader {
   #finestLevel: number;
   #isLoading = true;
   #hasFirstSurface = false;
+  #pause: ReturnType<typeof setTimeout> | undefined;
 
   /** `maxBytes`: StreamOptions.coarseBytes. */
   constructor(
@@ -90,7 +94,7 @@ export class CoarseLoader {
             decoding.catch(() => {});
             return decoding;
           });
-        if (!this.#hasFirstSurface) this.#events.decodingFirst(true);
+        if (!this.#hasFirstSurface) this.#pauseOthers();
         const first = decodeAll(chunks.filter(isFirst));
         const others = decodeAll(chunks.filter((chunk) => !isFirst(chunk)));
         this.#decoding.push(...first, ...others);
@@ -101,7 +105,7 @@ export class CoarseLoader {
       });
       await Promise.all(this.#decoding);
     } catch (error) {
-      this.#events.decodingFirst(false);
+      this.#resumeOthers();
       if (signal.aborted) return;
       this.#events.failed(errorOf(error));
     }
@@ -113,6 +117,16 @@ export class CoarseLoader {
   #firstSurfaceUploaded(): void {
     this.#hasFirstSurface = true;
     this.#events.changed();
+    this.#resumeOthers();
+  }
+
+  #pauseOthers(): void {
+    this.#pause = setTimeout(() => this.#resumeOthers(), longestPause);
+    this.#events.decodingFirst(true);
+  }
+
+  #resumeOthers(): void {
+    clearTimeout(this.#pause);
     this.#events.decodingFirst(false);
   }
 

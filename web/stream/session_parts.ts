@@ -21,7 +21,12 @@ import type { StreamError, StreamOptions } from "./types.ts";
  * `decoder` is not closed with the session. By default, the session has its own workers. `requests` limits the
  * requests of several sessions together.
  */
-export type SessionOptions = StreamOptions & { decoder?: Decoder; requests?: RequestLimit };
+export type SessionOptions = StreamOptions & {
+  decoder?: Decoder;
+  requests?: RequestLimit;
+  /** Whether the requests of other sessions are paused while the first surface is decoded. Default: true. */
+  pausesOthers?: boolean;
+};
 
 /** An open store and its source. `closed`: aborts all reads that are still running. */
 export interface StoreAccess {
@@ -85,7 +90,9 @@ export function makeSessionParts(
   const coarseEvents = {
     isResident: (handle: number) => residency.has(handle),
     decoded: (chunk: Chunk, decoded: DecodedChunk) => uploads.add(chunk, decoded, "coarse"),
-    decodingFirst: (isDecoding: boolean) => queue.pauseAll(isDecoding),
+    decodingFirst: (isDecoding: boolean) => {
+      if (options.pausesOthers !== false) queue.pauseAll(isDecoding);
+    },
     uploaded: () => uploads.drained("coarse"),
     changed: () => host.changed(),
     failed: (error: StreamError) => host.failed(error),

@@ -9,6 +9,7 @@ export class Arrivals {
   readonly #forecast = new ArrivalForecast();
   #begunAt: number | null = null;
   #isPartial = false;
+  #hasPicture = false;
   #chunksToGo = 0;
   /** While more data are expected, new chunks are not drawn before this time. */
   #nextPicture = 0;
@@ -35,12 +36,24 @@ export class Arrivals {
     this.#isPartial = isPartial;
   }
 
+  /** If the first picture waits for first surfaces: whether all of them have arrived now. */
+  isWhole(now: number, isPartial: () => boolean): boolean {
+    if (this.waitOfFirst(now) === 0) return false;
+    this.#isPartial = isPartial();
+    return !this.#isPartial;
+  }
+
   /** The progress of streaming has changed. Returns whether the last expected chunk has arrived. */
   progressed(now: number, { chunksToGo, bytesFetched, bytesToGo }: Progress): boolean {
     this.#forecast.add(now, bytesFetched, bytesToGo);
     const isLast = this.areExpected && chunksToGo === 0;
     this.#chunksToGo = chunksToGo;
     return isLast;
+  }
+
+  /** A picture was drawn. */
+  pictureDrawn(): void {
+    this.#hasPicture = true;
   }
 
   /** The GPU has finished a picture, which took this long. */
@@ -53,7 +66,8 @@ export class Arrivals {
    * picture without some of them would mostly delay the picture with them.
    */
   waitOfFirst(now: number): number {
-    return this.#isPartial && this.#begunAt !== null ? this.#begunAt + longestPartial - now : 0;
+    if (!this.#isPartial || this.#hasPicture || this.#begunAt === null) return 0;
+    return Math.max(0, this.#begunAt + longestPartial - now);
   }
 
   /**
@@ -72,6 +86,7 @@ export class Arrivals {
   forget(): void {
     this.#begunAt = null;
     this.#isPartial = false;
+    this.#hasPicture = false;
     this.#chunksToGo = 0;
     this.#forecast.forget();
   }

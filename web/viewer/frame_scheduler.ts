@@ -36,6 +36,8 @@ export interface Upload {
 export interface FrameSchedulerHost {
   /** Null while there is no volume or no renderer. */
   scene(): Scene | null;
+  /** Whether the first surface of a visible layer is still to arrive. */
+  isPartial(): boolean;
   /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;
   /** Checks that these uploads, and all before, have succeeded. */
@@ -118,6 +120,7 @@ export class FrameScheduler {
       this.#visibility.isRunning ||
       this.#timer.isBusy ||
       this.#shaderTimer !== 0 ||
+      this.#drawTimer !== 0 ||
       this.#fade.isRunning
     );
   }
@@ -146,6 +149,7 @@ export class FrameScheduler {
     this.#arrivals.begin(now);
     this.#rest.arrived(now);
     this.#isResting = false;
+    this.#arrivals.isWhole(now, () => this.#owner.isPartial());
     // The chunks of many layers arrive one after the other. A frame that does not draw them would take time.
     if (this.#rest.isMoving(now) || this.#mayDraw(now)) this.request();
     else this.#owner.busyChanged();
@@ -154,7 +158,8 @@ export class FrameScheduler {
   /** The progress of streaming has changed. */
   onProgress(progress: Progress): void {
     const now = performance.now();
-    const isLast = this.#arrivals.progressed(now, progress);
+    const isWhole = this.#arrivals.isWhole(now, () => this.#owner.isPartial());
+    const isLast = this.#arrivals.progressed(now, progress) || isWhole;
     const isEmpty = !this.isBegun && progress.state !== "opening";
     const wasStreaming = this.#rest.isStreaming;
     this.#rest.isStreaming = isStreaming(progress);
@@ -191,6 +196,7 @@ export class FrameScheduler {
     this.#loop.stop();
     clearTimeout(this.#restTimer);
     clearTimeout(this.#drawTimer);
+    this.#drawTimer = 0;
     clearTimeout(this.#shaderTimer);
     this.#visibility.stop();
     this.#timer.stop();
@@ -250,7 +256,7 @@ export class FrameScheduler {
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
     const isMoving = this.#rest.isMoving(now);
-    this.#arrivals.setPartial(layers.some(({ session }) => !session.hasFirstSurface));
+    this.#arrivals.setPartial(this.#owner.isPartial());
     // Nothing more arrives until this picture has been tested.
     const needsRest = layers.some(({ session }) => session.needsRestingPicture);
     const mayRest = layers.every(({ session, isDone }) => isDone || session.needsRestingPicture);
@@ -364,6 +370,7 @@ export class FrameScheduler {
       const startedAt = performance.now();
       const drawn = measured("isosplat:drawing", draw);
       report = drawn;
+      this.#arrivals.pictureDrawn();
       this.#splats.drawn(scene, drawn);
       this.#timer.measure(startedAt, (milliseconds) => {
         this.#splats.measured(scene, drawn, milliseconds);

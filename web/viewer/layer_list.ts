@@ -151,6 +151,14 @@ export class LayerList {
     );
   }
 
+  /** Whether the first surface of a visible layer is still to arrive. */
+  get isPartial(): boolean {
+    return this.#entries.some(
+      ({ layer, volume }) =>
+        layer.visible && volume.error === null && !volume.session?.hasFirstSurface,
+    );
+  }
+
   /** Whether a picture can be drawn: a volume is open, or hidden. */
   get isOpen(): boolean {
     return this.#entries.some(({ layer, volume }) => volume.session || !layer.visible);

@@ -41,6 +41,8 @@ export class LayerSessions {
       ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
       // Instead of other isovalues, other steps are fetched in advance.
       ...(steps || layers > manyLayers ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
+      // A step that is fetched in advance must not delay the present one.
+      ...(steps ? { pausesOthers: false } : {}),
     };
   }
 

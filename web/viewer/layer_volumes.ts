@@ -9,7 +9,7 @@ export class LayerVolumes {
   readonly #list: LayerList;
   /** The volumes that each renderer has. */
   readonly #numbers = new WeakMap<RendererModule, Set<number>>();
-  /** Whether a renderer may have volumes that have been closed. */
+  /** Whether a renderer may have volumes that have been closed, or lack some. */
   #isStale = false;
 
   constructor(list: LayerList) {
@@ -24,7 +24,8 @@ export class LayerVolumes {
     const present = this.#numbers.get(renderer) ?? new Set<number>();
     this.#numbers.set(renderer, present);
     const info = placedOf(entry, volume);
-    if (present.size === 0 || this.#isStale) {
+    if (present.size === 0) this.#isStale = true;
+    if (this.#isStale) {
       this.#openAll(present, volume, renderer);
       this.#isStale = false;
     } else if (info) {

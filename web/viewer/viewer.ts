@@ -364,10 +364,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#pictures.begin(transparent);
   }
 
-  /**
-   * Whether the picture will change without further calls, because a volume, data, finer splats or
-   * smoother edges are pending.
-   */
+  /** Whether the picture will change without further calls: a volume, data or a finer picture is pending. */
   get isBusy(): boolean {
     return this.#isBusy;
   }
@@ -385,6 +382,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.stop();
     this.#scheduler = new FrameScheduler(this.canvas, renderer, {
       scene: () => this.#pictures.scene(() => this.#layers.shown()),
+      isPartial: () => this.#layers.list.isPartial,
       guard: (action) => this.#life.guard(action),
       checkGpu: (uploads) => this.#layers.checkGpu(uploads),
       viewed: (...view) => this.#layers.viewed(...view),
