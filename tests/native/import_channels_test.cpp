@@ -212,5 +212,35 @@ TEST(ImportChannels, OfVtkAreArraysAndComponents) {
   }
 }
 
+TEST(ImportChannels, OfVtkAreNotOfferedIfTheScalarsAreNotAmongThem) {
+  const TempFolder folder;
+  const auto path = folder / "v.vtk";
+  std::string vectors, scalars;
+  for (int i = 0; i < 27; ++i) vectors += "1 2 3 ";
+  for (int i = 0; i < 8; ++i) scalars += std::to_string(i) + " ";
+  const std::string head =
+      "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 3 3\n"
+      "SPACING 1 1 1\nORIGIN 0 0 0\n";
+  write_file(path, head + "POINT_DATA 27\nVECTORS flow short\n" + vectors +
+                       "\nCELL_DATA 8\nSCALARS heat short 1\nLOOKUP_TABLE default\n" + scalars);
+  std::vector<VolumeChoice> choices;
+  ImportOptions options;
+  options.choices = &choices;
+  EXPECT_EQ(read_all(*open(path, options).source), (std::vector<double>{0, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_TRUE(choices.empty());
+}
+
+TEST(ImportChannels, OfVtkArraysWithoutValuesAreNotCounted) {
+  const TempFolder folder;
+  const auto path = folder / "v.vtk";
+  std::string file =
+      "# vtk DataFile Version 3.0\nx\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 1 2 2\n"
+      "SPACING 1 1 1\nORIGIN 0 0 0\nCELL_DATA 0\nFIELD f 100\n";
+  for (int i = 0; i < 100; ++i) file += fmt::format("a{} 1000 0 char\n", i);
+  write_file(path, file);
+  EXPECT_NE(error_of(path), "");
+  EXPECT_TRUE(offered_choices(path).empty());
+}
+
 }  // namespace
 }  // namespace isosplat::import

@@ -236,6 +236,8 @@ TEST(ImportNpy, Errors) {
          "array of records");
   expect(npy(dictionary("<i2", "()"), voxels), "found the shape ()");
   expect(npy(dictionary("<i2", "(60,)"), voxels), "found the shape (60)");
+  expect(npy(dictionary("<i2", "(0, 3, 4, 5)"), voxels), "found the shape (0, 3, 4, 5)");
+  expect(npy(dictionary("<i2", "(3, 4, 5, 0)"), voxels), "found the shape (3, 4, 5, 0)");
   // The advice leads to an array with three axes.
   const auto expect_advice = [&](const std::string& shape, const std::string& index) {
     expect(npy(dictionary("<i2", shape), voxels),

@@ -93,8 +93,8 @@ Result<void> read_hdf5_times(const std::shared_ptr<Hdf5File>& file, const Hdf5Ob
                              std::string unit, Hdf5Axis& axis) {
   std::vector<uint64_t> sizes;
   auto times = hdf5_small_array(file, object, sizes);
-  if (!times) return tl::unexpected(times.error());
-  if (!*times || sizes != std::vector{axis.size}) return {};
+  if (!times && times.error().status == Status::io_error) return tl::unexpected(times.error());
+  if (!times || !*times || sizes != std::vector{axis.size}) return {};
   unit.resize(std::min(unit.find(" since "), unit.size()));
   axis.times = TimeAxis::of(std::move(**times), std::move(unit));
   return {};

@@ -46,7 +46,8 @@ char hdf5_axis_letter(std::string_view name, bool has_width = false);
 /// Sets step and first from the positions along an axis. False if they are not evenly spaced.
 bool place_hdf5_axis(Hdf5Axis& axis, const std::vector<double>& positions, double millimetres);
 
-/// Sets the times of an axis of time from an array of them, unless it has another size. `unit`:
+/// Sets the times of an axis of time from an array of them, unless it has another size or cannot be
+/// decoded: the volume can be shown without times. Errors: io_error. `unit`:
 /// also as CF writes it, "hours since 1900-01-01".
 Result<void> read_hdf5_times(const std::shared_ptr<Hdf5File>& file, const Hdf5Object& object,
                              std::string unit, Hdf5Axis& axis);

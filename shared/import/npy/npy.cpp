@@ -113,7 +113,9 @@ Result<NpyAxes> axes_of(const std::filesystem::path& path, const std::vector<int
                             "numpy.load(sys.argv[1])[{}])\" {}",
                             path.string(), text_of(shape), numpy_index(shape), shell_word(path)));
   }
-  if (sizes.size() < 3) {
+  const bool is_empty =
+      sizes.size() == 4 && std::find(sizes.begin(), sizes.end(), 0) != sizes.end();
+  if (sizes.size() < 3 || is_empty) {
     return fail(Status::no_cells,
                 fmt::format("{}: expected an array with three axes of several samples, found the "
                             "shape {}: save the whole volume as one array",

@@ -19,6 +19,9 @@ namespace {
 /// header must be wrong.
 constexpr uint64_t kMinShare = 1024;
 
+/// The largest row with all its steps or channels.
+constexpr uint64_t kMaxRowBytes = uint64_t{1} << 30;
+
 tl::unexpected<Error> surplus_error(const std::string& path, uint64_t expected, uint64_t surplus,
                                     bool at_least) {
   return fail(Status::malformed_volume,
@@ -139,8 +142,16 @@ class ArraySource : public VolumeSource {
   Result<void> gather_slice(uint64_t z, std::span<std::byte> stored) {
     const auto nx = static_cast<size_t>(volume_.voxels.x);
     const auto ny = static_cast<size_t>(volume_.voxels.y);
-    const size_t bytes = stored_voxel(), steps = static_cast<size_t>(volume_.steps);
-    row_.resize(((nx - 1) * steps + 1) * bytes);
+    const size_t bytes = stored_voxel();
+    const uint64_t row_bytes = ((nx - 1) * volume_.steps + 1) * bytes;
+    if (row_bytes > kMaxRowBytes) {
+      return fail(Status::unsupported_format,
+                  fmt::format("{}: expected rows of at most {} bytes with all their steps, found "
+                              "{}: save each step or channel as a file of its own",
+                              volume_.path, kMaxRowBytes, row_bytes));
+    }
+    const auto steps = static_cast<size_t>(volume_.steps);
+    row_.resize(static_cast<size_t>(row_bytes));
     for (size_t y = 0; y < ny; ++y) {
       const uint64_t voxel = (z * ny + y) * nx;
       if (auto r = read_bytes(byte_offset(voxel, 1), row_); !r) return r;

@@ -69,14 +69,17 @@ uint64_t count_of(const VtkFile& file, bool cells) {
   return cells ? array_bytes({x - 1, y - 1, z - 1}, 1, 1) : array_bytes({x, y, z}, 1, 1);
 }
 
-/// The components of all arrays of the points, or of the cells if points have none.
+/// The components of all arrays of the points, or of the cells if points have none; at most
+/// kMaxOffered.
 std::vector<Channel> channels_of(const VtkFile& file) {
   std::vector<Channel> channels;
   for (const bool of_cells : {false, true}) {
     for (const VtkArray& array : file.arrays) {
-      const bool fits = array.type && array.values == count_of(file, of_cells);
+      const uint64_t count = count_of(file, of_cells);
+      const bool fits = array.type && count > 0 && array.values == count;
       if (array.of_cells != of_cells || !fits) continue;
-      for (size_t i = 0; i < static_cast<size_t>(array.components); ++i) {
+      const auto components = static_cast<size_t>(array.components);
+      for (size_t i = 0; i < components && channels.size() < kMaxOffered; ++i) {
         channels.push_back({&array, i});
       }
     }
@@ -103,7 +106,9 @@ Result<Channel> choose(const std::filesystem::path& path, const VtkFile& file,
   const std::vector<Channel> channels = channels_of(file);
   const VtkArray* scalars = choose_array(file.arrays);
   if (scalars && (!options.channel || channels.empty())) {
-    if (channels.size() > 1) {
+    const bool is_offered = std::any_of(channels.begin(), channels.end(),
+                                        [&](const Channel& c) { return c.array == scalars; });
+    if (is_offered && channels.size() > 1) {
       offer_channels(options, channels.size(), names_of(channels));
       notes.push_back(fmt::format(
           "the file has {} arrays or components: '{}' of its {} is read; --channel 0 to --channel "
@@ -114,7 +119,8 @@ Result<Channel> choose(const std::filesystem::path& path, const VtkFile& file,
     const auto other = [&](const VtkArray& each) {
       return each.type && each.components == 1 && each.of_cells != scalars->of_cells;
     };
-    if (channels.size() < 2 && std::any_of(file.arrays.begin(), file.arrays.end(), other)) {
+    if (!(is_offered && channels.size() > 1) &&
+        std::any_of(file.arrays.begin(), file.arrays.end(), other)) {
       notes.push_back(
           fmt::format("the file has arrays of points and of cells: '{}' of its {} is read",
                       scalars->name, scalars->of_cells ? "cells" : "points"));
