@@ -13,11 +13,11 @@ struct TaskHeader {
   uint32_t level, bits, has_missing, has_coarser;
   int32_t volume[3];  ///< voxels of level 0
   int32_t index[3];
-  uint32_t only_isovalue;  ///< kAnyIsovalue: none
+  uint32_t only_isovalue;  ///< kAnyIsovalue: the store is for all isovalues
   uint32_t reserved;
 };
 
-/// TaskHeader::only_isovalue of stores for all isovalues.
+/// The value of TaskHeader::only_isovalue for a store of all isovalues.
 constexpr uint32_t kAnyIsovalue = 65536;
 
 struct EncodedHeader {

@@ -41,7 +41,7 @@ class LayerOutput {
   const size_t max_in_flight_;
   const bool is_limited_;
   std::vector<std::optional<EncodedBlock>> ready_;
-  std::vector<SizeBudget::Grant> grants_;  // [i]: when the first i blocks were written
+  std::vector<SizeBudget::Grant> grants_;  // [i]: the grant after i blocks were written
   size_t begun_ = 0, written_ = 0;
 
   Index3 index_of(size_t number) const;

@@ -13,7 +13,7 @@ namespace isosplat {
 struct MemoryPlan {
   std::vector<bool> in_memory;  ///< per level; level 0 is read from the source, so false
   uint64_t bytes = 0;           ///< peak memory of this plan
-  uint64_t min_bytes = 0;  ///< peak memory with all levels in temporary files, if there are any
+  uint64_t min_bytes = 0;       ///< peak memory with as many levels in temporary files as possible
 };
 
 /// `source_bytes`: memory of the source. `encoders`: number of blocks that are encoded at the same

@@ -29,7 +29,8 @@ class ResidualEncoder {
 
   /// Sets header.levels.base and the model of each context: the one that needs the fewest bits,
   /// among those whose shift suits the mean residual. header.levels.merge must be set.
-  /// has_intervals: of the chunk. Returns the number of raw bits that put() will write.
+  /// has_intervals: whether the chunk has intervals. Returns the number of raw bits that put() will
+  /// write.
   size_t choose_models(ChunkHeader& header, bool has_intervals);
 
   /// Encodes the residuals with the header that choose_models() has set, from the last to the

@@ -32,8 +32,8 @@ inline V splat32_as<V>(uint32_t v) {
   return splat32(v);
 }
 
-/// For each number of four bits, the shuffle8() argument that moves the 32-bit lanes whose bits are
-/// set to the front.
+/// For each 4-bit mask, the argument of shuffle8() that compacts a vector: it moves the 32-bit
+/// lanes in the mask to the front, in their order.
 struct PresentBytes {
   alignas(16) uint8_t of[16][16];
 

@@ -21,8 +21,9 @@ constexpr int32_t kMaxTile = 224, kInfluence = 32, kMaxPart = kMaxTile - 2 * kIn
 constexpr int64_t kMaxBandVoxels = int64_t{1} << 26;
 constexpr int32_t kMinBandSlices = 32;
 
-/// The distances of the smoothing: of the stairs of the voxels, and of what the limits of the
-/// voxels' sides leave after the first shift.
+/// The distances for smooth_distances(). The first pass removes the stairs of the voxels. The
+/// second pass, after the first shift, removes the ripples that remain because voxels stay on their
+/// side.
 constexpr std::array<int32_t, 3> kStairs = {2, 4, 6}, kRipples = {2, 1, 1};
 
 int32_t parts_of(int32_t voxels) {

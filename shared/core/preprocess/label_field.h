@@ -26,9 +26,9 @@ inline constexpr int kLabelFieldSteps = 12;
 /// slope in every cell that the surface crosses. Steps of 1/16 make stores 9 % larger, with normals
 /// that differ by 1.4 degrees from those of a plane instead of 1.8. The distance has these parts:
 /// 1. label_distance.h: the distance from the border of the voxels;
-/// 2. label_smoothing.h: a low-pass that keeps each voxel on its side;
+/// 2. label_smoothing.h: a low-pass filter that keeps each voxel on its side of the surface;
 /// 3. label_balance.h: a shift, so that the surface encloses the volume of the voxels;
-/// 4. the low-pass and the shift again, because the limits of the voxels' sides bend the surface.
+/// 4. the filter and the shift again: keeping each voxel on its side has bent the surface.
 /// Each part is odd: swapping the label and the rest negates the field. So where two labels touch
 /// and no third one is within about 30 voxels, they share their border exactly. Near a third label,
 /// their surfaces still cross the same lattice edges, but are apart or overlap: by 0.2 voxels on
@@ -39,12 +39,13 @@ inline constexpr int kLabelFieldSteps = 12;
 /// field depends on the volume, the label and the box alone.
 class LabelField {
  public:
-  /// Borrows the volume. `box`: of any place, also outside of the volume. For a closed surface, it
-  /// must contain the bounding box of the label and one voxel around it.
+  /// Borrows the volume. `box` may lie anywhere, also outside of the volume. For a closed surface,
+  /// it must contain the bounding box of the label and one voxel around it.
   LabelField(const LabelVolume& volume, uint16_t label, const LabelBox& box);
 
   /// Computes the slices first to first + count − 1 of the box into `out`: box.size.x · box.size.y
-  /// · count values, x fastest. Keeps the slices around them, so that reading them is fast.
+  /// · count values, x fastest. Caches the neighbouring slices, so that a sequence of calls for
+  /// consecutive slices is fast.
   void compute(int32_t first, int32_t count, std::span<uint8_t> out);
 
   /// Memory of the largest compute(), in bytes.

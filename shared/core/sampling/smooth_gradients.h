@@ -33,7 +33,7 @@ class SmoothGradients {
 
   /// The direction of the gradient at a position in voxels of level 0, as a row vector along the
   /// grid's axes; its length has no meaning. Zero where no cell has a share. Where levels meet,
-  /// cells count by the inverse of their volume.
+  /// each cell is weighted by the inverse of its volume.
   Vec3d at(Vec3d position) const;
 
  private:
