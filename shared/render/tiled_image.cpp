@@ -4,12 +4,12 @@
 #include "shared/render/renderer_state.h"
 
 /// Pictures in tiles. A tile is drawn with a margin, since edge shading and occlusion read the
-/// depths around a pixel. Depths farther away are read from a picture of the whole image in few
-/// pixels.
+/// depths around a pixel. Depths farther away are read from a picture of the whole image at low
+/// resolution.
 namespace isosplat::render {
 namespace {
 
-/// Width and height of the image that has the depths beyond the margins, px.
+/// Largest width and height of this picture of the whole image, px.
 constexpr int kMostOfWholeImage = 1024;
 
 }  // namespace

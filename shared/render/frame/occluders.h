@@ -8,8 +8,8 @@
 namespace isosplat::render {
 
 /// A coarse depth image (one texel per OCCLUDER_PX² px) of boxes that contain parts of a surface.
-/// It is drawn on the CPU. Boxes behind it are likely to be occluded. It can be wrong both ways, so
-/// it only decides the order of drawing.
+/// It is drawn on the CPU. Boxes behind it are likely to be occluded. Its answers can be wrong in
+/// both directions, so they only determine the order of drawing.
 class Occluders {
  public:
   /// An axis-parallel box in frame space.
@@ -41,7 +41,7 @@ class Occluders {
   };
   Bounds bounds(const Box& box) const;
   bool is_orthographic() const { return frame_.orthographic != 0; }
-  /// Whether the near plane cuts the box, whose bounds then mean nothing.
+  /// Whether the near plane cuts the box. The bounds of such a box are meaningless.
   bool is_cut(const Bounds& b) const {
     return !is_orthographic() && b.nearest <= frame_.near_plane;
   }

@@ -4,8 +4,8 @@
 
 namespace isosplat::render {
 
-/// The errors of a GL context since the last take(). Code that reads errors of the context
-/// (glGetError) does so here, or calls collect() before, so that no error is lost to other code.
+/// The errors of a GL context since the last take(). Code that calls glGetError() itself must call
+/// collect() first. Otherwise it would remove errors that other code must report.
 /// Reading an error waits until the GPU has finished all pending work.
 class GlErrors {
  public:

@@ -16,7 +16,7 @@ namespace isosplat::render {
 /// The state that the passes of a frame share. Valid during one call of the renderer.
 struct DrawContext {
   const RenderSettings& settings;
-  /// Of the settings, those of the opaque layer with opacity 1.
+  /// The isosurfaces of the settings. Those in the opaque layer have opacity 1.
   std::span<const Isosurface> isosurfaces;
   const GlLimits& limits;
   ShaderPrograms& programs;

@@ -22,7 +22,8 @@ void bind_framebuffer(GLuint framebuffer, int width, int height) {
 
 }  // namespace
 
-// Each pass unbinds its textures: later passes draw into them, which would be a feedback loop.
+// Each pass unbinds its textures. Later passes draw into them, and drawing into a bound texture
+// would be a feedback loop.
 
 Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
                      const StillPicture* still) {

@@ -12,7 +12,7 @@ void set_vector(const GlProgram& program, const char* name, Vec3d v) {
               static_cast<float>(v.z));
 }
 
-/// Depth by which the pattern is drawn nearer: it is in front of the caps of all isosurfaces.
+/// The depth offset that draws the pattern in front of the caps of all isosurfaces.
 float nearer_than_caps(const RenderSettings& settings) {
   const auto caps = settings.clip_caps ? static_cast<float>(kMaxIsosurfaces) : 0.0f;
   return static_cast<float>(CAP_DEPTH_STEP) * caps + static_cast<float>(SLICE_DEPTH_STEP);
@@ -81,8 +81,8 @@ Result<void> Slices::draw_cells(const DrawContext& context, const Frame& frame,
   const auto guard = static_cast<GLint>(context.limits.guard_px);
   const auto scalar = scalar_of(context.settings, mapping);
   const ShaderPrograms::Splat* used = nullptr;
-  // The depths drawn before, which the program does not read, may be of another type than it
-  // declares.
+  // Unbinds the depths of an earlier pass: the program does not read them, but they may have
+  // another type than its sampler.
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, 0);
   draw_list_.collect_cut(chunks, frame, plane);

@@ -45,8 +45,8 @@ class SplatPasses {
 
   /// Draws, into the bound framebuffer, the cells of an isosurface at the clip planes, for caps
   /// (shaders/cut_cells.frag.glsl). `reachable`: the quantized isovalues that are shown, each once,
-  /// ascending; that of the isosurface is the one of this rank, from 1. `margin_px`: px around them
-  /// that are covered as well. Errors: gl_error.
+  /// ascending. `rank`: the position of the isosurface's isovalue in `reachable`, from 1.
+  /// `margin_px`: px around the cells that are covered as well. Errors: gl_error.
   Result<void> draw_cut_cells(const DrawContext& context, const SplatFrame& splats, int isosurface,
                               std::span<const float> reachable, int rank, float margin_px);
 

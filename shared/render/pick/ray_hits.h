@@ -13,16 +13,16 @@
 namespace isosplat::render {
 
 /// The ray through a position in the image, in voxels of level 0: origin + t · direction. t is the
-/// distance along the view, in world units, from the eye's plane.
+/// distance in world units from the plane through the eye, along the viewing direction.
 struct PickRay {
   Vec3d origin, direction;
-  double begin = 0, end = 0;  ///< the part in front of the near plane, inside of the clipping
+  double begin = 0, end = 0;  ///< limits of t: near and far plane, clip planes and clip box
   /// If a clip plane cuts at `begin`: its normal in the world, towards the part that is kept.
   std::optional<Vec3d> cut = {};
 };
 
-/// A position in an image, `x`, `y` px to the right of and below its upper left corner, as events
-/// of a pointer have it.
+/// A position in an image, in pixels as in pointer events: `x` to the right of its upper left
+/// corner, `y` below it.
 struct ImagePlace {
   double x = 0, y = 0;
   int width = 0, height = 0;  ///< of the image
@@ -33,7 +33,7 @@ std::optional<PickRay> pick_ray(const VolumeGrid& grid, const SceneExtent& scene
                                 const RenderSettings& settings, const Camera& camera,
                                 const ImagePlace& place);
 
-/// Whether the ray meets the box [low, high] (voxels of level 0) in its part.
+/// Whether the ray meets the box [low, high] (voxels of level 0) between `begin` and `end`.
 bool meets_box(const PickRay& ray, Vec3d low, Vec3d high);
 
 /// Whether low ≤ voxel ≤ high along each axis, up to rounding: a position on a face counts on both
@@ -53,8 +53,9 @@ struct PickHit {
   bool crosses = true;  ///< false for a box of a thin structure: the ray crosses no surface
 };
 
-/// Adds the intersections with the cells of these samples, in no order. Coarse cells have the
-/// surface that is drawn of them (thin_structure.h). Samples may be of any bytes.
+/// Adds the intersections with the cells of these samples, in no particular order. For coarse
+/// cells, it intersects the surface that is drawn for them (thin_structure.h). The bytes of samples
+/// need not be valid.
 /// `quantized_isovalues`: of each isosurface; NaN for those that are not shown.
 void add_hits(const PickRay& ray, const BlockKey& block, std::span<const PackedSample> samples,
               std::span<const float> quantized_isovalues, std::vector<PickHit>& hits);

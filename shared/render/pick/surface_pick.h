@@ -15,8 +15,8 @@ struct SurfacePick {
   double to_next = 0;       ///< along the ray to the next surface behind it, world units; 0: none
   uint32_t isosurface = 0;  ///< index in RenderSettings::isosurfaces
   uint32_t level = 0;       ///< of the cell: at 0 the pick is exact
-  /// On a cap (RenderSettings::clip_caps) of the isosurface: the values there are at least the
-  /// isovalue, and not known any better. The gradient is 0.
+  /// On a cap (RenderSettings::clip_caps) of the isosurface. Only a lower bound of the value there
+  /// is known: the isovalue. The gradient is 0.
   bool cap = false;
   /// In a slice (RenderSettings::slices), whose value is `value`. The gradient and to_next are 0.
   bool slice = false;

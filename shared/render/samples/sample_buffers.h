@@ -25,7 +25,7 @@ struct SampleRange {
 /// chunks.
 class SampleBuffers {
  public:
-  /// Samples per buffer (8 MiB); a larger chunk gets a buffer of its own size.
+  /// Samples per buffer (8 MiB); a larger chunk gets a buffer of the chunk's size.
   static constexpr uint32_t kBufferSamples = 1u << 19;
 
   SampleBuffers() = default;
@@ -72,7 +72,7 @@ class SampleBuffers {
     std::map<uint32_t, uint32_t> free;  // free ranges: first → count
   };
   std::vector<Buffer> buffers_;
-  size_t confirmed_ = 0;  ///< of the buffers, from the first on
+  size_t confirmed_ = 0;  ///< the number of confirmed buffers, which come first in buffers_
   uint64_t samples_ = 0;
 };
 

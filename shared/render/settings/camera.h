@@ -24,7 +24,7 @@ struct Camera {
   friend constexpr bool operator==(const Camera&, const Camera&) = default;
 };
 
-/// The camera's axes and place in the world. The axes are orthonormal: right × up = −forward.
+/// The camera's axes and position in the world. The axes are orthonormal: right × up = −forward.
 struct CameraFrame {
   Vec3d eye, right, up, forward;
   double tan_half_field_of_view = 1;

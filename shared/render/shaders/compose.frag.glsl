@@ -36,7 +36,7 @@ vec4 shade(ivec2 at, int layer, float depth) {
   // A translucent surface blocks only the share of light that it does not transmit.
   vec3 position = position_at(gl_FragCoord.xy, z);
   vec3 facing = dot(normal, to_eye) < 0.0 ? -normal : normal;
-  // The offsets of the pictures are spaced evenly. Pixels differ by less than this spacing.
+  // u_noise_offset is evenly spaced over the pictures. The noise of a pixel adds less than one step.
   vec2 noise = fract(interleaved_noise(gl_FragCoord.xy + u_tile_corner) / STILL_PICTURES + u_noise_offset);
   SKIPPABLE_IF(u_ambient_strength > 0.0) {
     float albedo = min(dot(base, vec3(0.2126, 0.7152, 0.0722)), 0.9);

@@ -1,5 +1,5 @@
-// Splats of the cells at the faces of the part that is shown: their fragments compute the volume's values
-// there.
+// Draws a splat for each cell at a face of the clipped volume. The fragments compute the volume's values on
+// this face.
 uniform float u_margin_px;  // px around the cell that are covered as well
 flat out vec3 v_low, v_size;
 flat out vec4 v_a, v_b;

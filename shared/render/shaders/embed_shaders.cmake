@@ -1,6 +1,6 @@
-# cmake -DOUTPUT=… -DFOLDER=… -P embed_shaders.cmake: all shader files, and the constants that they
-# share with C++, as one C++ source. Without comments and indentation, which each visitor of the page would
-# download; lines keep their numbers.
+# cmake -DOUTPUT=… -DFOLDER=… -P embed_shaders.cmake: writes all shader files, and the constants that they
+# share with C++, to one C++ source. Removes comments and indentation, because each visitor of the page
+# downloads this text. Lines keep their numbers.
 file(GLOB files ${FOLDER}/*.glsl)
 set(text "#include \"shared/render/shaders/shader_files.h\"\n\nnamespace isosplat::render {\n\nstd::string_view shader_file(std::string_view name) {\n")
 foreach(file ${files} ${FOLDER}/shader_constants.h)

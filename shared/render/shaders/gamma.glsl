@@ -1,6 +1,6 @@
 // Light is added in linear colours. Colours are encoded by the sRGB transfer function (light.h).
-// Two roots approximate its power within a tenth of 1/255: quads are lit at each vertex, where
-// powers would cost a software renderer more than all other lighting.
+// Two roots approximate its power function with an error of at most 0.1/255. Quads are lit at each
+// vertex, where pow() would cost a software renderer more time than all other lighting.
 vec3 from_linear(vec3 c) {
   vec3 root = sqrt(c);
   vec3 curve = 0.833718 * root + 0.298142 * sqrt(root) - 0.055309 * c - 0.076912;
