@@ -8,11 +8,10 @@ namespace isosplat::import {
 
 Result<OpenVolume> open_unpacked(const std::filesystem::path& path, Packing packing,
                                  const UnpackedOpener&) {
-  return fail(
-      Status::unsupported_format,
-      fmt::format("{}: expected an unpacked file, found data that {} has compressed: unpack "
-                  "it with {} -d",
-                  path.string(), name_of(packing), name_of(packing)));
+  return fail(Status::unsupported_format,
+              fmt::format("{}: expected an unpacked file, found {}-compressed data: unpack "
+                          "it with {} -d",
+                          path.string(), name_of(packing), name_of(packing)));
 }
 
 }  // namespace isosplat::import

@@ -41,12 +41,12 @@ worker.onmessage = async ({ data: { file, packing, maxBytes } }) => {
   } catch (error) {
     if (error instanceof TooLarge) {
       const most = `${Math.floor(maxBytes / 1e9)} GB`;
-      const message = `expected at most ${most} in the file that ${packing} has compressed, found more: build the store with the program (isosplat build)`;
+      const message = `expected at most ${most} in the ${packing}-compressed file, found more: build the store with the program (isosplat build)`;
       worker.postMessage({ status: "out_of_memory", message });
       return;
     }
     const reason = error instanceof Error ? error.message : String(error);
-    const message = `the data that ${packing} has compressed are damaged or not read here (${reason}): copy or download the file again, or unpack it with ${packing} -d`;
+    const message = `the ${packing}-compressed data are damaged or not read here (${reason}): copy or download the file again, or unpack it with ${packing} -d`;
     worker.postMessage({ status: "malformed_volume", message });
   }
 };

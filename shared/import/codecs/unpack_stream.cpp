@@ -33,14 +33,14 @@ class PackedBytes {
 
   tl::unexpected<Error> damaged() const {
     return fail(Status::malformed_volume,
-                fmt::format("{}: the data that {} has compressed are damaged before byte {}: copy "
+                fmt::format("{}: the {}-compressed data are damaged before byte {}: copy "
                             "or download the file again",
                             file_.path.string(), name_of(packing_), at_));
   }
 
   tl::unexpected<Error> ends_early() const {
     return fail(Status::truncated,
-                fmt::format("{}: the data that {} has compressed end early, after {} bytes: the "
+                fmt::format("{}: the {}-compressed data end early, after {} bytes: the "
                             "file is incomplete; copy or download it again",
                             file_.path.string(), name_of(packing_), file_.size));
   }

@@ -100,10 +100,10 @@ void note_frames_of_reference(const Collection& collection, const std::vector<ui
     found.insert(collection.images[collection.frames[index].image].frame_of_reference);
   }
   if (found.size() < 2) return;
-  notes.push_back(fmt::format(
-      "the slices have {} frames of reference (Frame of Reference UID): their positions "
-      "are taken as those of one patient in one place",
-      found.size()));
+  notes.push_back(
+      fmt::format("the slices have {} frames of reference (Frame of Reference UID): it is assumed "
+                  "that they are the same",
+                  found.size()));
 }
 
 }  // namespace isosplat::import::dicom

@@ -165,7 +165,7 @@ class PlaceReader {
       refuse_image(image_, Status::unsupported_format,
                    "expected a slice per frame, or a Siemens mosaic with its CSA header, found a "
                    "mosaic that does not state the number of its slices: the header was probably "
-                   "removed when names were; take the original files");
+                   "removed when the files were anonymized; use the original files");
       return {};
     }
     const int across = static_cast<int>(std::ceil(std::sqrt(mosaic->slices)));

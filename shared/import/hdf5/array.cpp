@@ -180,9 +180,10 @@ class Hdf5Array : public ByteReader {
   std::shared_ptr<Hdf5File> file_;
   Hdf5Layout layout_;
   std::vector<Hdf5Chunk> chunks_;
-  std::array<Axis, 3> axes_;                      ///< the slowest first
-  uint64_t first_chunk_ = 0, first_element_ = 0;  ///< of the part, the latter in each chunk
-  bool is_at_edge_ = false;  ///< all its chunks reach beyond the end of an axis
+  std::array<Axis, 3> axes_;  ///< the slowest first
+  /// The number of the part's first chunk, and the part's first element in each chunk.
+  uint64_t first_chunk_ = 0, first_element_ = 0;
+  bool is_at_edge_ = false;  ///< all chunks of the part reach beyond the end of an axis
   uint64_t bytes_ = 0;
   bool keeps_layer_ = false;
   uint64_t layer_z_ = kHdf5Undefined;

@@ -14,20 +14,22 @@ namespace isosplat::import {
 std::optional<std::vector<double>> hdf5_numbers(const Hdf5File& file, const Hdf5Object& object,
                                                 std::string_view name);
 
-/// The texts of an attribute, without padding. Nothing as for numbers, or if they are damaged.
+/// The texts of an attribute, without padding. Nothing if it does not exist, does not contain
+/// texts, has more than are useful here, or is damaged.
 std::optional<std::vector<std::string>> hdf5_texts(Hdf5File& file, const Hdf5Object& object,
                                                    std::string_view name);
 
-/// The text of an attribute; texts of several characters each (Imaris) are joined. Empty as above.
+/// The text of an attribute. Joins the texts of an array, since Imaris stores each character as one
+/// text. Empty where hdf5_texts() returns nothing.
 std::string hdf5_text(Hdf5File& file, const Hdf5Object& object, std::string_view name);
 
-/// The objects that an attribute refers to, in lists (HDF5's dimension scales): the addresses of
-/// their headers. Nothing as for numbers.
+/// The addresses of the headers of objects that an attribute refers to, in lists (HDF5's dimension
+/// scales). Nothing if it does not exist, is of another type, or is damaged.
 std::optional<std::vector<std::vector<uint64_t>>> hdf5_references(Hdf5File& file,
                                                                   const Hdf5Object& object,
                                                                   std::string_view name);
 
-/// The type of an attribute's numbers. Nothing as for numbers.
+/// The type of an attribute's numbers. Nothing where hdf5_numbers() returns nothing.
 std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object& object,
                                           std::string_view name);
 

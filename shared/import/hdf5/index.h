@@ -6,8 +6,8 @@
 
 namespace isosplat::import {
 
-/// An entry of an array of chunks: the location of a chunk. Chunks that do not exist have no
-/// address.
+/// An entry of an array of chunks: the location of a chunk. The address of a chunk that does not
+/// exist is kHdf5Undefined.
 struct Hdf5ChunkEntry {
   uint64_t index = 0;  ///< in the array of chunks
   uint64_t address = kHdf5Undefined, bytes = 0;
@@ -16,8 +16,8 @@ struct Hdf5ChunkEntry {
 
 using Hdf5ChunkVisitor = std::function<Result<void>(const Hdf5ChunkEntry&)>;
 
-/// Calls `visit` with the chunks of an array of `count` addresses, or of one that can grow. Errors:
-/// malformed_volume, those of Hdf5File::read and of `visit`.
+/// Calls `visit` with each chunk in a fixed array of `count` entries, or in an extensible array.
+/// Errors: malformed_volume, and those of Hdf5File::read and of `visit`.
 Result<void> visit_hdf5_fixed_array(Hdf5File& file, const Hdf5Layout& layout, uint64_t count,
                                     const Hdf5ChunkVisitor& visit);
 Result<void> visit_hdf5_growing_array(Hdf5File& file, const Hdf5Layout& layout,

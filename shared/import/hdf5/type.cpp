@@ -8,7 +8,7 @@
 namespace isosplat::import {
 namespace {
 
-constexpr size_t kMaxAxes = 32;  // HDF5's own limit
+constexpr size_t kMaxAxes = 32;  // the limit of HDF5
 
 enum class Class : uint8_t {
   integer,
@@ -31,7 +31,7 @@ constexpr const char* kClassNames[] = {"integers",       "floating-point numbers
                                        "an enumeration", "sequences",
                                        "arrays"};
 
-/// Whole numbers that fill their bytes.
+/// The type of integers that use all bits of their bytes.
 std::optional<VoxelType> integer_type(uint64_t bytes, bool is_signed) {
   constexpr std::array kUnsigned{VoxelType::u8, VoxelType::u16, VoxelType::u32, VoxelType::u64};
   constexpr std::array kSigned{VoxelType::i8, VoxelType::i16, VoxelType::i32, VoxelType::i64};
@@ -41,7 +41,7 @@ std::optional<VoxelType> integer_type(uint64_t bytes, bool is_signed) {
   return std::nullopt;
 }
 
-/// Offset and precision: u16 each.
+/// Reads the properties of an integer type: u16 offset, u16 precision.
 Hdf5Type integer(Hdf5Fields fields, uint64_t flags, uint64_t bytes) {
   Hdf5Type type;
   type.bytes = bytes;
@@ -57,7 +57,8 @@ Hdf5Type integer(Hdf5Fields fields, uint64_t flags, uint64_t bytes) {
   return type;
 }
 
-/// Offset, precision: u16; place and bits of the exponent, of the fraction: u8; bias: u32.
+/// Reads the properties of a floating-point type: u16 offset, u16 precision; as u8, the position
+/// and the number of bits of the exponent, and those of the fraction; u32 bias.
 Hdf5Type real(Hdf5Fields fields, uint64_t flags, uint64_t bytes) {
   struct Ieee {
     uint64_t bytes, exponent_bits, fraction_bits, bias;
@@ -126,7 +127,8 @@ std::optional<Hdf5Type> hdf5_type(Hdf5Fields fields) {
 std::optional<std::vector<uint64_t>> hdf5_sizes(Hdf5Fields fields) {
   const uint64_t version = fields.number(1), axes = fields.number(1);
   fields.skip(1);
-  // Version 1: 5 reserved bytes. Version 2: its kind, 2 of no elements.
+  // Version 1 has 5 reserved bytes. Version 2 has the kind of the dataspace; kind 2 has no
+  // elements.
   const uint64_t kind = version == 1 ? (fields.skip(5), 0) : fields.number(1);
   if (version < 1 || version > 2 || kind > 1 || axes > kMaxAxes) return std::nullopt;
   std::vector<uint64_t> sizes;

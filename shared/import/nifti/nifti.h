@@ -6,7 +6,7 @@
 
 namespace isosplat::import {
 
-/// Opens a file of NIfTI, a pair's header or its voxels. Errors: those of open_volume.
+/// Opens a NIfTI volume: a single file, or either file of a pair. Errors: those of open_volume.
 Result<OpenVolume> open_nifti(const FileHead& head, const ImportOptions& options);
 
 }  // namespace isosplat::import

@@ -11,17 +11,20 @@ namespace isosplat::import {
 namespace {
 
 constexpr int32_t kSampledSlices = 64;
-constexpr double kMinShare = 5e-4;     // of the sampled voxels
-constexpr size_t kMaxLabels = 64;      // more different values than this are not labels
-constexpr double kAroundShare = 0.25;  // of the slices' edges: the value is a background
-constexpr double kInsideShare = 0.01;  // of the volume's faces: the value belongs to objects inside
-constexpr double kJoinedShare = 0.5;   // of a value's voxels: the value fills compact regions
+constexpr double kMinShare = 5e-4;  // of the sampled voxels
+constexpr size_t kMaxLabels = 64;   // more different values than this are not labels
+// A value with at least this share of the voxels at edges of slices is a background.
+constexpr double kAroundShare = 0.25;
+// A value with less than this share of the voxels at faces of the volume belongs to objects inside.
+constexpr double kInsideShare = 0.01;
+// A value fills compact regions if at least this share of its voxels has an equal neighbour.
+constexpr double kJoinedShare = 0.5;
 
 bool is_float(VoxelType type) {
   return type == VoxelType::f32 || type == VoxelType::f64;
 }
 
-/// The different values of a label map, as long as they can be labels.
+/// Collects the different values of a volume, and determines whether they can be labels.
 class Labels {
  public:
   void add(double value) {
@@ -40,7 +43,7 @@ class Labels {
   bool can_be_ = true;
 };
 
-/// The place of a voxel in its slice and volume.
+/// Whether a voxel is at an edge of its slice, or at a face of the volume.
 struct Place {
   bool at_edge = false, at_face = false;
 };
