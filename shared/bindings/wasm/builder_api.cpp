@@ -47,7 +47,7 @@ class HostSink : public ByteSink {
   }
 };
 
-/// A build and all that it borrows.
+/// A build, and the objects to which it keeps references.
 struct Build {
   explicit Build(DescribedVolume described)
       : volume(std::move(described)),

@@ -2,8 +2,8 @@
 
 #include <stdint.h>
 
-/// The files that the module `isosplat-import` reads: JavaScript has them (import_host.js). Paths
-/// are UTF-8, relative, with "/" between their parts.
+/// The functions with which the module `isosplat-import` reads files. JavaScript implements them
+/// (import_host.js). Paths are UTF-8, relative, with "/" between their parts.
 #ifdef __cplusplus
 extern "C" {
 #endif

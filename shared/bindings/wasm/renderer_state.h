@@ -12,8 +12,8 @@
 // Shared by the functions of renderer_api.h: the state of the module, and its errors.
 namespace isosplat::render::wasm {
 
-/// The state of the module: JavaScript creates one instance of the module per canvas. Volume,
-/// settings and camera are the renderer's.
+/// The state of the module: JavaScript creates one instance of the module per canvas. The renderer
+/// holds the volumes, the settings and the camera.
 struct State {
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context = 0;
   std::unique_ptr<Renderer> renderer;

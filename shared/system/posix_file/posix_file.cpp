@@ -118,8 +118,8 @@ Result<size_t> PosixFile::read_some(uint64_t offset, std::span<std::byte> out,
     const iovec to{out.data() + done, out.size() - done};
     const ssize_t count = ::preadv2(descriptor_, &to, 1, static_cast<off_t>(offset + done), flags);
     if (count < 0 && errno == EINTR) continue;
-    // EOPNOTSUPP: the file system cannot determine it for this part of the file (inline,
-    // encrypted).
+    // EOPNOTSUPP: the file system cannot determine whether this part of the file is in memory (for
+    // example, because it is inline or encrypted).
     if (count < 0 && flags != 0 && (errno == EAGAIN || errno == EOPNOTSUPP)) {
       return needs_disk(*no_wait, name_);
     }

@@ -98,8 +98,8 @@ class PosixFile {
   Waits waits_ = Waits::unknown;
 };
 
-/// io_error with the text of an errno value: "NAME: cannot be ACTION: TEXT". A full disk names the
-/// remedy. `action`: a past participle, "opened".
+/// io_error with the text of an errno value: "NAME: cannot be ACTION: TEXT". For a full disk, the
+/// message also states the remedy. `action`: a past participle, such as "opened".
 tl::unexpected<Error> file_error(int number, const std::string& name, const char* action);
 
 }  // namespace isosplat

@@ -53,7 +53,7 @@ class SceneFile {
   Scene scene_;
   std::string text_;
   std::optional<BundleHeader> bundle_;
-  std::shared_ptr<const PosixFile> file_;  // of the bundle
+  std::shared_ptr<const PosixFile> file_;  // the document or the bundle
   std::map<std::string, size_t> in_bundle_;
 };
 
