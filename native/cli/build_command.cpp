@@ -23,7 +23,7 @@ struct BuildCall {
   bool has_labels = false, quiet = false, force = false, no_thumbnail = false;
 };
 
-/// A file in the volume's folder.
+/// The default output: a store beside the volume.
 std::filesystem::path default_store(const std::filesystem::path& volume) {
   const auto path = volume.has_filename() ? volume : volume.parent_path();
   return path.parent_path() / (store_stem(volume) + ".isosplat");
@@ -85,7 +85,7 @@ std::string kept_text(const SceneReport& built) {
   return built.kept > 0 ? fmt::format(" ({} stores were complete before)", built.kept) : "";
 }
 
-/// States how a scene is shown, and draws its picture.
+/// Prints the command that shows the scene, and draws the scene's picture.
 void finish_scene(const BuildCall& call, const std::filesystem::path& output) {
   if (!call.quiet) fmt::print("isosplat view {} shows it\n", output.string());
   if (call.no_thumbnail) return;
@@ -269,9 +269,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build cells.tif -o cells.isobundle\n"
       "  isosplat build organs.nii.gz --labels\n"
       "A scene has a layer for each channel and a store for each time step. The steps of a layer\n"
-      "have the same quantized values. An interrupted build goes on where it was when it is "
-      "called\n"
-      "again, and a folder takes further steps.\n"
+      "have the same quantized values. Call an interrupted build again to continue it. A later\n"
+      "call can add steps to a folder.\n"
       "The output appears under its name only when it is complete. It replaces an older store of\n"
       "the same volume, but never an input file.\n"
       "\n"

@@ -59,7 +59,7 @@ int run(const ExtractCall& call) {
   return kSuccess;
 }
 
-/// Which options a store or a scene needs. The faults are those of the arguments.
+/// Checks that the options fit a store or a scene. Throws the errors of CLI11 for wrong arguments.
 void check_arguments(const ExtractCall& call, bool is_scene) {
   if (!is_scene && !call.isovalue) throw CLI::RequiredError("--isovalue");
   if (!is_scene && !call.layers.empty()) throw CLI::ExcludesError("a store", "--layer");
@@ -96,11 +96,10 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "border, and its normals there come from the cells inside the box. Adjacent boxes share no "
       "cell,\n"
       "so their parts together make the whole surface.\n"
-      "Of a scene, each surface of a layer is extracted, at its place in the scene. GLB, 3MF and "
-      "OBJ\n"
-      "files hold all of them, with their names, and GLB and 3MF with their colours. Of the other\n"
-      "formats there is a file for each surface: OUTPUT-LAYER.ply. The scene's clipping is not "
-      "applied.\n"
+      "For a scene, each surface of each layer is extracted, at its position in the scene. GLB,\n"
+      "3MF and OBJ files hold all of them, with their names, and GLB and 3MF with their colours.\n"
+      "In the other formats, each surface becomes a separate file: OUTPUT-LAYER.ply. The scene's\n"
+      "clipping is not applied.\n"
       "\n" +
       examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
                "  isosplat extract head.isosplat -i -300 --exact --level 1\n"

@@ -128,7 +128,7 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
   return Shown{shown->coarsest, shown->extent};
 }
 
-/// Which options a store or a scene needs. The faults are those of the arguments.
+/// Checks that the options fit a store or a scene. Throws the errors of CLI11 for wrong arguments.
 void check_arguments(const RenderCall& call) {
   const bool is_scene = scene_kind(call.store) != SceneKind::none;
   if (!is_scene && call.isovalues.empty()) throw CLI::RequiredError("--isovalue");

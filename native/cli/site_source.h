@@ -33,8 +33,8 @@ class SiteSource {
   /// The stores of a scene document, which are separate files.
   const std::set<std::filesystem::path>& stores() const { return stores_; }
 
-  /// Copies the bytes of the state in which it was opened. Errors: io_error, also if a file was
-  /// changed meanwhile; those of OutputFile.
+  /// Copies the bytes to a file. Errors: io_error, also if a file was changed after open(); those
+  /// of OutputFile.
   Result<void> copy(const std::filesystem::path& to,
                     const std::function<void(uint64_t bytes)>& copied) const;
 
