@@ -26,8 +26,8 @@ using tcp = asio::ip::tcp;
 using Bytes = ClientLink::Bytes;
 using Clock = ClientLink::Clock;
 
-/// How many unsent bytes the system keeps for a slow client (TCP_NOTSENT_LOWAT); by default
-/// megabytes. Bytes in transit to a fast client do not count.
+/// The largest number of unsent bytes that the system keeps for a slow client (TCP_NOTSENT_LOWAT).
+/// Without this option, the system keeps megabytes. Bytes in transit to a fast client do not count.
 using UnsentBytes = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 
 /// Bytes that the process must be able to allocate for any request (has_memory_for), in addition to

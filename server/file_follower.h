@@ -38,7 +38,7 @@ class FileFollower {
     thread_ = std::thread([this] { run(); });
   }
 
-  /// Ends the thread once `stopping` is set.
+  /// Interrupts the wait of the thread. The thread ends if `stopping` is set.
   void wake() { catalog_.wake(); }
   void join() {
     if (thread_.joinable()) thread_.join();

@@ -19,13 +19,13 @@
 namespace isosplat::server {
 
 /// Handles signals of the process (ServerOptions::handle_signals), and the hand-over to a new
-/// process. For the thread of `control`, except as stated.
+/// process. Call its functions on the thread of `control`, except as stated.
 class Signals {
  public:
   struct Actions {
     std::function<Result<void>()> reload;
     std::function<void(std::chrono::milliseconds)> stop;  ///< Server::stop(), within this time
-    std::function<void(std::chrono::milliseconds)> stop_sooner;  ///< after stop()
+    std::function<void(std::chrono::milliseconds)> stop_sooner;  ///< shortens the time of stop()
     std::function<void()> close_connections;
   };
 

@@ -114,8 +114,8 @@ void Worker::run() {
       context_.run();
       return;
     } catch (const std::bad_alloc&) {
-      // Thrown by a handler; closing its connection has ended it. It may have been the handler that
-      // watches deadlines.
+      // A handler has thrown it. If it was the handler of a connection, this connection is closed.
+      // It may have been the handler that watches deadlines.
       ++shared_.metrics.out_of_memory;
       is_watch_lost = true;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -41,7 +41,7 @@ class AccessRules {
 
   /// Adds the rules of a token file. Each line has a subject and one or more patterns, separated by
   /// blanks. The subject is a token, the word "anyone", or "user:" or "group:" and a name of an
-  /// Identity ("*" and "?": any characters). Behind a token there may be "name=" and its name for
+  /// Identity ("*" and "?": any characters). A token may be followed by "name=" and a name for
   /// the log. Without it, the name is "line-" and the number of the line.
   ///
   /// A pattern without "/" is compared with volumes segment by segment. A segment that could be a
@@ -53,8 +53,8 @@ class AccessRules {
   ///
   /// "*", patterns that end with "~*", and folders hold for volumes and scenes: a scene's stores
   /// are in its folder or below, so these patterns admit to the stores as well. All other patterns
-  /// without "/" mean volumes only; behind "scene:", patterns mean scenes only. A right to read a
-  /// scene includes its stores, but only as parts of the scene.
+  /// without "/" refer to volumes only. Patterns that begin with "scene:" refer to scenes only. A
+  /// right to read a scene includes its stores, but only as parts of the scene.
   ///
   /// Empty lines and lines that begin with "#" are ignored. Errors (invalid_argument) name the
   /// line, not the token.
@@ -161,9 +161,9 @@ class Grant {
   /// if there is none.
   std::string client() const;
 
-  /// The client for rates and shares: the same name, for a token of the file or an identity. Empty
-  /// for others, which count by address, since many clients may have the server's own token
-  /// (kServerToken) or a link.
+  /// The client to which rates and shares of the server apply: client() for a token of the file and
+  /// for an identity. Empty for all others, to whose address they apply: many clients may have
+  /// kServerToken.
   std::string quota_client() const;
 
   /// A text that is equal for two grants if and only if they give access to the same volumes by the

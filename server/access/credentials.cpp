@@ -10,7 +10,8 @@
 namespace isosplat::server {
 namespace {
 
-/// Between the name of the cookie with a token and the name of the volume or the scene.
+/// The middle part of the name of a link's cookie. CookieOptions::name comes before it, and the
+/// name of the volume or scene after it.
 std::string_view link_cookie(ServedKind kind) {
   return kind == ServedKind::volume ? "-link-" : "-scene-";
 }

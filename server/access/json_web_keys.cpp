@@ -185,8 +185,8 @@ std::optional<std::string> decode_base64url(std::string_view text) {
     count -= 8;
     bytes += static_cast<char>(bits >> count & 0xff);
   }
-  // The remaining bits must be zero, and fewer than a character has, so that each value has one
-  // text.
+  // Fewer than six bits may remain, and they must be zero. Otherwise several texts would decode to
+  // the same bytes.
   if (count >= 6 || (bits & ((1u << count) - 1)) != 0) return std::nullopt;
   return bytes;
 }

@@ -53,7 +53,7 @@ ProxyHeader parse_version_1(std::string_view received) {
   const auto destination = IpAddress::parse(take_word(rest));
   const bool has_ports = is_port(take_word(rest)) && is_port(rest);
   const bool is_v4 = family == "TCP4";
-  // An IPv4-mapped address is one of TCP6 as well.
+  // TCP6 also admits IPv4-mapped addresses.
   if (!source || !destination || !has_ports ||
       (is_v4 && !(source->is_v4() && destination->is_v4()))) {
     return malformed();

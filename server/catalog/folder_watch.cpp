@@ -28,8 +28,9 @@ constexpr size_t kMaxChanges = 65536;
 constexpr uint32_t kEvents = IN_CREATE | IN_CLOSE_WRITE | IN_MOVED_FROM | IN_MOVED_TO | IN_DELETE |
                              IN_ATTRIB | IN_MODIFY | IN_ONLYDIR;
 
-// File systems that other machines may change without this system's knowledge. The numbers are
-// those that linux/magic.h lacks: statfs(2).
+// Whether inotify reports all changes in a folder. It does not report the changes that other
+// machines make in a network file system. The numbers are from statfs(2), since linux/magic.h lacks
+// them.
 bool reports_changes(const std::string& folder) {
   constexpr std::array<uint64_t, 9> kRemote = {NFS_SUPER_MAGIC, SMB_SUPER_MAGIC,  0xff534d42,
                                                0xfe534d42,      FUSE_SUPER_MAGIC, V9FS_MAGIC,

@@ -38,7 +38,7 @@ class FrameStream final : public BodyStream {
   std::vector<ChunkRef> chunks_;
   size_t position_ = 0;
   uint64_t size_ = 0;
-  uint64_t largest_ = 0;  ///< frame
+  uint64_t largest_ = 0;  ///< bytes of the largest frame
 };
 
 /// A byte range of a file. Checksums are not verified here: the client verifies them.
