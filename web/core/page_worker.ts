@@ -17,7 +17,7 @@ const programs = new WeakMap<Worker, string>();
 /**
  * Starts a worker. `start` calls the constructor of the global `Worker` with a `new URL(…, import.meta.url)`
  * whose path is a literal. Bundlers recognise this expression, and replace it by the address of the program
- * that they have built. `name`: of the program in the folder of `setAssetBase`.
+ * that they have built. `name`: the name of the program's file in the folder of `setAssetBase`.
  *
  * Only the constructor receives that address. So, during the call, the global class is replaced by one that
  * handles programs of other origins. Throws what the constructor throws.

@@ -50,7 +50,8 @@ export function guessRaw(name: string, bytes: number): RawLayout {
   if (named) {
     const dims = named.slice(1, 4).map(Number) as [number, number, number];
     const fits = types.find((each) => bytesOf({ dims, type: each }) === bytes);
-    // If the file is larger than the volume, it begins with a header: take the largest type for which it suffices.
+    // If the file is larger than the volume, it begins with a header. Take the largest type with which the volume
+    // fits into the file.
     const held = [...types].reverse().find((each) => bytesOf({ dims, type: each }) <= bytes);
     const best = fits ?? held ?? type ?? "u8";
     const skipBytes = Math.max(0, bytes - bytesOf({ dims, type: best }));

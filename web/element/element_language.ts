@@ -12,7 +12,7 @@ export function languageOf(element: Element): Language {
   return "en";
 }
 
-/** The element around an element, or the host of the shadow tree that it is the root of. */
+/** The parent of an element. For a child of a shadow root, this is the host of the shadow tree. */
 function parentOf(element: Element): Element | null {
   if (element.parentElement) return element.parentElement;
   const root = element.getRootNode();

@@ -5,7 +5,7 @@ import type { Screen } from "./screen.ts";
 
 const longestBar = 140;
 
-/** A bar of a round length, at the distance of the centre of rotation. */
+/** A scale bar whose length is a round number. It is exact at the distance of the centre of rotation. */
 export class ScalePart {
   readonly element = document.createElement("div");
   readonly #bar = document.createElement("div");

@@ -104,7 +104,7 @@ function padded(bytes: number): number {
   return Math.ceil(bytes / 8) * 8;
 }
 
-/** Header and bootstrap range of a store, which lie next to each other. */
+/** The size of the coarse part of a store: its header and its bootstrap range, which lie next to each other. */
 export function coarseBytesOf({ headerBytes, bootstrapBytes }: BundledFile): number {
   return headerBytes + bootstrapBytes;
 }

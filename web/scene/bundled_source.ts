@@ -113,7 +113,7 @@ export class BundledSource extends RangeSource {
     throw new StreamError("not-found", `${this.name}: the bundle has no such store any more`);
   }
 
-  /** Forgets the store's ranges. `contentId` has read the bundle's header again, or the next request does. */
+  /** Forgets the store's ranges. The next request uses the header that `contentId` has read, or reads it again. */
   forget(): void {
     this.#store = null;
   }

@@ -2,12 +2,9 @@
 const span = 500;
 /** The first bytes after a pause are expected within this time (ms). */
 const firstBytes = 100;
-/**
- * The picture waits for the last chunk if that is expected within the duration of this many
- * pictures, …
- */
+/** The picture waits for the last chunk if this chunk is expected within the duration of this many pictures. */
 const picturesWaited = 3;
-/** … but not longer than this (ms), unless one picture takes longer. */
+/** The longest such wait (ms). It can be longer only if one picture takes longer. */
 const longestWait = 1000;
 
 /** Forecasts when the chunks of a view will be resident, from the rate of the last arrivals. */

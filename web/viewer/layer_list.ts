@@ -9,8 +9,8 @@ import type { Camera } from "./types.ts";
 import type { OpenOptions } from "./viewer_events.ts";
 
 /**
- * If there are more layers, what each of them would do for itself takes too long: occlusion queries, and
- * loading coarse levels for other isovalues in advance.
+ * With more layers than this, some work for each layer would take too long: occlusion queries, and fetching
+ * coarse levels for other isovalues in advance. It is left out.
  */
 export const manyLayers = 16;
 

@@ -40,7 +40,7 @@ export class LayerVolumes {
     this.#isStale = true;
   }
 
-  /** Passes all volumes to the renderer that it lacks, and `opened` again. Removes all others. */
+  /** Passes to the renderer all volumes that it lacks, and `opened` in any case. Removes all others. */
   #openAll(present: Set<number>, opened: OpenVolume, renderer: RendererModule): void {
     const wanted = this.#list.entries.flatMap((each) =>
       volumesOf(each).map((own) => ({ entry: each, volume: own })),

@@ -69,8 +69,8 @@ function cellsOf(isovalues: readonly number[], info: NonNullable<OpenVolume["inf
 }
 
 /**
- * The bytes and samples that a view needs of a step, in addition to the coarse levels. They are those of the step
- * that is shown. Undefined if that step is not open.
+ * The bytes and samples that a view needs of one step, in addition to the coarse levels. They are computed for the
+ * step that is shown. Undefined if that step is not open.
  */
 export function needOf(entry: LayerEntry, view: CameraView): StepNeed | undefined {
   const { session, info } = entry.volume;

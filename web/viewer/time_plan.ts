@@ -9,7 +9,7 @@ export const playCellPixels: readonly number[] = [1, 2, 4, 8, 16, 32, 64];
  * `late`: after steps have come late, requests for several steps have been measured.
  */
 const expectedShare = { first: 2, late: 0.9 };
-/** Cells of a step take this many times their number of samples while finer ones replace coarser ones. */
+/** While finer cells replace coarser ones, a step takes this many times its final number of samples. */
 const whileReplaced = 1.4;
 /** At least this number of steps is kept ahead. If there is too little memory, they are coarser. */
 const fewestAhead = 2;
@@ -78,9 +78,9 @@ export interface AheadPlan {
 export interface AheadOptions {
   /** The other steps, the next one first: `stepsAhead`. */
   ahead: readonly number[];
-  /** Of `kept`: see stepsThatFit. */
+  /** The largest number of steps in `kept`: see stepsThatFit. */
   most: number;
-  /** Most bytes fetched before they are shown, and those of one step. */
+  /** The largest number of bytes to fetch for steps that are not shown yet, and the bytes of one step. */
   byteBudget: number;
   stepBytes: number;
   /** Whether a step has the resolution that the view needs. */

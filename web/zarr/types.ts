@@ -1,7 +1,7 @@
 import type { VolumeDescription } from "../builder/types.ts";
 import type { Triple } from "../core/types.ts";
 
-/** One array of a Zarr hierarchy as a volume. Of an OME-Zarr image, each scale is one. */
+/** One array of a Zarr hierarchy as a volume. An OME-Zarr image has one such array for each of its scales. */
 export interface ZarrScale {
   /** The array's path below the opened address; "" is the address itself. */
   path: string;
@@ -22,7 +22,7 @@ export interface ZarrImage {
   /** In the order of the metadata: the finest first. */
   scales: ZarrScale[];
   /**
-   * The scale that the address names, an element of `scales`; undefined if it names the whole image.
+   * The index in `scales` of the scale that the address names; undefined if it names the whole image.
    */
   chosen: number | undefined;
   /** The metadata as a text. If the text differs, the image is another version. */

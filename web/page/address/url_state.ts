@@ -62,13 +62,13 @@ export const minOpacity = 0.05;
  *   light=azimuth,elevation        of the key light, in degrees
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
- *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent; 0,1,0,1,0,1: not clipped, as the scene is
- *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts; none: not those of the scene
+ *   clip=x0,x1,y0,y1,z0,z1         a box: fractions of the volume's extent; 0,1,0,1,0,1: nothing is clipped, even if the scene states a box
+ *   measure=kind,x,y,z[,x,y,z …][|text]   once for each measurement: web/measure/measurement_text.ts; measure=none: hides those of the scene
  *   show=axes,scale,box            the overlays above the picture; none: nothing
  *   lang=de                        read by web/texts/language.ts, and kept on the device, not here
  *   plane=x,y,z,offset             once for each clip plane: keeps the side of its normal, see ClipPlane
  *   clip-caps=on                   closes the cut faces
- *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent; none: not those of the scene
+ *   slices=0.5,,0.25               slices across x and z: fractions of the volume's extent; slices=none: hides those of the scene
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
  *   time=12.5                      of a scene that changes with time: the value of its step
  *   slice-range=0,255              the values that are black and white in slices
@@ -99,7 +99,7 @@ export interface UrlState {
   /** In the unit of the scene. */
   time?: number;
   show?: ReadonlySet<OverlayPart>;
-  /** One for each measurement, not validated: web/measure parses them. Empty: not those of the scene. */
+  /** One for each measurement, not validated: web/measure parses them. Empty: hides those of the scene. */
   measures?: readonly string[];
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
@@ -249,10 +249,9 @@ function ignored(name: string, text: string, expected: string): string {
 }
 
 /**
- * The query, with its question mark. Commas are not escaped, nor what separates the fields of layers; all other
- * characters are. Numbers have
- * as many digits as are needed to read the same numbers, so the address gives the same picture,
- * pixel by pixel, on the page and with `isosplat render`.
+ * The query, with its question mark. Commas and the separators of the fields of layers are not escaped. All other
+ * special characters are. Numbers have as many digits as are needed to read the same numbers, so the address gives
+ * the same picture, pixel by pixel, on the page and with `isosplat render`.
  */
 export function writeUrl(state: UrlState): string {
   const parts: string[] = [];

@@ -7,8 +7,8 @@ import { thumbnail } from "../shell/thumbnails.ts";
 import type { SceneEntry, VolumeEntry } from "../shell/volumes_api.ts";
 
 /**
- * `served`: the URL of the picture, unless this browser has one; `failed`: called if it cannot be
- * shown.
+ * `served`: the URL of the server's picture, which is shown if this browser keeps none. `failed`: called if it
+ * cannot be loaded.
  */
 export function volumeCard(
   volume: VolumeEntry,

@@ -14,7 +14,7 @@ import { keepThumbnail, pictureSize, thumbnail } from "../shell/thumbnails.ts";
  * `refining`.
  */
 const longest = { firstSurface: 20_000, refining: 3_000 };
-/** Closer than in the view of the whole volume, since surfaces seldom reach its corners. */
+/** The camera is closer than in the view of the whole volume, since surfaces seldom reach its corners. */
 const zoom = 1.25;
 
 /** Scenes with more layers keep their icon, because their headers alone are large. */
@@ -29,8 +29,8 @@ export interface WithoutPicture {
 }
 
 /**
- * Draws pictures of volumes and scenes that have none in this browser: volumes at their first isovalue, scenes
- * as they open, one after another. Each takes about 100 to 700 KB. Does nothing if the browser saves data.
+ * Draws pictures of volumes and scenes that have none in this browser, one after another: volumes at their first
+ * isovalue, scenes in their first view. Each takes about 100 to 700 KB. Does nothing if the browser saves data.
  */
 export class Previews {
   readonly #onThumbnail: () => void;
