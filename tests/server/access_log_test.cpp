@@ -51,7 +51,7 @@ TEST(AccessLines, HaveTheFormsOfTheDocument) {
   EXPECT_EQ(nlohmann::json::parse(access_line(named, LogFormat::json))["client"], "ward-3");
 }
 
-TEST(AccessLines, HaveNoBytesOfClientsThatMeanSomething) {
+TEST(AccessLines, EscapeControlCharactersAndOmitSecrets) {
   AccessEntry hostile = entry();
   hostile.method = "G\"ET";
   hostile.target = "/a\"b\\\x01\n\x7f\xc3\xa4?token=secret&sig=hidden&exp=1";
@@ -67,7 +67,7 @@ TEST(AccessLines, HaveNoBytesOfClientsThatMeanSomething) {
   EXPECT_EQ(std::ranges::count(common, '"'), 2) << common;
 }
 
-TEST(RequestIds, AreTakenOverIfTheyAreHarmless) {
+TEST(RequestIds, AreAcceptedIfTheyAreHarmless) {
   for (const char* id : {"a", "0f8fad5b-d9cb-469f-a165-70867728950e", "A_b.C-9"}) {
     EXPECT_EQ(request_id(id), id);
   }

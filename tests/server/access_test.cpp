@@ -241,7 +241,7 @@ TEST_F(Access, LinksAdmitToOneVolumeUntilTheyExpire) {
         std::string("sig=x")}) {
     EXPECT_EQ(get(port(), base + "?" + query).status, 401) << query;
   }
-  // A wrong link would be another URL of the same content, of which caches would keep another copy.
+  // A URL with an invalid link is refused: caches would keep another copy of the same content.
   const std::string open = "/v1/volumes/open/" + beta.content + "/header";
   EXPECT_EQ(get(port(), open + "?" + link("open", 100)).status, 200);
   EXPECT_EQ(get(port(), open + "?" + changed).status, 401);

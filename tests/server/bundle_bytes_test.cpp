@@ -186,7 +186,7 @@ TEST_F(BundleBytesTest, ReadsNoStoresOutsideOfTheFolder) {
   EXPECT_EQ(refused.error().status, Status::malformed_header);
 }
 
-TEST_F(BundleBytesTest, SaysThatReadsOfStoresNeedTheDisk) {
+TEST_F(BundleBytesTest, ReportsThatReadsOfStoresNeedTheDisk) {
   const auto bundle = plan();
   ASSERT_TRUE(bundle) << bundle.error().message;
   NoWait no_wait;

@@ -146,7 +146,7 @@ TEST(Catalog, StoresStayWhenTheirFolderCannotBeListed) {
   EXPECT_TRUE(catalog.snapshot()->at("a") == before.at("a")) << "the same entry all the time";
 }
 
-TEST(Catalog, AStoreThatIsGoneTakesNoMemoryOfOthers) {
+TEST(Catalog, ARemovedStoreDoesNotReduceTheMemoryOfOthers) {
   TemporaryFolder folder;
   for (const char* const name : {"a", "b"}) {
     write_file(folder.path() / (std::string(name) + ".isosplat"), make_store(1).file);
@@ -171,7 +171,7 @@ TEST(Catalog, AStoreThatIsGoneTakesNoMemoryOfOthers) {
   }
 }
 
-TEST_F(ManyStores, FoldersOfOtherScriptsAreToldApart) {
+TEST_F(ManyStores, FoldersNamedInOtherScriptsAreDistinguished) {
   const KnownStore first = make_store(2), second = make_store(3);
   write_store("张三/a.isosplat", first);
   write_store("李四/a.isosplat", second);
@@ -458,7 +458,7 @@ TEST_F(ManyStores, ATruncatedStoreIsNoticed) {
   EXPECT_EQ(list()["volumes"][0]["error"]["status"], "truncated");
 }
 
-TEST_F(ManyStores, HealthAndReadinessAreCountedBefore) {
+TEST_F(ManyStores, HealthAndListsCountOnlyReadableVolumes) {
   link_stores("many", 3000);
   std::string tokens = "0123456789abcdef-none nothing\n";
   for (int i = 0; i < 200; ++i) tokens += "anyone many~n0" + std::to_string(1000 + i) + "*\n";

@@ -84,7 +84,7 @@ TEST_F(Compression, TheTextIsTheSame) {
   }
 }
 
-TEST_F(Compression, OnlyThoseWhoAdmitItGetIt) {
+TEST_F(Compression, OnlyClientsThatAdmitItReceiveIt) {
   start();
   for (const char* field :
        {"", "Accept-Encoding: \r\n", "Accept-Encoding: br\r\n", "Accept-Encoding: gzip;q=0\r\n",
@@ -96,7 +96,7 @@ TEST_F(Compression, OnlyThoseWhoAdmitItGetIt) {
   }
 }
 
-TEST_F(Compression, WhatIsCompressedAlreadyIsNot) {
+TEST_F(Compression, CompressedDataAreNotCompressedAgain) {
   start();
   for (const std::string& path : {std::string("/v1/volumes/alpha/bootstrap"), content("header"),
                                   content("file"), content("chunks?isovalue=0..200&level=0"),
@@ -107,7 +107,7 @@ TEST_F(Compression, WhatIsCompressedAlreadyIsNot) {
   }
 }
 
-TEST(TextCompressors, KeepWhatTheyCompressedLast) {
+TEST(TextCompressors, KeepTheTextsThatWereCompressedLast) {
   TextCompressor compressor;
   const std::string small(1000, 'a'), text(10'000, 'a'), large(200'000, 'a');
   EXPECT_EQ(compressor.compress(small, "small"), nullptr);
@@ -119,7 +119,7 @@ TEST(TextCompressors, KeepWhatTheyCompressedLast) {
   EXPECT_EQ(unzipped(*compressor.compress(large, "large")), large);
   EXPECT_FALSE(compressor.is_slow(large, "large"));
   for (int i = 0; i < 100; ++i) compressor.compress(text, std::to_string(i));
-  EXPECT_NE(compressor.compress(text, "text"), first) << "the oldest ones go";
+  EXPECT_NE(compressor.compress(text, "text"), first) << "the oldest texts are removed";
   std::string noise;
   for (uint32_t i = 0, x = 1; i < 50'000; ++i, x = x * 1664525 + 1013904223) {
     noise += static_cast<char>(x >> 24);

@@ -126,7 +126,7 @@ TEST_P(DiskErrors, EveryRouteOfAnOpenStoreHasItsError) {
   EXPECT_TRUE(client.request("GET", target("file")).body == text_of(damaged.file));
 }
 
-TEST_P(DiskErrors, WhatIsReadWhileItIsSentIsAnErrorIfItsFirstReadFails) {
+TEST_P(DiskErrors, AStreamedResponseIsAnErrorIfItsFirstReadFails) {
   start();
   Client client(port());
   const std::string everything = "?isovalue=-1e9..1e9&level=0";

@@ -64,7 +64,7 @@ TEST(Admissions, TheClientWithTheMostLosesTheOneThatWaitsLongest) {
   }
 }
 
-TEST(Admissions, AFloodClosesAnEighthOfItsOwnAtOnce) {
+TEST(Admissions, AFloodClosesAnEighthOfItsOwnConnectionsAtOnce) {
   Connections all({.connections = 32, .per_address = 0});
   for (int i = 0; i < 16; ++i) all.open("a", State::waiting);
   for (int i = 0; i < 16; ++i) all.open("b", State::waiting);
@@ -76,7 +76,7 @@ TEST(Admissions, AFloodClosesAnEighthOfItsOwnAtOnce) {
   EXPECT_EQ(all.take_closed(), (std::vector<size_t>{18, 19}));
 }
 
-TEST(Admissions, TheSlowestReaderIsClosedWhenItHadItsTime) {
+TEST(Admissions, TheSlowestReaderIsClosedAfterItsMinimumTime) {
   Connections all(kFew);
   all.open("a", State::sending, 900);
   all.open("b", State::sending, 100);
@@ -98,10 +98,10 @@ TEST(Admissions, FastReadersOfOneClientLeaveRoomForOthers) {
   all.open("b", State::sending, 1'000'000);
   EXPECT_NE(all.open("c", State::serving), SIZE_MAX);
   EXPECT_EQ(all.take_closed(), std::vector<size_t>{1});
-  EXPECT_EQ(all.open("a", State::waiting), SIZE_MAX) << "for itself nobody else is closed";
+  EXPECT_EQ(all.open("a", State::waiting), SIZE_MAX) << "a client does not displace other clients";
 }
 
-TEST(Admissions, AClientIsKnownBetterThanByItsAddress) {
+TEST(Admissions, ClientsBehindOneAddressAreDistinguished) {
   Connections all(kFew);
   for (const char* const client : {"one", "one", "two", "three"}) {
     all.places[all.open("proxy", State::waiting)]->set_client(client);
@@ -124,7 +124,7 @@ TEST(Admissions, AConnectionThatAProxyNamesCountsForItsClient) {
   EXPECT_EQ(all.places[2]->verdict(), Verdict::admitted);
 }
 
-TEST(Admissions, WhatWentOnIsReplacedByAnother) {
+TEST(Admissions, AnotherConnectionIsClosedForOneThatContinued) {
   Connections all(kFew);
   for (int i = 0; i < 4; ++i) all.open("a", State::waiting);
   EXPECT_NE(all.open("a", State::serving), SIZE_MAX);
@@ -176,7 +176,7 @@ class Fairness : public ServerTest {
     return bytes;
   }
 
-  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);  // more than sockets take
+  const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);  // more than sockets buffer
 };
 
 TEST_F(Fairness, SlowReadersMakeRoom) {
@@ -207,7 +207,7 @@ TEST_F(Fairness, ManyConnectionsOfOneAddressMakeRoomForOthers) {
   EXPECT_EQ(honest.request("GET", "/healthz").status, 200) << "it has waited longest";
 }
 
-TEST_F(Fairness, WhatATimedOutReaderDoesNotTakeIsDropped) {
+TEST_F(Fairness, UnreadBytesOfATimedOutReaderAreDropped) {
   {
     start();
     const Client slow = reader();
@@ -231,7 +231,7 @@ TEST_F(Fairness, WhatATimedOutReaderDoesNotTakeIsDropped) {
   EXPECT_TRUE(eventually([&] { return bytes_in_kernel() == 0; }));
 }
 
-TEST_F(Fairness, AReaderThatGoesOnGetsTheEnd) {
+TEST_F(Fairness, AReaderThatContinuesReceivesTheRest) {
   options.limits.write_time = milliseconds(400);
   options.limits.idle_time = milliseconds(400);
   start();
@@ -289,7 +289,7 @@ TEST_F(Fairness, WithoutDescriptorsWaitingConnectionsMakeRoom) {
   ::setrlimit(RLIMIT_NOFILE, &before);
 }
 
-TEST_F(Fairness, TooFewDescriptorsAreSaidAtTheStart) {
+TEST_F(Fairness, TooFewDescriptorsAreReportedAtTheStart) {
   rlimit now{};
   ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &now), 0);
   if (now.rlim_max > 1'000'000'000) GTEST_SKIP() << "no such limit";

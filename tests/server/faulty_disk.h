@@ -7,8 +7,9 @@
 
 namespace isosplat::server::test {
 
-/// Reads of files named "slow…" wait here, as for a slow disk. Reads that must not wait never find
-/// their bytes in memory. The same holds for files named "cold…", which are on a fast disk.
+/// Imitates a slow disk. Reads of files named "slow…" wait here. Reads that must not wait (NoWait)
+/// never find the bytes of these files in memory. They do not find the bytes of files named "cold…"
+/// either, but other reads of "cold…" do not wait.
 class Gate {
  public:
   void close() { close_after(0); }
@@ -60,8 +61,8 @@ Gate& gate();
 
 inline constexpr uint64_t kNoBadBytes = UINT64_MAX;
 
-/// The first byte that cannot be read of each file with "damaged-disk" in its name: a read that
-/// reaches it fails with EIO. kNoBadBytes, as at the start: none.
+/// The offset of the first byte that cannot be read, in each file with "damaged-disk" in its name.
+/// A read that reaches this byte fails with EIO. Initially kNoBadBytes: all bytes can be read.
 std::atomic<uint64_t>& first_bad_byte();
 
 }  // namespace isosplat::server::test

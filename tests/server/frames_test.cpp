@@ -112,7 +112,7 @@ TEST_F(Frames, RangeQueriesMatchBruteForce) {
   }
 }
 
-TEST_F(Frames, BlocksInTheOrderAsked) {
+TEST_F(Frames, BlocksInTheRequestedOrder) {
   start();
   const auto all = alpha.meeting(0, quantized_isovalue(-90), quantized_isovalue(-50));
   std::vector<Index3> blocks;
@@ -139,7 +139,7 @@ TEST_F(Frames, BlocksInTheOrderAsked) {
                 expected);
 }
 
-TEST_F(Frames, BatchInTheOrderAsked) {
+TEST_F(Frames, BatchInTheRequestedOrder) {
   start();
   std::vector<const KnownChunk*> expected;
   for (const KnownChunk& chunk : alpha.chunks) expected.push_back(&chunk);
@@ -256,7 +256,7 @@ TEST_F(Frames, ADamagedChunkIsAnError) {
   const Answer batch = client.request("GET", content("batch?chunks=" + place_of(good) + "," +
                                                      place_of(*broken) + "," + place_of(good)));
   EXPECT_EQ(batch.status, 200);
-  EXPECT_FALSE(batch.complete) << "no cache keeps an answer that falls short";
+  EXPECT_FALSE(batch.complete) << "caches do not keep an incomplete response";
   const std::vector<Frame> frames = frames_of(batch.body);
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_EQ(frames[0].chunk, text_of(good.bytes));

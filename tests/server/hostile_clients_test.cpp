@@ -157,7 +157,7 @@ TEST_F(HostileClients, RequestsInSmallPieces) {
   EXPECT_EQ(client.receive().status, 200);
 }
 
-TEST_F(HostileClients, EmptyLinesBeforeARequestArePassedOver) {
+TEST_F(HostileClients, EmptyLinesBeforeARequestAreIgnored) {
   start();
   Client client(port());
   client.send("\r\n\r\n" + get_with("") + "\r\n" + get_with(""));

@@ -127,7 +127,7 @@ TEST(Jwt, BothAlgorithmsNameTheUser) {
       EXPECT_EQ(identity->user, "alice");
       EXPECT_EQ(identity->groups, (std::vector<std::string>{"staff", "radiology"}));
     }
-    EXPECT_FALSE(checks->verify(token, kNow + 600)) << "what is remembered expires";
+    EXPECT_FALSE(checks->verify(token, kNow + 600)) << "a remembered token expires";
     EXPECT_FALSE(checks->verify(token, kNow - 3600));
   }
   Json other = claims();
@@ -241,7 +241,7 @@ TEST(Jwt, SignaturesOfP256HaveOneForm) {
   }
 }
 
-TEST(Jwt, KeySetsAreCheckedWhole) {
+TEST(Jwt, EveryKeyOfASetIsChecked) {
   const auto error_of = [](const std::string& keys) {
     const auto created = JwtVerifier::create(keys, {.issuer = "", .audience = "isosplat"});
     EXPECT_FALSE(created) << keys;
@@ -376,7 +376,7 @@ TEST_F(Identities, AServerCanFetchTheKeys) {
   EXPECT_EQ(statuses(fields), (std::vector{200, 200, 200}));
 }
 
-TEST_F(Identities, WithoutKeysNobodyIsAdmittedByThem) {
+TEST_F(Identities, WithoutKeysTokensOfTheProviderAdmitNobody) {
   use_jwt();
   options.jwt_keys = "http://127.0.0.1:1/keys.json";
   start();
@@ -401,7 +401,7 @@ TEST_F(Identities, FieldsOfATrustedProxyAdmit) {
   EXPECT_EQ(statuses("X_Forwarded_User: alice\r\n"), (std::vector{401, 401, 401}));
 }
 
-TEST_F(Identities, FieldsOfOthersDoNot) {
+TEST_F(Identities, FieldsOfOtherClientsDoNotAdmit) {
   options.trusted_proxies = {"127.0.0.2"};
   options.proxy_fields.user = "X-Forwarded-User";
   start();
@@ -466,7 +466,7 @@ TEST_F(RevokedLinks, EndOneByOne) {
     ASSERT_FALSE(reloaded);
     EXPECT_NE(reloaded.error().message.find("line 1: expected the signature"), std::string::npos);
   }
-  EXPECT_EQ(status(kFirst), 401) << "what was revoked before stays so";
+  EXPECT_EQ(status(kFirst), 401) << "links that were revoked before stay revoked";
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TEST(RateLimits, ABucketOfRequestsEmptiesAndFills) {
   EXPECT_TRUE(limit.take_request("a", start + seconds(1000)));
 }
 
-TEST(RateLimits, BytesMayBeOwed) {
+TEST(RateLimits, AResponseMayExceedTheBucket) {
   RateLimit limit({.requests = 0, .bytes = 1000});
   const Clock::time_point start{};
   EXPECT_FALSE(limit.take_request("a", start));
@@ -42,7 +42,7 @@ TEST(RateLimits, BytesMayBeOwed) {
   EXPECT_EQ(limit.take_request("a", start + seconds(5)), 3600u);
 }
 
-TEST(RateLimits, OfManyAddressesTheOldestAreForgotten) {
+TEST(RateLimits, ForgetTheOldestOfManyAddresses) {
   RateLimit limit({.requests = 0.1, .bytes = 0});
   const Clock::time_point start{};
   EXPECT_FALSE(limit.take_request("first", start));
@@ -58,7 +58,7 @@ TEST(RateLimits, OfManyAddressesTheOldestAreForgotten) {
   EXPECT_FALSE(limit.take_request("first", start));
 }
 
-TEST(ByteBudgets, AreSharedAndGivenBack) {
+TEST(ByteBudgets, AreSharedAndReleased) {
   ByteBudget budget(100);
   ByteBudget::Share large;
   EXPECT_TRUE(large.take(budget, 1000, "one")) << "alone, a body may be larger than the budget";
@@ -90,7 +90,7 @@ TEST(ByteBudgets, OneAddressGetsAPart) {
     EXPECT_FALSE(e.take(budget, 1, "another"));
   }
   EXPECT_EQ(budget.used(), 80u);
-  EXPECT_TRUE(c.take(budget, 15, "one")) << "what is sent is given back";
+  EXPECT_TRUE(c.take(budget, 15, "one")) << "the memory of sent bytes is released";
   EXPECT_FALSE(e.take(budget, 6, "a third")) << "the budget of all";
   EXPECT_TRUE(e.take(budget, 5, "a third"));
 }
@@ -114,7 +114,7 @@ TEST_F(Limits, RequestsAboveTheRateAreRefusedAndTheConnectionStays) {
   EXPECT_EQ(get(port(), "/healthz").status, 429) << "a new connection of the same address";
 }
 
-TEST_F(Limits, TokensHaveRatesOfTheirOwn) {
+TEST_F(Limits, EachTokenHasASeparateRate) {
   write_file(folder.path() / "tokens",
              "0123456789abcdef-one name=one *\n0123456789abcdef-two *\nanyone alpha\n");
   options.token_file = folder.path() / "tokens";
@@ -131,10 +131,11 @@ TEST_F(Limits, TokensHaveRatesOfTheirOwn) {
   EXPECT_EQ(status("127.0.0.3", one), 429) << "from any address";
   EXPECT_EQ(status("127.0.0.2", two), 200);
   EXPECT_EQ(status("127.0.0.2", two), 429) << "also without a name";
-  EXPECT_EQ(status("127.0.0.2", ""), 200) << "the address has not asked yet";
+  EXPECT_EQ(status("127.0.0.2", ""), 200) << "the first request of the address";
   EXPECT_EQ(status("127.0.0.2", ""), 429);
   EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-bad"), 429) << "no token";
-  EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-own"), 429) << "which many may have";
+  EXPECT_EQ(status("127.0.0.2", "0123456789abcdef-own"), 429)
+      << "this token counts for the address";
   EXPECT_EQ(status("127.0.0.3", "0123456789abcdef-own"), 200);
   // Requests that are refused before the client is identified count for the address as well.
   Client foreign(port(), "127.0.0.4");

@@ -18,11 +18,11 @@
 namespace isosplat::server::test {
 namespace {
 
-TEST(PrintableText, HasNothingThatALineMustNotHave) {
+TEST(PrintableText, EscapesCharactersThatCouldChangeALine) {
   EXPECT_EQ(printable_text("volume Müller 張: /a b/c.isosplat"),
             "volume Müller 張: /a b/c.isosplat");
   EXPECT_EQ(printable_text("a\nb\r\t\x1b[31m\x7f"), "a\\x0ab\\x0d\\x09\\x1b[31m\\x7f");
-  EXPECT_EQ(printable_text("\\x0a"), "\\x5cx0a") << "what is escaped can be told from what is not";
+  EXPECT_EQ(printable_text("\\x0a"), "\\x5cx0a") << "escapes in the text are escaped, too";
   EXPECT_EQ(printable_text("\xff\xc3"), "\\xff\\xc3");
   EXPECT_EQ(printable_text("\xc2\x9b"
                            "31m"),

@@ -131,7 +131,7 @@ TEST_F(Monitoring, HistogramsAreCumulative) {
   EXPECT_GE(found.at(name + R"(_sum{route="/healthz"})"), 0);
 }
 
-TEST_F(Monitoring, TellsOfTheProcessAndItsReloads) {
+TEST_F(Monitoring, ReportsTheProcessAndItsReloads) {
   options.token_file = folder.path() / "tokens";
   write_file(options.token_file, std::string_view("anyone *\n"));
   start();

@@ -153,7 +153,7 @@ TEST_F(Origins, EveryPageMayReadPublicVolumes) {
           {kList, "Host: localhost\r\nSec-Fetch-Site: cross-site\r\n", 200, "", "*"},
           {kList, "Host: localhost\r\nOrigin: null\r\n", 200, "", "*"}});
   EXPECT_EQ(get(port(), kList).header("cross-origin-resource-policy"), "cross-origin");
-  EXPECT_EQ(get(port(), kList).header("vary"), "Accept-Encoding") << "but not by the page";
+  EXPECT_EQ(get(port(), kList).header("vary"), "Accept-Encoding") << "the same for every page";
 }
 
 TEST_F(Origins, OnOtherAddressesTheOperatorMustChoose) {

@@ -57,7 +57,7 @@ class RouteParameters : public ServerTest {
   std::string scene_content;
 };
 
-TEST_F(RouteParameters, OthersThanThoseOfTheTableAreRefusedOnEveryRoute) {
+TEST_F(RouteParameters, ParametersThatTheTableLacksAreRefusedOnEveryRoute) {
   start_with_scene();
   for (const Route& route : routes()) {
     if (route.operation.empty()) continue;  // the page, and paths that do not exist
@@ -106,7 +106,7 @@ TEST_F(RouteParameters, MessagesNameWhatIsExpectedAndFound) {
             "no other parameter; found twice: \"limit\"");
 }
 
-TEST_F(RouteParameters, HashedFilesOfThePageHaveNone) {
+TEST_F(RouteParameters, HashedFilesOfThePageHaveNoParameters) {
   TemporaryFolder page;
   std::filesystem::create_directory(page.path() / "assets");
   write_file(page.path() / "assets/app-0123abcd.js", std::string_view("1"));

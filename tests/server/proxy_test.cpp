@@ -34,7 +34,7 @@ TEST(IpAddresses, BothFormsOfAnAddressAreOneClient) {
   }
 }
 
-TEST(IpAddresses, RangesContainWhatTheirPrefixSays) {
+TEST(IpAddresses, RangesContainTheAddressesWithTheirPrefix) {
   const auto contains = [](std::string_view range, std::string_view of) {
     const Result<AddressRange> parsed = AddressRange::parse(range);
     EXPECT_TRUE(parsed) << range;
@@ -219,7 +219,7 @@ TEST_F(BehindProxy, LogsAndRatesAreThoseOfTheClient) {
   EXPECT_EQ(last_logged(1), "192.0.2.7");
   EXPECT_EQ(status("192.0.2.7"), 200);
   EXPECT_EQ(status("192.0.2.7"), 429);
-  EXPECT_EQ(status("6.6.6.6, 192.0.2.7"), 429) << "an invented address has no rate of its own";
+  EXPECT_EQ(status("6.6.6.6, 192.0.2.7"), 429) << "a forged address does not give another rate";
   EXPECT_EQ(status("2001:db8::7"), 200) << "another client of the same connection";
   EXPECT_EQ(last_logged(5), "2001:db8::");
   EXPECT_EQ(proxy

@@ -26,7 +26,7 @@ std::string serve(Queue& queue, uint64_t cost = 1) {
   return item;
 }
 
-TEST(FairQueues, ServeClientsByTurns) {
+TEST(FairQueues, ServeClientsInTurn) {
   const std::string a1 = "a1", a2 = "a2", a3 = "a3", b1 = "b1", c1 = "c1", b2 = "b2";
   Queue queue;
   for (const std::string* item : {&a1, &a2, &a3}) queue.push("a", item);
@@ -40,7 +40,7 @@ TEST(FairQueues, ServeClientsByTurns) {
   EXPECT_EQ(order, "a1b1c1a2b2a3");
 }
 
-TEST(FairQueues, CountWhatTurnsCost) {
+TEST(FairQueues, ChargeClientsForTheCostOfTheirTurns) {
   const std::string a1 = "a1", a2 = "a2", b1 = "b1", b2 = "b2", b3 = "b3", c1 = "c1", c2 = "c2";
   Queue queue;
   for (const std::string* item : {&a1, &a2}) queue.push("a", item);
@@ -56,7 +56,7 @@ TEST(FairQueues, CountWhatTurnsCost) {
   EXPECT_EQ(serve(queue), "a2");
 }
 
-TEST(FairQueues, AreLeft) {
+TEST(FairQueues, RemoveItems) {
   const std::string a1 = "a1", a2 = "a2", b1 = "b1";
   Queue queue;
   queue.push("a", &a1);
@@ -143,7 +143,7 @@ class SampleQueue : public ServerTest {
   std::vector<Client> holders;
 };
 
-TEST_F(SampleQueue, OneAddressDoesNotKeepTheThreads) {
+TEST_F(SampleQueue, OneAddressDoesNotOccupyTheThreads) {
   start();
   ASSERT_NO_FATAL_FAILURE(hold_threads());
   // The maximum number of requests of one client, and more: the additional ones are refused, and a
@@ -163,7 +163,7 @@ TEST_F(SampleQueue, OneAddressDoesNotKeepTheThreads) {
   for (Client& client : greedy) EXPECT_EQ(client.receive().status, 200);
 }
 
-TEST_F(SampleQueue, AnotherIsServedWhileOneAddressAsksAllTheTime) {
+TEST_F(SampleQueue, AnotherClientIsServedDespiteContinuousRequestsOfOneAddress) {
   start();
   std::atomic<bool> is_over{false};
   std::atomic<uint64_t> greedy{0};
@@ -190,7 +190,7 @@ TEST_F(SampleQueue, AnotherIsServedWhileOneAddressAsksAllTheTime) {
   for (std::thread& loop : loops) loop.join();
 }
 
-TEST_F(SampleQueue, WhenItIsFullTheClientThatHasMostGivesWay) {
+TEST_F(SampleQueue, WhenItIsFullTheClientWithTheMostRequestsLosesOne) {
   options.limits.waiting_computations = 4;
   start();
   ASSERT_NO_FATAL_FAILURE(hold_threads());
@@ -207,7 +207,7 @@ TEST_F(SampleQueue, WhenItIsFullTheClientThatHasMostGivesWay) {
   EXPECT_EQ(refused, 1u);
 }
 
-TEST_F(SampleQueue, WhoLeavesIsTakenOut) {
+TEST_F(SampleQueue, RequestsOfDisconnectedClientsAreRemoved) {
   start();
   ASSERT_NO_FATAL_FAILURE(hold_threads());
   const uint64_t begun = metric("isosplat_computations_total");
@@ -222,7 +222,7 @@ TEST_F(SampleQueue, WhoLeavesIsTakenOut) {
     EXPECT_TRUE(has(kWaiting, threads()));
     EXPECT_EQ(metric("isosplat_work_cancelled_total"), by_reset ? count : 2 * count);
   }
-  // Requests whose connection is reset at once take no places in the queue.
+  // Requests whose connection is reset at once do not stay in the queue.
   const size_t most = size_t{options.limits.waiting_computations_of_one} * threads();
   for (size_t i = 0; i < 3 * most; ++i) clients_from("127.0.0.3", 1)[0].reset();
   EXPECT_TRUE(has(kWaiting, threads()));
@@ -243,7 +243,7 @@ TEST_F(SampleQueue, WorkThatHasBegunEndsWithItsClient) {
   EXPECT_EQ(metric("isosplat_computations_total"), begun) << "no further turn";
 }
 
-TEST_F(SampleQueue, TokensCountForThemselves) {
+TEST_F(SampleQueue, EachTokenCountsAsAClient) {
   write_file(folder.path() / "tokens",
              "0123456789abcdef-one name=one *\n0123456789abcdef-two name=two *\nanyone points\n");
   options.token_file = folder.path() / "tokens";

@@ -14,7 +14,7 @@
 namespace isosplat::server::test {
 namespace {
 
-TEST(RoutedCalls, AskOnceWhoSendsTheRequest) {
+TEST(RoutedCalls, AdmitTheClientOnce) {
   constexpr int kStores = 2 * kHeadersPerTurn + 1;
   const TemporaryFolder folder;
   write_file(folder.path() / "scan-0.isosplat", make_store(1, {5, 5, 5}, 10).file);

@@ -245,7 +245,7 @@ TEST_F(Samples, RefuseMalformedQueries) {
   EXPECT_EQ(get(port(), samples("level=99")).status, 404);
 }
 
-TEST_F(Samples, AreComputedByThreadsOfTheirOwn) {
+TEST_F(Samples, AreComputedOnSeparateThreads) {
   ASSERT_EQ(get(port(), samples("")).status, 200);
   const std::string metrics = get(port(), "/metrics").body;
   const std::string name = "\nisosplat_computations_total ";

@@ -74,7 +74,7 @@ class SlowDisk : public ServerTest {
   const KnownStore slow = make_store(7);
 };
 
-TEST_F(SlowDisk, DelaysOnlyWhoReadsFromIt) {
+TEST_F(SlowDisk, DelaysOnlyClientsThatReadFromIt) {
   start_with_open_stores();
   gate().close();
   Client waiting(port());
@@ -158,7 +158,7 @@ TEST_F(SlowDisk, AChunkThatWasSentIsInMemory) {
   EXPECT_EQ(get(port(), target).body, text_of(chunk_of(slow).bytes));
 }
 
-TEST_F(SlowDisk, AStopDropsWhatIsQueued) {
+TEST_F(SlowDisk, AStopDropsQueuedReads) {
   options.limits.stop_time = std::chrono::milliseconds(50);
   start_with_open_stores();
   const std::string target = slow_content("chunks/" + place_of(chunk_of(slow)));

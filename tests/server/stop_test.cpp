@@ -100,7 +100,7 @@ TEST_F(Stop, TheDeadlineDropsResponsesInProgress) {
   EXPECT_LT(received, large.file.size());
 }
 
-TEST_F(Stop, MayBeAskedAgain) {
+TEST_F(Stop, MayBeRequestedAgain) {
   start();
   server->stop();
   server->stop();
@@ -150,7 +150,7 @@ TEST_F(Stop, LocalhostAndAllInterfaces) {
   }
 }
 
-TEST_F(Stop, AccessLogHasOneLineAnAnswer) {
+TEST_F(Stop, AccessLogHasOneLinePerResponse) {
   std::mutex mutex;
   std::vector<std::string> lines;
   options.access_log = [&](std::string_view line) {

@@ -73,7 +73,7 @@ TEST(Target, Refused) {
 
 TEST(Target, Queries) {
   const Result<Target> page = parse_target("/?src=%&volume=a&x=%0a");
-  ASSERT_TRUE(page) << "the page's program says what it cannot read";
+  ASSERT_TRUE(page) << "the script of the page reports invalid parameters";
   EXPECT_EQ(page->query, (std::vector<std::pair<std::string, std::string>>{{"volume", "a"}}));
 
   const Result<Target> target = parse_target("/x?a=1&b=%2F0/1&&c&=d&e=f=g&h=1e+5&a=2");

@@ -55,7 +55,7 @@ struct TlsClient {
     std::string_view protocols = {};       ///< ALPN: each after its length
     SSL_SESSION* session = nullptr;
     const char* ciphers = nullptr;
-    std::string_view before = {};  ///< the handshake
+    std::string_view before = {};  ///< bytes to send before the handshake
   };
 
   explicit TlsClient(uint16_t port) : TlsClient(port, Options{}) {}
@@ -147,7 +147,8 @@ TEST_F(Tls, ServesTheSameBytes) {
     const std::string response = client.get(content("file"));
     EXPECT_TRUE(response.starts_with("HTTP/1.1 200 OK\r\n"));
     EXPECT_EQ(response.substr(response.find("\r\n\r\n") + 4), text_of(alpha.file));
-    EXPECT_TRUE(client.was_closed_by_notice) << "else a client cannot tell a cut from an end";
+    EXPECT_TRUE(client.was_closed_by_notice)
+        << "a client must distinguish the end from a lost connection";
   }
 }
 
@@ -253,8 +254,8 @@ std::string client_hello() {
   const Owned<SSL_CTX, SSL_CTX_free> context(SSL_CTX_new(TLS_client_method()));
   const Owned<SSL, SSL_free> ssl(SSL_new(context.get()));
   BIO* const sent = BIO_new(BIO_s_mem());
-  SSL_set_bio(ssl.get(), BIO_new(BIO_s_mem()), sent);  // takes both
-  SSL_connect(ssl.get());  // returns, since the response is not there yet
+  SSL_set_bio(ssl.get(), BIO_new(BIO_s_mem()), sent);  // owns both
+  SSL_connect(ssl.get());                              // returns, since no response has arrived
   char* bytes = nullptr;
   const long size = BIO_get_mem_data(sent, &bytes);
   return {bytes, static_cast<size_t>(size)};
@@ -292,8 +293,10 @@ TEST_F(Tls, StalledHandshakesMakeRoom) {
 TEST_F(Tls, ResetsOfTheClientReleaseEverything) {
   const KnownStore large = make_store(3, {128, 128, 128}, 2'000'000);
   write_file(folder.path() / "large.isosplat", large.file);
-  options.limits.bytes_in_flight = 1 << 20;    // two bodies: more that stay show
-  options.limits.connections_per_address = 3;  // so do connections
+  // Memory for two bodies, and three connections. The test fails if the server does not release
+  // them.
+  options.limits.bytes_in_flight = 1 << 20;
+  options.limits.connections_per_address = 3;
   options.scan_interval = std::chrono::hours(1);
   start();
   const std::string hello = client_hello();
@@ -429,7 +432,7 @@ TEST_F(Tls, RedirectionNeedsTls) {
   EXPECT_EQ(Server::start(options).error().status, Status::invalid_argument);
 }
 
-TEST_F(Tls, MetricsTellHandshakesAndCertificates) {
+TEST_F(Tls, MetricsReportHandshakesAndCertificates) {
   start();
   Client(port()).send("GET / HTTP/1.1\r\n\r\n");
   EXPECT_TRUE(eventually([&] {

@@ -42,7 +42,7 @@ TEST(NameSegments, DifferentTextsHaveDifferentOnes) {
   EXPECT_EQ(name_segment("Müller"), name_segment("Müller")) << "always the same";
 }
 
-TEST(VolumeName, IsToldFromOtherTexts) {
+TEST(VolumeName, IsDistinguishedFromOtherTexts) {
   for (const char* name : {"a", "ct~a", "ct~2024~a.b_c-d", "a--0123abcd"}) {
     EXPECT_TRUE(is_volume_name(name)) << name;
   }
@@ -193,7 +193,7 @@ TEST_F(Rights, DoNotMoveToAStoreWhoseNameWouldBecomeTheSame) {
   }
 }
 
-TEST_F(Rights, OfAnAlteredNameAreOfThisFileAlone) {
+TEST_F(Rights, ToAnAlteredNameApplyToThisFileAlone) {
   write_store("a b.isosplat", mine);
   restart();
   const std::string name = name_of(mine);
@@ -211,7 +211,7 @@ TEST_F(Rights, OfAnAlteredNameAreOfThisFileAlone) {
   EXPECT_EQ(readable(name), Contents{});
 }
 
-TEST_F(Rights, OfEqualNamesInTwoFoldersStayInTheirs) {
+TEST_F(Rights, ToEqualNamesInTwoFoldersStayInTheirFolder) {
   write_store("one/head.isosplat", mine);
   std::filesystem::create_directory(folder.path() / "two");
   for (const bool is_turned : {false, true}) {
@@ -293,7 +293,7 @@ TEST_F(Rights, AFolderThatDisappearsIsNoVolume) {
   EXPECT_TRUE(eventually([&] { return listed(kAll) == Names{"head"}; }));
 }
 
-TEST_F(Rights, LinksOutOfTheFolderAreNotFollowedIfTheOperatorSaysSo) {
+TEST_F(Rights, LinksOutOfTheFolderAreNotFollowedIfTheOperatorForbidsIt) {
   TemporaryFolder elsewhere;
   write_file(elsewhere.path() / "secret.isosplat", other.file);
   write_store("ct/head.isosplat", mine);
@@ -320,7 +320,7 @@ TEST_F(Rights, LinksOutOfTheFolderAreNotFollowedIfTheOperatorSaysSo) {
   EXPECT_TRUE(eventually([&] { return listed(kAll) == (Names{"ct~head", "inside"}); }));
 }
 
-TEST_F(Rights, FilesOfSecretsThatAllUsersCanReadAreWarnedOf) {
+TEST_F(Rights, AWarningNamesFilesOfSecretsThatAllUsersCanRead) {
   grant("*");
   ::chmod(options.token_file.c_str(), 0600);
   restart();
