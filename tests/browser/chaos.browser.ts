@@ -3,7 +3,8 @@
  * delayed, truncated, changed, refused, or taken from another store; the store is replaced and
  * removed; the WebGL context is lost; and the visitor keeps using the page. Afterwards the page
  * must show the same picture as an undisturbed page, without a message. If a fault lasts, the page
- * must name it and send the same request at most once in ten seconds. No resources may leak. For an hour, with other seeds:
+ * must name it and send the same request at most once in ten seconds. No resources may leak. To run both tests
+ * for half an hour each, with other faults:
  * CHAOS_SECONDS=1800 CHAOS_SEED=7 npx playwright test chaos
  */
 import { mkdtempSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";

@@ -317,7 +317,7 @@ TEST(Lattice, FewUnevenlySpacedValuesAreQuantized) {
   expect_store_of<float>(*store, kSize, voxels);
 }
 
-TEST(Lattice, TheOthersStayExactIfVoxelsAreMissing) {
+TEST(Lattice, PresentVoxelsStayExactIfOthersAreMissing) {
   std::vector<float> voxels;
   for (const int32_t n : integers<int32_t>(0, 255, 3)) {
     voxels.push_back(n == 77 ? std::nanf("") : static_cast<float>(n));

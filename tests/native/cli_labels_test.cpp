@@ -232,7 +232,7 @@ TEST_F(CliLabels, RefusesVolumesWithoutLabelsOrWithTooMany) {
   EXPECT_EQ(scene_of(folder / "seg.isobundle").layers.size(), 4u);
 }
 
-TEST_F(CliLabels, ANoteOffersThemForSegmentationsOnly) {
+TEST_F(CliLabels, ANoteSuggestsLabelsForSegmentationsOnly) {
   const auto note_of = [&](const std::string& volume) {
     const Ended built =
         run({"build", volume, "-o", folder / "x.isosplat", "--no-thumbnail", "--force"});

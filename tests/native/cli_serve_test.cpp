@@ -236,7 +236,8 @@ TEST(CliServe, ANewProcessTakesOverWhileTransfersGoOn) {
   while (read_file(err).find("this process goes on") == std::string::npos) usleep(10'000);
   EXPECT_TRUE(get(port, "/readyz").starts_with("HTTP/1.1 200 "));
 
-  write_file(config, "stores = [\"" + store + "\"]\nport = 1\n");  // it gets the sockets
+  // The new process gets the sockets of the old one, so it does not use this port.
+  write_file(config, "stores = [\"" + store + "\"]\nport = 1\n");
   ::kill(old, SIGUSR2);
   const pid_t successor = number_behind(err, "handed over to process ");
   ASSERT_GT(successor, 1);
@@ -296,7 +297,7 @@ TEST(CliServe, TakesOptionsFromAFileAndTheCommandLineFirst) {
 /// A server whose standard output and error are the descriptors of the test, on a free port.
 class Piped {
  public:
-  /// `output`: closed here once the server has it.
+  /// `output`: a descriptor, which the constructor closes in the test's process.
   Piped(const std::string& store, int output) {
     child_ = ::fork();
     if (child_ == 0) {
@@ -313,7 +314,7 @@ class Piped {
     ::close(output);
   }
 
-  /// Responses to requests whose lines in the log are 4 KB each.
+  /// Makes requests whose lines in the log are 4 KB each, and checks their responses.
   void request(int count) const {
     for (int i = 0; i < count; ++i) {
       EXPECT_TRUE(get(listener_.port, "/?" + std::string(4000, 'x')).starts_with("HTTP/1.1 200 "));

@@ -483,7 +483,7 @@ TEST_F(SlicesGpu, APickFindsASliceInAFaceOfTheClipping) {
   }
 }
 
-TEST_F(SlicesGpu, SurfacesJustBeforeThemHideThemAlsoFromWithinTheVolume) {
+TEST_F(SlicesGpu, SurfacesJustInFrontHideThemAlsoFromWithinTheVolume) {
   show(ball());
   add(0, 0, 2000);
   const ChunkHandle handle = next_handle_ - 1;

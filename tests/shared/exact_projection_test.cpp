@@ -172,7 +172,7 @@ TEST(ExactProjection, FailsOnFewSmoothCells) {
   EXPECT_GT(met, active * 80 / 100);
 }
 
-TEST(ExactProjection, IsTheSameBitsOnEveryBuild) {
+TEST(ExactProjection, HasTheSameBitsInEveryBuild) {
   RandomCells random(23);
   Digest digest;
   for (int n = 0; n < 10000; ++n) {

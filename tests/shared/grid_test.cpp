@@ -62,7 +62,7 @@ TEST(Blocks, PartitionTheCellsOfALevel) {
   }
 }
 
-TEST(Blocks, OfThinVolumesAreThin) {
+TEST(Blocks, AreThinInThinVolumes) {
   EXPECT_EQ(block_cells(level_grid({65, 66, 67}, 0), {0, 1, 1}), (Index3{64, 1, 2}));
 }
 
@@ -117,7 +117,7 @@ TEST(VolumeGrid, GradientsFollowTheWorldOnShearedGrids) {
   EXPECT_LT(length(index - Vec3d{4, 5, 6}), 1e-12);
 }
 
-TEST(VolumeGrid, TellsHowFarItsAxesAreFromPerpendicular) {
+TEST(VolumeGrid, ReportsHowFarItsAxesAreFromPerpendicular) {
   EXPECT_EQ(shear_degrees(kIdentity3), 0);
   const double s = std::sin(0.3), c = std::cos(0.3);
   EXPECT_NEAR(shear_degrees({c, -s, 0, s, c, 0, 0, 0, 1}), 0, 1e-6);
@@ -126,7 +126,7 @@ TEST(VolumeGrid, TellsHowFarItsAxesAreFromPerpendicular) {
   EXPECT_NEAR(shear_degrees({5, 0, -3, 0, 2, 0, 0, 0, 3}), 45, 1e-9);  // columns of any length
 }
 
-TEST(VolumeGrid, AxesAreABasisOrAreRefused) {
+TEST(VolumeGrid, RefusesAxesThatAreNotABasis) {
   EXPECT_TRUE(is_basis(kIdentity3));
   EXPECT_TRUE(is_basis({-1, 0, 0, 0, 1, 0, 0, 0, 1}));
   EXPECT_TRUE(is_basis({1, 0.6, 0, 0, 0.8, 0.6, 0, 0, 0.8}));

@@ -15,7 +15,7 @@ TEST(PackedSample, IsExactForSpansBelow512Codes) {
   EXPECT_EQ(sample.corners, Trilinear::as_floats(corners));
 }
 
-TEST(PackedSample, KeepsPlaceAndInterval) {
+TEST(PackedSample, KeepsPositionAndInterval) {
   RandomCells random(41);
   for (int n = 0; n < 10000; ++n) {
     const CellCorners corners = random.cell();
@@ -65,7 +65,7 @@ TEST(PackedSample, ShiftsOnlyAsFarAsItMust) {
   EXPECT_EQ(corner_shift({9, 3}), 0);
 }
 
-TEST(PackedSample, IsTheSameBitsOnEveryBuild) {
+TEST(PackedSample, HasTheSameBitsInEveryBuild) {
   RandomCells random(43);
   Digest digest;
   for (int n = 0; n < 10000; ++n) {

@@ -135,7 +135,7 @@ TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
   EXPECT_EQ(wrong, 0u) << "intervals";
 }
 
-TEST_P(Noise, RoundedIntervalsContainTheirs) {
+TEST_P(Noise, RoundedIntervalsContainTheOriginalOnes) {
   GatheredBlock block;
   gather_block(layer_, {0, 0, 0}, block);
   const std::vector<CellInterval> before = block.intervals;

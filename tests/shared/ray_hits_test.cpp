@@ -48,7 +48,7 @@ TEST(SurfacePick, BothSidesOfAWallInOneCell) {
   expect_near(hits_in(ray, 0, wall, 64), {});
 }
 
-TEST(SurfacePick, TellsHowFarTheOtherSideOfAWallIs) {
+TEST(SurfacePick, ReportsTheDistanceToTheOtherSideOfAWall) {
   const PackedSample wall[] = {pack_sample({0, 0, 0}, {0, 400}, {0, 400, 0, 0, 0, 400, 0, 0})};
   const PickRay ray{{-1, -1, 0.5}, {1, 1, 0}, 0, 10};
   const float isovalue = 64;

@@ -23,7 +23,7 @@ std::string error_of(const std::string& text) {
   return scene ? "" : scene.error().message;
 }
 
-TEST(Scene, HasLayersWithSurfacesAndPlaces) {
+TEST(Scene, HasLayersWithSurfacesAndTransforms) {
   const auto scene = parse_scene(scene_of(
       R"([{"name":"bone","group":"CT","store":"a.isosplat",
            "label":{"value":-5,"voxels":9007199254740992,"volume":0.25},"surfaces":[
@@ -221,7 +221,7 @@ TEST(Scene, AnyDamageIsAnErrorOrAScene) {
   EXPECT_TRUE(parse_scene(deep));
 }
 
-TEST(Scene, IsToldFromOtherFilesByItsFirstBytes) {
+TEST(Scene, IsDistinguishedFromOtherFilesByItsFirstBytes) {
   EXPECT_TRUE(looks_like_scene("{\"format\":"));
   EXPECT_TRUE(looks_like_scene("\xEF\xBB\xBF\r\n\t {\"name\":\"ä\""));
   for (const std::string_view other :

@@ -207,7 +207,7 @@ TEST(VisibilityMapTest, RegionsOfFineBlocksArePartsOfBlocksOfLevelZero) {
   EXPECT_EQ(visibility.of({0, {4, 6, 8}}), Visibility::hidden);
 }
 
-TEST(RegionMaskTest, BlocksBelowShareTheRegionsAmongThem) {
+TEST(RegionMaskTest, BlocksBelowPartitionTheRegions) {
   for (uint32_t levels = 0; levels <= kRegionLevels; ++levels) {
     RegionMask together;
     for (int32_t i = 0; i < 1 << 3 * levels; ++i) {

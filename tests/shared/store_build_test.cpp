@@ -100,7 +100,7 @@ TEST(StoreBuild, BlocksAsMessagesGiveTheSameStore) {
   EXPECT_EQ(build_store(true, 3).store, in_place.store);
 }
 
-TEST(StoreBuild, MessagesSayThatAStoreIsForOneIsovalue) {
+TEST(StoreBuild, MessagesStateThatAStoreIsForOneIsovalue) {
   const Built all = build_store(false, 1);
   const double isovalue = all.report.info.mapping.value(
       (all.report.info.range.min + all.report.info.range.max) / 2 + 0.5);

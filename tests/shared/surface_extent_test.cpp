@@ -137,7 +137,8 @@ TEST(SurfaceExtent, WithoutASurfaceAllIsOnOneSide) {
   EXPECT_EQ(above.volume_above(), above.grid_volume());
 }
 
-// However small the part on the other side is, also at the last voxel.
+// A single voxel on the other side has a surface, however small its part of a cell is. This also
+// holds for the last voxel of the grid.
 TEST(SurfaceExtent, OneVoxelOnTheOtherSide) {
   const VolumeGrid grid = grid_of({70, 67, 68});
   for (const Vec3d lone : {Vec3d{30, 30, 30}, Vec3d{0, 0, 0}, Vec3d{69, 66, 67}, Vec3d{69, 0, 67},

@@ -70,7 +70,7 @@ TEST(Sample, LiesAtTheCentreWithTheMeanOfTheCorners) {
   }
 }
 
-TEST(Sample, IsTheSameBitsOnEveryBuild) {
+TEST(Sample, HasTheSameBitsInEveryBuild) {
   RandomCells random(5);
   Digest digest;
   for (int n = 0; n < 10000; ++n) {

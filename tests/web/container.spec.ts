@@ -61,7 +61,7 @@ describe("the container file", () => {
     expect(await health((path) => copyFileSync(store, path))).toBe(0);
   });
 
-  test("is healthy with TLS, whose certificate is for another name", async () => {
+  test("is healthy with a TLS certificate for another name", async () => {
     const store = join(root, "tests/golden/v1.0/u8.isosplat");
     const withTls = (folder: string) => {
       const { certificate, key } = makeCertificate(folder, "volumes.example");

@@ -124,7 +124,7 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
     expect(received).toBe(0);
   });
 
-  test("a missing file, a refusal, a fault of the host, and a page: each in one sentence", async () => {
+  test("reports a missing file, a refusal, a fault of the host and a page in one sentence each", async () => {
     await expect(get(`${proxy.url}/none.raw`)).rejects.toThrow(/404.*check the address\.$/);
     for (const [status, words] of [
       [403, "open the complete link"],

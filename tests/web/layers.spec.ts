@@ -103,7 +103,7 @@ describe("the order of layers", () => {
     expect(list.idOf(1)).toBe(0);
   });
 
-  test("does not change which layer counts as the first: the one added first", () => {
+  test("does not change which layer is the first: it stays the one that was added first", () => {
     const { list, entries, layerOf } = listOf("abcd");
     list.move(layerOf("a"), 3);
     list.move(layerOf("d"), 0);

@@ -7,7 +7,7 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-test("numbers wait, but the arrival of the last chunk and new missing chunks are reported at once", () => {
+test("reports changed numbers later, but the last chunk and new missing chunks at once", () => {
   vi.useFakeTimers();
   let current = { state: "refining", chunksToGo: 5, bytesFetched: 0 } as Progress;
   const reported: number[] = [];

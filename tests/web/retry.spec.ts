@@ -42,7 +42,7 @@ test("slow retries come after 12 s, 14 s, and then every 16 s", async () => {
   expect(longestSlowRetry).toBeLessThan(longestGap);
 });
 
-test("soon retries slow down to one attempt in ten seconds", async () => {
+test("retries of the kind soon slow down to one attempt in ten seconds", async () => {
   const times = await tries("unreachable", 120_000);
   const late = gaps(times.filter((time) => time - (times[0] ?? 0) > 20_000));
   expect(late.length).toBeGreaterThan(5);
@@ -50,7 +50,7 @@ test("soon retries slow down to one attempt in ten seconds", async () => {
   expect(Math.max(...gaps(times))).toBeLessThan(longestGap);
 });
 
-test("a failure with a cause other than the checked one is not hastened twice", async () => {
+test("if an intact store hastens a retry, and the retry fails, later retries are slow", async () => {
   let hastened = 0;
   const backoff = new Backoff({
     trouble: () => {},
