@@ -32,7 +32,7 @@ def volume(values, steps, origin):
 
 
 def dicom_pixels(ds):
-    """Values of all frames: pydicom leaves the bits beside the stored ones to the caller."""
+    """Values of all frames. pydicom does not remove the bits outside of the stored ones."""
     if not hasattr(ds.file_meta, "TransferSyntaxUID"):
         little, implicit = ds.is_little_endian, ds.is_implicit_VR
         if implicit:

@@ -27,7 +27,7 @@ struct Page {
   std::string voxels;
   int bits = 0;                ///< 0: of the type
   int samples = 1;             ///< of a pixel, each in a separate strip
-  int rows_per_strip = 0;      ///< 0: any; > 1 samples: all
+  int rows_per_strip = 0;      ///< 0: a random number. Ignored for several samples: one strip each
   std::vector<Entry> further;  ///< entries of other tags
   bool is_left_out = false;    ///< its strips are not written
 };

@@ -1,7 +1,9 @@
 // Compares the size of a store, and of the chunks of one isovalue, with the size of the volume if
-// it is compressed as a whole. Prints one line of JSON: isosplat_store_size_bench VOLUME
-// [--fetch-weight W] [--quantized-values FILE] FILE: output for the quantized values of all voxels,
-// as input for other compressors.
+// it is compressed as a whole. Prints one line of JSON.
+//
+//   isosplat_store_size_bench VOLUME [--fetch-weight W] [--quantized-values FILE]
+//
+// Writes the quantized values of all voxels to FILE, as input for other compressors.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -38,8 +40,8 @@ class PerValue {
   std::vector<uint64_t> change_ = std::vector<uint64_t>(65537);
 };
 
-/// The first voxels of the pieces of an axis. A piece has 64 voxels, the last one 2 to 65, without
-/// overlap.
+/// The first voxel of each piece of an axis. Pieces do not overlap. Each piece has 64 voxels,
+/// except the last one, which has 2 to 65.
 std::vector<int32_t> pieces(int32_t voxels) {
   std::vector<int32_t> begins{0};
   while (voxels - begins.back() > kBlockCells + 1) begins.push_back(begins.back() + kBlockCells);

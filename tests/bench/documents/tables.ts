@@ -341,7 +341,7 @@ function scaleTables(): DocumentTable[] {
   ];
 }
 
-/** All tables that documents have from the results. */
+/** All tables in documents that are written from the results. */
 export function documentTables(): DocumentTable[] {
   const bench = "docs/bench/README.md";
   const samplingTables = ["engine 60.5", "aneurysm 100.5"].map(samplings).join("\n\n");

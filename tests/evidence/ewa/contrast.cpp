@@ -143,7 +143,7 @@ double edge_width(const Luminance& picture, int per_px, const Checker& checker,
   }
   const auto crossing = [&](double share) {
     const double level = levels.dark + share * (levels.bright - levels.dark);
-    // The last position below the level, seen from the bright end.
+    // Searches from the bright end for the first bin below the level, and interpolates.
     double previous = 0, at_previous = 0;
     bool has_previous = false;
     for (size_t i = bins; i-- > 0;) {

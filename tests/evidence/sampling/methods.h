@@ -8,11 +8,11 @@
 
 namespace isosplat {
 
-/// A box of a cell, half as large per subdivision, with one sample at its centre.
+/// A cell, or an octant of a subdivided cell. It has one sample, at its centre.
 struct SampleBox {
   Vec3f low;                       ///< in cells, inside the unit cell
   float side = 1;                  ///< in cells
-  std::array<float, 8> corners{};  ///< the trilinear function there: its extremes in the box
+  std::array<float, 8> corners{};  ///< values of the trilinear function at the box's corners
 };
 
 /// The positions of the samples of a cell (paper, section 4).
@@ -24,9 +24,9 @@ enum class Subdivision : uint8_t {
 
 /// How a sample is projected (paper, section 3).
 enum class ProjectionMethod : uint8_t {
-  newton,          ///< one step, and dropped if it is longer than half the box's diagonal
+  newton,          ///< one step; drops the sample if it is longer than half the box's diagonal
   newton_clamped,  ///< one step, clamped to this length and to the cell, like Isosplat
-  two_newton,      ///< two steps, dropped as one
+  two_newton,      ///< two steps; drops the sample if their sum is longer than this length
   exact  ///< the nearest root along the gradient in the cell; like newton_clamped if there is none
 };
 
