@@ -118,7 +118,7 @@ const text = [
   "",
   "`npm run dependencies` writes this document; do not edit it.",
   "",
-  "Native libraries are Debian packages, and JavaScript libraries are npm packages with exact versions in `package-lock.json`. A WebAssembly module holds the core, tl::expected and xxHash. The modules that read volume files, build stores or write meshes also hold nlohmann/json; the module that reads volume files also holds {fmt}. The npm package `isosplat` has no dependencies. Each release has a list of all that its packages contain or depend on, with exact versions ([list of components](../RELEASE.md#list-of-components))..",
+  "Native libraries are Debian packages, and JavaScript libraries are npm packages with exact versions in `package-lock.json`. A WebAssembly module holds the core, tl::expected and xxHash. The modules that read volume files, build stores or write meshes also hold nlohmann/json; the module that reads volume files also holds {fmt}. The npm package `isosplat` has no dependencies. Each release has a list of all that its packages contain or depend on, with exact versions ([list of components](../RELEASE.md#list-of-components)).",
   "",
   "## Debian packages",
   "",
@@ -139,7 +139,9 @@ const text = [
 
 const unused = Object.keys(uses).filter((name) => !named.has(name));
 if (unused.length > 0) {
-  throw new Error(`.ci/dependencies.mjs: "uses" names ${unused}, no package.json does: remove it`);
+  throw new Error(
+    `.ci/dependencies.mjs: expected a package.json that names ${unused}, which "uses" names, found none: remove it from "uses"`,
+  );
 }
 if (process.argv.includes("--print")) process.stdout.write(text);
 else writeFileSync(join(root, "docs/DEPENDENCIES.md"), text);
