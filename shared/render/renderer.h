@@ -54,11 +54,10 @@ class Renderer {
   Result<void> warm_up(uint32_t framebuffer = 0);
 
   /// Adds a volume, or replaces the one with this number and removes its chunks. Settings and
-  /// camera are kept. An affine transform of a volume is another grid.
+  /// camera are kept. To transform a volume affinely, pass its transformed grid.
   void set_volume(const VolumeGrid& grid, const ValueMapping& mapping, VolumeId volume = 0);
-  /// Puts a volume at another place, with its chunks: a grid of the same voxels with another
-  /// origin, direction or spacing. Errors: invalid_argument (no such volume, or another number of
-  /// voxels).
+  /// Moves a volume and its chunks: sets a grid of the same voxels with another origin, direction
+  /// or spacing. Errors: invalid_argument (no such volume, or another number of voxels).
   Result<void> move_volume(const VolumeGrid& grid, VolumeId volume = 0);
   /// Removes a volume and its chunks. Unknown numbers are ignored.
   void remove_volume(VolumeId volume);
@@ -141,8 +140,8 @@ class Renderer {
   /// Draws a part of the picture, from x px to the right of and y px below its upper left corner,
   /// and reads it: RGBA, alpha not premultiplied, rows from the top, 4 × width × height bytes.
   /// `smooth`: as draw_still() would draw the whole, else as draw() would. It differs from the
-  /// whole picture only by rounding, except in ambient occlusion and shadows: their occluders are
-  /// less exact if they are kTileMargin px away, and outside of the part. Errors: as draw(); also
+  /// whole picture only by rounding, except in ambient occlusion and shadows: occluders that are
+  /// kTileMargin px or more outside of the part are less exact. Errors: as draw(); also
   /// invalid_argument without begin_tiles(), for a part outside of the picture, or another number
   /// of bytes.
   Result<FrameStatistics> draw_tile(int x, int y, int width, int height, bool smooth,

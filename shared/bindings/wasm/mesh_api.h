@@ -29,7 +29,8 @@ const char* isosplat_mesh_status_name(IsosplatStatus status);
 const void* isosplat_mesh_result(uint32_t buffer);
 uint32_t isosplat_mesh_result_bytes(uint32_t buffer);
 
-/// Begins area and volume of an isosurface. lowest_quantized: the volume's smallest value.
+/// Begins to compute the area and volume of an isosurface. lowest_quantized: the volume's smallest
+/// value.
 IsosplatStatus isosplat_mesh_begin_extent(const IsosplatVolume* volume, float quantized_isovalue,
                                           uint32_t lowest_quantized);
 

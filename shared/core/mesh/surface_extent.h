@@ -9,10 +9,11 @@ namespace isosplat {
 /// faces of the grid. Add the mesh of every block of one level, in any order.
 ///
 /// The volume follows by Gauss's theorem from the flux of the field (x, 0, 0), in voxels. Only the
-/// face where x is largest has a flux besides the surface's: the area there of the region above the
-/// isovalue, which the boundary of the surface on this face gives by Green's theorem. If the
-/// last voxel is above, the volume of the whole grid is added. It is on the same side as the last
-/// corner of the last active cell (by z, then y, then x), since all cells after it are inactive.
+/// face where x is largest has a flux besides the surface's: the area, on this face, of the region
+/// above the isovalue. Green's theorem computes it from the boundary of the surface on the face. If
+/// the last voxel is above, the volume of the whole grid is added. It is on the same side as the
+/// last corner of the last active cell (by z, then y, then x), since all cells after it are
+/// inactive.
 ///
 /// Triangles are flatter than the surface: where its radius of curvature is r cells, about 0.6 / r²
 /// of the volume is lost, and at most 1 / r² of area and volume.

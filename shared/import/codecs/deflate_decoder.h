@@ -33,8 +33,8 @@ class DeflateDecoder {
   /// Discards input and output. The next call of `read` then returns the first byte.
   void reset();
 
-  /// Starts at deflated data that begin here, after the whole bytes that were taken. `window`: up
-  /// to 32 KiB of output before them.
+  /// Starts to decompress deflated data at the present position of the input. `window`: up to 32
+  /// KiB of output before this position.
   void begin(std::span<const std::byte> window);
 
   /// Drops input bits: the bits of a byte that belong to the data before this position.

@@ -16,8 +16,8 @@ class ClipCaps {
   /// Copies the layers that the splat passes drew last, in this frame and of this volume alone,
   /// with caps. `layer_of`: the layer of each isosurface of the volume, −1 for those that are not
   /// drawn. `before`: the number of volumes whose caps the copy has already. The new caps are
-  /// merged into this copy by depth; with 0, they replace it. `order`: where caps lie in the same
-  /// face, those of the volume with the greatest one are in front. Errors: gl_error.
+  /// merged into this copy by depth; with 0, they replace it. `order`: where caps of several
+  /// volumes lie in the same face, those with the greatest `order` are in front. Errors: gl_error.
   Result<void> draw(const DrawContext& context, SplatPasses& splat_passes, const SplatFrame& splats,
                     std::span<const int> layer_of, int layers, int before, int order);
 

@@ -14,8 +14,8 @@
 
 namespace isosplat::render {
 
-/// The resident chunks of a volume by handle: their clusters, the place of their samples in the GPU
-/// buffers of all volumes, and which of them are visible.
+/// The resident chunks of a volume by handle: their clusters, the location of their samples in the
+/// GPU buffers of all volumes, and which of them are visible.
 class ChunkStore {
  public:
   struct Chunk {

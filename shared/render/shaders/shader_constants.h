@@ -7,7 +7,7 @@
 #define KIND_EXACT 2
 
 // MAX_ISOSURFACES: of a volume. One layer holds all opaque isosurfaces, and each translucent one
-// has a layer of its own. NO_ISOSURFACE: no index among the isosurfaces of a volume.
+// has a separate layer. NO_ISOSURFACE: no index among the isosurfaces of a volume.
 #define MAX_ISOSURFACES 8
 #define MAX_LAYERS 9
 #define NO_ISOSURFACE 15
@@ -90,8 +90,8 @@
 // Caps. SHADE: factor of the isosurface's linear colour. DEPTH_STEP: depth by which the cap of a
 // higher isovalue is in front of that of a lower one. TILE_PX: side of a tile of states. BAND_PX:
 // expected width of a band of known states (cap_likely.glsl). ESTIMATED: bit of the states that a
-// cell gives to places beside it. BY_CELL: bit of the states that cells at the face give.
-// CUT_MARGIN_CELLS: distance from its cell up to which a place on a face belongs to it.
+// cell gives to positions beside it. BY_CELL: bit of the states that cells at the face give.
+// CUT_MARGIN_CELLS: distance from a cell up to which a position on a face belongs to the cell.
 #define CAP_SHADE 0.75
 #define CAP_DEPTH_STEP 2.4e-7
 #define CAP_TILE_PX 8
@@ -103,8 +103,8 @@
 // Slices. VALUES, NO_DATA: numbers of surface pixels in place of an isosurface; NO_DATA is the
 // pattern where no cells are resident. DEPTH_STEP: depth by which the pattern is in front of
 // surfaces in the same plane, and by which values are in front of the pattern. MARGIN: distance
-// beyond a face, in units of frame space, up to which a place still counts as inside. GREY: sRGB,
-// of the pattern. PERIOD_PX: distance between its lines.
+// beyond a face, in units of frame space, up to which a position still counts as inside. GREY:
+// sRGB, of the pattern. PERIOD_PX: distance between its lines.
 #define SLICE_VALUES 16382
 #define SLICE_NO_DATA 16383
 #define SLICE_DEPTH_STEP 1.2e-7
@@ -127,8 +127,8 @@
 #define OCCLUSION_ROW_TEXELS 128
 #define OCCLUSION_MAX_PX 255
 
-// Edge shading: a power of ½, with this exponent per unit of the sum of log₂ of the ratios of
-// depths, up to this sum.
+// Edge shading. The factor of a colour is 2^(−strength · SLOPE · s), where s is the sum of log₂ of
+// the ratios of depths, at most MOST.
 #define EDGE_SHADING_SLOPE 24.0
 #define EDGE_SHADING_MOST 0.1
 

@@ -10,8 +10,8 @@
 
 namespace isosplat {
 
-/// Everything that can go wrong in the core, each with its one cause. The list is the only one: the
-/// command line, the server and the page show these names.
+/// Everything that can go wrong in the core. Each status has exactly one cause. There is no other
+/// list: the command line, the server and the page show these names.
 ///
 /// X(name, cause)
 #define ISOSPLAT_STATUSES(X)                                                                     \
