@@ -18,9 +18,9 @@ import { stillOf } from "./picture_area.ts";
 const startLimitMs = 4000;
 
 /**
- * The viewer of an element. It exists while the pool grants the element a WebGL context. Opens the
- * source or the scene with the element's view, adds the child elements, retries after faults, reports events, and leaves a still picture
- * behind.
+ * The viewer of an element. It exists while the pool grants the element a WebGL context. Opens the source or the
+ * scene with the element's view, adds the child elements, retries after faults, and reports events. When it loses
+ * its context, it leaves a still picture.
  */
 export class ElementViewer {
   readonly #element: HTMLElement;
@@ -129,7 +129,7 @@ export class ElementViewer {
 
   /** Child elements were added, removed or changed. */
   #layersChanged(): void {
-    // The first ones open the picture. To others, the viewer adds them.
+    // If nothing is open, the first child elements open the picture. Otherwise the viewer adds them to it.
     if (this.#viewer && !this.#opening && this.#layers.hasAny) void this.#open();
     this.wake();
   }
@@ -151,7 +151,7 @@ export class ElementViewer {
     contexts.release(this.#user);
   }
 
-  /** Requests a draw, also when a visitor is about to use the element (isUrgent). */
+  /** Requests a context, or reports the use of the present one. isUrgent: a visitor is about to use the element. */
   wake(isUrgent = false): void {
     if (this.#isVisible && !this.#isEmpty) contexts.request(this.#user, isUrgent);
   }

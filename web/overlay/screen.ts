@@ -52,8 +52,8 @@ export class Screen {
   }
 
   /**
-   * How a point on a line moves: after a step s it is s / (1 + s · nearing) times `right` and `down`
-   * pixels from where it was. `nearing` is 0 for parallel rays. Undefined as for `point`.
+   * The motion of a point along a line. A step s moves it in the picture by `right` and `down` pixels, each
+   * times s / (1 + s · nearing). `nearing` is 0 for parallel rays. Undefined as for `point`.
    */
   motion(
     at: Triple,

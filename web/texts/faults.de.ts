@@ -43,7 +43,7 @@ export const fault: typeof English = {
   },
   "damaged-header": {
     title: "Die Isosplat-Datei ist beschädigt",
-    text: "Der Anfang von „NAME“ ist nicht, was geschrieben wurde. Kopieren Sie die Datei noch einmal, oder erzeugen Sie sie neu mit „isosplat build“.",
+    text: "Der Anfang von „NAME“ hat sich geändert, seit er geschrieben wurde. Kopieren Sie die Datei noch einmal, oder erzeugen Sie sie neu mit „isosplat build“.",
   },
   "damaged-page": {
     title: "Die Isosplat-Datei ist beschädigt",
@@ -58,8 +58,8 @@ export const fault: typeof English = {
     text: "Das Bild ist gröber, als der Bildschirm zeigen könnte. Schließen Sie andere Programme oder Tabs, und versuchen Sie es erneut.",
   },
   "worker-lost": {
-    title: "Der Browser hat beendet, was die Daten dekodiert",
-    text: "Vielleicht fehlt ihm Arbeitsspeicher. Es wird von selbst neu gestartet; schließen Sie andere Tabs, falls dies nicht vergeht.",
+    title: "Der Browser hat einen Worker beendet, der Daten dekodiert",
+    text: "Vielleicht fehlt dem Browser Arbeitsspeicher. Der Worker wird von selbst neu gestartet. Schließen Sie andere Tabs, falls diese Meldung bleibt.",
   },
   "no-webgl2": {
     title: "Dieser Browser bietet kein WebGL 2",
@@ -71,7 +71,7 @@ export const fault: typeof English = {
   },
   "renderer-failed": {
     title: "Das Bild kann nicht gezeichnet werden",
-    text: "Der Grafiktreiber hat abgelehnt. Versuchen Sie es erneut; hilft das nicht, starten Sie den Browser neu.",
+    text: "Der Grafiktreiber hat einen Fehler gemeldet. Versuchen Sie es erneut; hilft das nicht, starten Sie den Browser neu.",
   },
   "bad-address": {
     title: "Das ist nicht die Adresse einer Isosplat-Datei",

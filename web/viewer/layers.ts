@@ -54,7 +54,7 @@ export class Layers {
   readonly #samples: SampleBudget;
   readonly #changes: LayerChanges;
   readonly #progress: PictureProgress;
-  /** Those of the first layer, while there is none. */
+  /** The surfaces for the first layer, while there is no layer. */
   #surfacesBefore: readonly Surface[] = [];
   readonly #volumes = new LayerVolumes(this.list);
   readonly #reopening: LayerReopening;

@@ -30,7 +30,7 @@ export class RendererVolume {
     this.#instance.check(exports._isosplat_renderer_set_volume(this.#number, scratch));
   }
 
-  /** Puts the volume with its chunks at another place: the same voxels in another grid. */
+  /** Moves the volume and its chunks: sets another grid for the same voxels. */
   move(info: StoreInfo): void {
     const { exports, scratch } = this.#instance;
     layouts.writeVolume(this.#instance.view(), scratch, volumeRecord(info));

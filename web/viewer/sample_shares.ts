@@ -1,4 +1,4 @@
-/** The part of a layer outside of the picture, relative to the part of the layer that needs most. */
+/** The least weight of a layer, such as one outside of the picture, relative to the largest weight. */
 const leastShare = 0.05;
 
 /** The numbers that determine the share of one layer in the sample budget. */
