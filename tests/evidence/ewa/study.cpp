@@ -1,9 +1,12 @@
 // Compares alias and blur of the renderer's splats and of an EWA resampling filter (Zwicker et al.
-// 2001) with the ray caster's picture at many positions in each pixel: isosplat_ewa_study VOLUME
-// STORE ISOVALUE PICTURES Prints a line of JSON for each figure. PICTURES: a folder for pictures of
-// both scenes. Scenes: a plane with a checker pattern, which recedes to the horizon, and its edges
-// from the front; the volume as a whole, and close up. The light is without occlusion, shadows and
-// edge shading, which do not concern the filters.
+// 2001) with the ray caster's picture at many positions in each pixel.
+//
+//   isosplat_ewa_study VOLUME STORE ISOVALUE PICTURES
+//
+// Prints a line of JSON for each figure. PICTURES: a folder for pictures of both scenes. The first
+// scene is a plane with a checker pattern, which recedes to the horizon; its edges are measured
+// from the front. The second scene is the volume, as a whole and close up. The light is without
+// occlusion, shadows and edge shading, which do not concern the filters.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
