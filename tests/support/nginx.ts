@@ -1,11 +1,11 @@
 /** nginx as a typical static host: the configuration sets only the folder and a few settings. */
 import { type ChildProcess, spawn, spawnSync } from "node:child_process";
-import { randomUUID } from "node:crypto";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import type { AddressInfo } from "node:net";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { writtenLog } from "./written_log.ts";
 
 const program = ["/usr/sbin/nginx", "nginx"].find(
   (candidate) => spawnSync(candidate, ["-v"]).error === undefined,
@@ -89,28 +89,16 @@ export async function nginx(options: NginxOptions): Promise<Nginx> {
   }
   return {
     url,
-    accessLog: () => writtenLog(url, join(folder, "access")),
+    accessLog: async () => {
+      const lines = await writtenLog(join(folder, "access"), async (name) => {
+        const response = await fetch(url + name, { headers: { connection: "close" } });
+        await response.arrayBuffer();
+      });
+      // The first line is the request that checks whether nginx has started.
+      return lines.slice(1);
+    },
     stop: () => stopped(server, folder),
   };
-}
-
-/**
- * The lines of the access log, without the first (the request that checks whether nginx has
- * started). nginx writes a line after it has sent the response, so the client may have the response
- * before the log has its line. But it writes the lines in order. So this function makes a last
- * request, and waits for its line in the log.
- */
-async function writtenLog(url: string, path: string): Promise<string[]> {
-  const last = `log-${randomUUID()}`;
-  await (await fetch(url + last, { headers: { connection: "close" } })).arrayBuffer();
-  for (let attempt = 0; attempt < 200; ++attempt) {
-    const lines = readFileSync(path, "utf8").trim().split("\n").slice(1);
-    if (lines.some((line) => line.includes(last))) {
-      return lines.filter((line) => !/ \/log-[-0-9a-f]{36} /.test(line));
-    }
-    await new Promise((next) => setTimeout(next, 50));
-  }
-  throw new Error(`${path} has no line of ${last}`);
 }
 
 async function stopped(server: ChildProcess, folder: string): Promise<void> {

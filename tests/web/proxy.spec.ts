@@ -1,5 +1,4 @@
 /** The server behind nginx, with the configuration that the packages have. */
-import { randomUUID } from "node:crypto";
 import { once } from "node:events";
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import type { ClientHttp2Session, IncomingHttpHeaders } from "node:http2";
@@ -14,6 +13,7 @@ import {
   type PackagedNginx,
   startPackagedNginx,
 } from "../support/packaged_nginx.ts";
+import { writtenLog } from "../support/written_log.ts";
 
 const root = fileURLToPath(new URL("../..", import.meta.url));
 const token = "0123456789abcdef-all-volumes";
@@ -41,22 +41,13 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
     return { status: Number(answer[":status"]), headers: answer, body: Buffer.concat(parts) };
   }
 
-  /**
-   * The lines of the server's log, which lacks the requests that the cache answered. The server
-   * writes the line of a response after it has sent it, so the last ones may be missing.
-   */
-  const served = () =>
-    readFileSync(log, "utf8")
-      .trim()
-      .split("\n")
-      .map((line) => JSON.parse(line) as { target: string; id: string; status: number });
-  /** The number of requests of a path, once the log has the line of a later request. */
-  const requestsOf = async (path: string): Promise<number> => {
-    const last = `/v1/volumes/open?last-${randomUUID()}`;
-    await get(last);
-    await expect.poll(() => served().some(({ target }) => target === last)).toBe(true);
-    return served().filter(({ target }) => target === path).length;
+  /** The lines of the server's log, which lacks the requests that the cache answered. */
+  const served = async () => {
+    const lines = await writtenLog(log, (name) => get(`/v1/volumes/open?${name}`));
+    return lines.map((line) => JSON.parse(line) as { target: string; id: string; status: number });
   };
+  const requestsOf = async (path: string): Promise<number> =>
+    (await served()).filter(({ target }) => target === path).length;
 
   beforeAll(async () => {
     const store = join(root, "tests/golden/v1.0/u8.isosplat");
@@ -156,7 +147,7 @@ describe.skipIf(!hasPackagedNginx)("behind nginx, over HTTP/2", () => {
 
   test("the server's log has the ids that nginx made", async () => {
     await get("/v1/volumes/open?unique");
-    const ids = served().map(({ id }) => id);
+    const ids = (await served()).map(({ id }) => id);
     expect(ids.length).toBeGreaterThan(3);
     expect(new Set(ids).size).toBe(ids.length);
     // Requests in pieces (slices) have the id of their request.
