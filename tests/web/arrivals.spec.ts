@@ -9,8 +9,9 @@ const refining = (chunksToGo: number, bytesFetched = 0) => ({
 });
 
 test("the first picture waits for the first surfaces of all layers, but not for long", () => {
-  const arrivals = new Arrivals();
-  arrivals.setPartial(true);
+  let isPartial = false;
+  const arrivals = new Arrivals(() => isPartial);
+  isPartial = true;
   expect(arrivals.isBegun).toBe(false);
   arrivals.begin(1000);
   arrivals.begin(1100);
@@ -21,22 +22,23 @@ test("the first picture waits for the first surfaces of all layers, but not for 
   arrivals.pictureDrawn();
   expect(arrivals.waitOfFirst(1100)).toBe(0);
   arrivals.forget();
-  arrivals.setPartial(true);
+  isPartial = true;
   arrivals.begin(1000);
   expect(arrivals.waitOfFirst(1100)).toBe(200);
-  arrivals.setPartial(false);
+  isPartial = false;
   expect(arrivals.waitOfFirst(1100)).toBe(0);
 });
 
 test("a layer that is added later does not hold up the picture", () => {
-  const arrivals = new Arrivals();
+  let isPartial = false;
+  const arrivals = new Arrivals(() => isPartial);
   arrivals.begin(1000);
-  arrivals.setPartial(true);
+  isPartial = true;
   expect(arrivals.wait(2000, 10)).toBeLessThanOrEqual(0);
 });
 
 test("new chunks wait for the duration of a picture, as long as more are expected", () => {
-  const arrivals = new Arrivals();
+  const arrivals = new Arrivals(() => false);
   arrivals.begin(0);
   expect(arrivals.progressed(10, refining(5))).toBe(false);
   arrivals.drawn(100, 40);

@@ -101,7 +101,7 @@ export class ElementView {
     this.#host.viewer()?.setSurfaces(this.#surfaces);
     this.#host.surfacesChanged();
     const { isovalues } = this;
-    if (isovalues.length === before.length && isovalues.every((v, i) => v === before[i])) return;
+    if (sameValue(isovalues, before)) return;
     this.#host.wake();
     this.#changed("isovaluechange", isovalues, { isovalues });
   }

@@ -7,12 +7,17 @@ const longestPartial = 300;
 /** Decides how long a picture waits for data that are still to arrive. All times are in ms. */
 export class Arrivals {
   readonly #forecast = new ArrivalForecast();
+  readonly #isPartial: () => boolean;
   #begunAt: number | null = null;
-  #isPartial = false;
   #hasPicture = false;
   #chunksToGo = 0;
   /** While more data are expected, new chunks are not drawn before this time. */
   #nextPicture = 0;
+
+  /** isPartial: whether the first surface of a layer is still to arrive. */
+  constructor(isPartial: () => boolean) {
+    this.#isPartial = isPartial;
+  }
 
   /**
    * Whether something is visible, or it is known that there is nothing to see. Before that, drawing would
@@ -27,20 +32,13 @@ export class Arrivals {
     return this.#chunksToGo > 0;
   }
 
+  /** Whether there is something to draw, and nothing was drawn. */
+  get lacksPicture(): boolean {
+    return this.isBegun && !this.#hasPicture;
+  }
+
   begin(now: number): void {
     this.#begunAt ??= now;
-  }
-
-  /** isPartial: whether the first surface of a layer is still to arrive. */
-  setPartial(isPartial: boolean): void {
-    this.#isPartial = isPartial;
-  }
-
-  /** If the first picture waits for first surfaces: whether all of them have arrived now. */
-  isWhole(now: number, isPartial: () => boolean): boolean {
-    if (this.waitOfFirst(now) === 0) return false;
-    this.#isPartial = isPartial();
-    return !this.#isPartial;
   }
 
   /** The progress of streaming has changed. Returns whether the last expected chunk has arrived. */
@@ -66,8 +64,9 @@ export class Arrivals {
    * picture without some of them would mostly delay the picture with them.
    */
   waitOfFirst(now: number): number {
-    if (!this.#isPartial || this.#hasPicture || this.#begunAt === null) return 0;
-    return Math.max(0, this.#begunAt + longestPartial - now);
+    if (this.#hasPicture || this.#begunAt === null) return 0;
+    const longest = this.#begunAt + longestPartial - now;
+    return longest > 0 && this.#isPartial() ? longest : 0;
   }
 
   /**
@@ -85,7 +84,6 @@ export class Arrivals {
   /** The next picture is unrelated to the present one. */
   forget(): void {
     this.#begunAt = null;
-    this.#isPartial = false;
     this.#hasPicture = false;
     this.#chunksToGo = 0;
     this.#forecast.forget();

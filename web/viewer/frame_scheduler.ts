@@ -66,7 +66,7 @@ export class FrameScheduler {
   readonly #fade: Fade;
   readonly #pulse: GpuPulse;
   readonly #visibility: OcclusionTester;
-  readonly #arrivals = new Arrivals();
+  readonly #arrivals: Arrivals;
   readonly #rest = new RestClock();
   #restTimer = 0;
   #drawTimer = 0;
@@ -89,6 +89,7 @@ export class FrameScheduler {
     this.#canvas = canvas;
     this.#owner = owner;
     this.#renderer = renderer;
+    this.#arrivals = new Arrivals(() => owner.isPartial());
     this.#timer = new GpuTimer(gl);
     const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
     this.#fade = new Fade(renderer, () => !reducedMotion.matches);
@@ -149,7 +150,6 @@ export class FrameScheduler {
     this.#arrivals.begin(now);
     this.#rest.arrived(now);
     this.#isResting = false;
-    this.#arrivals.isWhole(now, () => this.#owner.isPartial());
     // The chunks of many layers arrive one after the other. A frame that does not draw them would take time.
     if (this.#rest.isMoving(now) || this.#mayDraw(now)) this.request();
     else this.#owner.busyChanged();
@@ -158,14 +158,15 @@ export class FrameScheduler {
   /** The progress of streaming has changed. */
   onProgress(progress: Progress): void {
     const now = performance.now();
-    const isWhole = this.#arrivals.isWhole(now, () => this.#owner.isPartial());
-    const isLast = this.#arrivals.progressed(now, progress) || isWhole;
+    const isLast = this.#arrivals.progressed(now, progress);
     const isEmpty = !this.isBegun && progress.state !== "opening";
     const wasStreaming = this.#rest.isStreaming;
     this.#rest.isStreaming = isStreaming(progress);
     const hasEnded = wasStreaming && !this.#rest.isStreaming;
     if (isEmpty) this.#arrivals.begin(now);
-    if (isLast || isEmpty || hasEnded) this.request();
+    // The first picture may have waited for a layer that turns out to have no surface.
+    const mayBegin = this.#arrivals.lacksPicture && this.#mayDraw(now);
+    if (isLast || isEmpty || hasEnded || mayBegin) this.request();
     else this.#owner.busyChanged();
   }
 
@@ -256,7 +257,6 @@ export class FrameScheduler {
     const isResized = this.#owner.fitCanvas();
     const { width, height } = this.#canvas;
     const isMoving = this.#rest.isMoving(now);
-    this.#arrivals.setPartial(this.#owner.isPartial());
     // Nothing more arrives until this picture has been tested.
     const needsRest = layers.some(({ session }) => session.needsRestingPicture);
     const mayRest = layers.every(({ session, isDone }) => isDone || session.needsRestingPicture);

@@ -23,15 +23,10 @@ export class LayerVolumes {
   opened(entry: LayerEntry, volume: OpenVolume, renderer: RendererModule): void {
     const present = this.#numbers.get(renderer) ?? new Set<number>();
     this.#numbers.set(renderer, present);
-    const info = placedOf(entry, volume);
     if (present.size === 0) this.#isStale = true;
-    if (this.#isStale) {
-      this.#openAll(present, volume, renderer);
-      this.#isStale = false;
-    } else if (info) {
-      renderer.volume(volume.number).open(info);
-      present.add(volume.number);
-    }
+    if (this.#isStale) this.#openAll(present, volume, renderer);
+    else this.#openOne(present, entry, volume, renderer);
+    this.#isStale = false;
     if (entry.volume === volume) this.applySurfaces(entry, renderer);
   }
 
@@ -52,12 +47,22 @@ export class LayerVolumes {
       present.delete(number);
     }
     for (const each of wanted) {
-      const info = placedOf(each.entry, each.volume);
-      const { number } = each.volume;
-      if (!info || (each.volume !== opened && present.has(number))) continue;
-      renderer.volume(number).open(info);
-      present.add(number);
+      if (each.volume !== opened && present.has(each.volume.number)) continue;
+      this.#openOne(present, each.entry, each.volume, renderer);
     }
+  }
+
+  /** Does nothing for a volume whose store is not open. */
+  #openOne(
+    present: Set<number>,
+    entry: LayerEntry,
+    volume: OpenVolume,
+    renderer: RendererModule,
+  ): void {
+    const info = placedOf(entry, volume);
+    if (!info) return;
+    renderer.volume(volume.number).open(info);
+    present.add(volume.number);
   }
 
   /** Sets the surfaces of the volume that is shown. The other volumes of the layer have none. */
