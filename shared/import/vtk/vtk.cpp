@@ -74,8 +74,8 @@ uint64_t count_of(const VtkFile& file, bool cells) {
 std::vector<Channel> channels_of(const VtkFile& file) {
   std::vector<Channel> channels;
   for (const bool of_cells : {false, true}) {
+    const uint64_t count = count_of(file, of_cells);
     for (const VtkArray& array : file.arrays) {
-      const uint64_t count = count_of(file, of_cells);
       const bool fits = array.type && count > 0 && array.values == count;
       if (array.of_cells != of_cells || !fits) continue;
       const auto components = static_cast<size_t>(array.components);
@@ -106,21 +106,19 @@ Result<Channel> choose(const std::filesystem::path& path, const VtkFile& file,
   const std::vector<Channel> channels = channels_of(file);
   const VtkArray* scalars = choose_array(file.arrays);
   if (scalars && (!options.channel || channels.empty())) {
-    const bool is_offered = std::any_of(channels.begin(), channels.end(),
+    const bool is_channel = std::any_of(channels.begin(), channels.end(),
                                         [&](const Channel& c) { return c.array == scalars; });
-    if (is_offered && channels.size() > 1) {
+    const auto is_elsewhere = [&](const VtkArray& each) {
+      return each.type && each.components == 1 && each.of_cells != scalars->of_cells;
+    };
+    if (is_channel && channels.size() > 1) {
       offer_channels(options, channels.size(), names_of(channels));
       notes.push_back(fmt::format(
           "the file has {} arrays or components: '{}' of its {} is read; --channel 0 to --channel "
           "{} chooses another",
           channels.size(), scalars->name, scalars->of_cells ? "cells" : "points",
           channels.size() - 1));
-    }
-    const auto other = [&](const VtkArray& each) {
-      return each.type && each.components == 1 && each.of_cells != scalars->of_cells;
-    };
-    if (!(is_offered && channels.size() > 1) &&
-        std::any_of(file.arrays.begin(), file.arrays.end(), other)) {
+    } else if (std::any_of(file.arrays.begin(), file.arrays.end(), is_elsewhere)) {
       notes.push_back(
           fmt::format("the file has arrays of points and of cells: '{}' of its {} is read",
                       scalars->name, scalars->of_cells ? "cells" : "points"));
