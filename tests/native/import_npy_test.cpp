@@ -221,6 +221,18 @@ TEST(ImportNpy, FourthAxesAreTimesOrChannels) {
   expect_error(path, "--channel from 0 to 0, found 1", channel);
 }
 
+TEST(ImportNpy, RowsOfManyStepsAreRefused) {
+  const TempFolder folder;
+  const std::string voxels = bytes_of(pattern_voxels<int16_t>(kSize));
+  write_file(folder / "v.npy",
+             npy("{'descr': '<i2', 'fortran_order': True, 'shape': (70000, 20000, 5, 5)}", voxels));
+  ImportOptions step;
+  step.time_step = 0;
+  expect_error(folder / "v.npy",
+               "expected rows of at most 1073741824 bytes with all their steps, found 2800000000",
+               step);
+}
+
 TEST(ImportNpy, Errors) {
   const TempFolder folder;
   const std::string voxels = bytes_of(pattern_voxels<int16_t>(kSize));

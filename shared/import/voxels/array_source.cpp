@@ -142,16 +142,8 @@ class ArraySource : public VolumeSource {
   Result<void> gather_slice(uint64_t z, std::span<std::byte> stored) {
     const auto nx = static_cast<size_t>(volume_.voxels.x);
     const auto ny = static_cast<size_t>(volume_.voxels.y);
-    const size_t bytes = stored_voxel();
-    const uint64_t row_bytes = ((nx - 1) * volume_.steps + 1) * bytes;
-    if (row_bytes > kMaxRowBytes) {
-      return fail(Status::unsupported_format,
-                  fmt::format("{}: expected rows of at most {} bytes with all their steps, found "
-                              "{}: save each step or channel as a file of its own",
-                              volume_.path, kMaxRowBytes, row_bytes));
-    }
-    const auto steps = static_cast<size_t>(volume_.steps);
-    row_.resize(static_cast<size_t>(row_bytes));
+    const size_t bytes = stored_voxel(), steps = static_cast<size_t>(volume_.steps);
+    row_.resize(((nx - 1) * steps + 1) * bytes);  // at most kMaxRowBytes: see open_array
     for (size_t y = 0; y < ny; ++y) {
       const uint64_t voxel = (z * ny + y) * nx;
       if (auto r = read_bytes(byte_offset(voxel, 1), row_); !r) return r;
@@ -245,6 +237,13 @@ Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> re
   }
   const size_t bytes = stored_bytes(volume.stored);
   const uint64_t needed = array_bytes(volume.voxels, volume.steps, bytes);
+  const uint64_t row = array_bytes({volume.voxels.x, 1, 1}, volume.steps, bytes);
+  if (volume.steps > 1 && volume.step_axis == 0 && row > kMaxRowBytes) {
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected rows of at most {} bytes with all their steps, found {}: "
+                            "save each step or channel as a file of its own",
+                            volume.path, kMaxRowBytes, row));
+  }
   const bool checks_all = volume.allowed.has(Allowance::truncated) && !volume.plain;
   const uint64_t limit = checks_all ? reader->available_bytes() : reader->size_limit();
   const uint64_t found = limit - std::min(limit, volume.offset);

@@ -40,8 +40,9 @@ ArrayVolume make_array(std::string format, const std::filesystem::path& path, Ve
 
 /// Opens an array as a source that reads slice by slice and keeps no voxels in memory. `notes`:
 /// existing notes, to which new ones are added. Missing voxels become absent (absent_voxels.h).
-/// Errors: those of orient; truncated or malformed_volume if the reader has too few or too many
-/// bytes. For compressed data these errors may occur only when the end of the data is read.
+/// Errors: those of orient; unsupported_format if a row with all its steps is too long to be read;
+/// truncated or malformed_volume if the reader has too few or too many bytes. For compressed data
+/// these errors may occur only when the end of the data is read.
 Result<OpenVolume> open_array(ArrayVolume volume, std::unique_ptr<ByteReader> reader,
                               std::vector<std::string> notes = {});
 
