@@ -1,4 +1,4 @@
-// isosplat build --range, and the step of time that isosplat render shows first.
+// isosplat build --range.
 
 #include <gtest/gtest.h>
 
@@ -105,37 +105,6 @@ TEST_F(CliRange, ImpossibleRangesAreRefused) {
   refuses({"--range", "5.2,5.8"}, "expected a range with several values");
   refuses({"--range", "x,5"}, "--range");
   refuses({"--range", "0,5", "--labels"}, "found both");
-}
-
-TEST_F(CliRange, RenderShowsTheStepThatTheSceneShowsFirst) {
-  for (int step = 0; step < 2; ++step) {
-    write<uint8_t>(fmt::format("s{}.nrrd", step), "uint8", [&](int i) {
-      const double x = i % kEdge - 9.5, y = i / kEdge % kEdge - 9.5, z = i / kEdge / kEdge - 9.5;
-      return std::max(0.0, 200 - std::sqrt(x * x + y * y + z * z) * (step == 0 ? 20 : 40));
-    });
-  }
-  const std::string output = folder / "run/", document = output + "scene.json";
-  ASSERT_EQ(run({"build", folder / "s0.nrrd", folder / "s1.nrrd", "-o", output}).exit_code, 0);
-  const auto picture = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> call{"render", document, "-o",      folder / "x.png",
-                                  "--size", "64x64",  "--force", "--aliased"};
-    call.insert(call.end(), more.begin(), more.end());
-    const Ended drawn = run(call);
-    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
-    // Without the chunk that names the content, which is 12 bytes longer than its data.
-    std::string png = test::read_file(folder / "x.png");
-    const size_t chunk = png.find("tEXtIsosplat content");
-    EXPECT_NE(chunk, std::string::npos);
-    return png.erase(chunk - 4, 12 + static_cast<unsigned char>(png[chunk - 1]));
-  };
-  const std::string first = picture({"--step", "0"});
-  const std::string second = picture({"--step", "1"});
-  EXPECT_NE(first, second);
-  EXPECT_EQ(picture({}), first);
-  std::string text = test::read_file(document);
-  test::write_file(document, text.insert(text.find("\"steps\""), "\"step\": 1, "));
-  EXPECT_EQ(picture({}), second);
-  EXPECT_EQ(picture({"--step", "0"}), first);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
-// Builds of several stores on the command line: steps that do not fit together, and scenes that
-// could not be read.
+// Builds of several stores on the command line: steps that do not fit together, scenes that could
+// not be read, and the step that isosplat render shows first.
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <set>
@@ -155,6 +157,38 @@ TEST_F(CliSteps, AFolderDoesNotContainThePathsOfItsInputs) {
     EXPECT_EQ(read_file(entry.path()).find(inputs), std::string::npos) << entry.path();
   }
   EXPECT_EQ(files, 5u);  // a scene with its picture, two stores, and their keys
+}
+
+TEST_F(CliSteps, RenderShowsTheStepThatTheSceneShowsFirst) {
+  for (int step = 0; step < 2; ++step) {
+    write_nrrd(fmt::format("s{}.nrrd", step), [&](int i) {
+      const double x = i % kEdge - 9.5, y = i / kEdge % kEdge - 9.5, z = i / kEdge / kEdge - 9.5;
+      return std::max(
+          0, static_cast<int>(200 - std::sqrt(x * x + y * y + z * z) * (step == 0 ? 20 : 40)));
+    });
+  }
+  const std::string run_folder = folder / "run/", document = run_folder + "scene.json";
+  ASSERT_EQ(run({"build", folder / "s0.nrrd", folder / "s1.nrrd", "-o", run_folder}).exit_code, 0);
+  const auto picture = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> call{"render", document, "-o",      folder / "x.png",
+                                  "--size", "64x64",  "--force", "--aliased"};
+    call.insert(call.end(), more.begin(), more.end());
+    const Ended drawn = run(call);
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    // Without the chunk that names the content, which is 12 bytes longer than its data.
+    std::string png = read_file(folder / "x.png");
+    const size_t chunk = png.find("tEXtIsosplat content");
+    EXPECT_NE(chunk, std::string::npos);
+    return png.erase(chunk - 4, 12 + static_cast<unsigned char>(png[chunk - 1]));
+  };
+  const std::string first = picture({"--step", "0"});
+  const std::string second = picture({"--step", "1"});
+  EXPECT_NE(first, second);
+  EXPECT_EQ(picture({}), first);
+  std::string text = read_file(document);
+  write_file(document, text.insert(text.find("\"steps\""), "\"step\": 1, "));
+  EXPECT_EQ(picture({}), second);
+  EXPECT_EQ(picture({"--step", "0"}), first);
 }
 
 }  // namespace
