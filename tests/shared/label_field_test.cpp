@@ -9,68 +9,16 @@
 #include <string>
 
 #include "shared/core/preprocess/label_distance.h"
+#include "tests/shared/test_labels.h"
 
 namespace isosplat {
 namespace {
 
+using test::crossing;
+using test::field_of;
+using test::TestLabels;
+
 constexpr int kMargin = 2;
-
-/// The field, computed in slabs of `slab` slices.
-std::vector<std::uint8_t> field_of(const std::vector<std::uint16_t>& labels, Index3 size,
-                                   std::uint16_t label, const LabelBox& box,
-                                   std::int32_t slab = 5) {
-  LabelField field({labels, size}, label, box);
-  const auto slice = static_cast<std::size_t>(box.size.x) * static_cast<std::size_t>(box.size.y);
-  std::vector<std::uint8_t> values(slice * static_cast<std::size_t>(box.size.z));
-  for (std::int32_t z = 0; z < box.size.z; z += slab) {
-    const std::int32_t count = std::min(slab, box.size.z - z);
-    field.compute(z, count,
-                  std::span(values).subspan(slice * static_cast<std::size_t>(z),
-                                            slice * static_cast<std::size_t>(count)));
-  }
-  return values;
-}
-
-/// A volume of labels in a margin of background, so that a box over all of it holds every label.
-struct TestLabels {
-  std::uint32_t size;
-  std::vector<std::uint16_t> labels;
-
-  explicit TestLabels(std::uint32_t edge) : size(edge), labels(std::size_t{edge} * edge * edge) {}
-
-  std::size_t at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
-    return (std::size_t{z} * size + y) * size + x;
-  }
-
-  std::vector<std::uint8_t> field(std::uint16_t label) const {
-    const auto edge = static_cast<std::int32_t>(size);
-    return field_of(labels, {edge, edge, edge}, label, {{0, 0, 0}, {edge, edge, edge}});
-  }
-
-  /// Voxels for which is_inside(x, y, z) is true.
-  template <class F>
-  void add(std::uint16_t label, const F& is_inside) {
-    for (std::uint32_t z = 0; z < size; ++z)
-      for (std::uint32_t y = 0; y < size; ++y)
-        for (std::uint32_t x = 0; x < size; ++x)
-          if (is_inside(double{1} * x, double{1} * y, double{1} * z)) labels[at(x, y, z)] = label;
-  }
-
-  void add_ellipsoid(std::uint16_t label, Vec3<double> centre, Vec3<double> radii) {
-    add(label, [&](double x, double y, double z) {
-      const double u = (x - centre.x) / radii.x;
-      const double v = (y - centre.y) / radii.y;
-      const double w = (z - centre.z) / radii.z;
-      return u * u + v * v + w * w <= 1;
-    });
-  }
-
-  double count(std::uint16_t label) const {
-    double voxels = 0;
-    for (const std::uint16_t here : labels) voxels += here == label ? 1 : 0;
-    return voxels;
-  }
-};
 
 /// The volume above the isovalue of the trilinear field, from 6³ points a cell.
 double enclosed_volume(const TestLabels& volume, const std::vector<std::uint8_t>& field) {
@@ -244,11 +192,6 @@ TEST(LabelField, ClosesALabelAtTheBorderOfTheVolume) {
   }
 }
 
-/// The crossing of the surface on a lattice edge, in voxels from its first end.
-double crossing(int first, int second) {
-  return static_cast<double>(first - kLabelFieldIsovalue) / (first - second);
-}
-
 /// Three labels meet along curves: a ball that is divided by a plane, in a background. Their
 /// surfaces cross the same lattice edges, but not at the same place.
 TEST(LabelField, MismatchAtTripleLines) {
@@ -340,60 +283,6 @@ TEST(LabelField, VolumesOfSurfacesAgreeWithVoxelCounts) {
     });
     expect_volume(volume, 0.005, "vessel");
   }
-}
-
-/// The root mean square of the angles between a sloped plane and the gradients of its field, in
-/// degrees: at each crossing of an edge, that of the trilinear field of the cells around its ends.
-double roughness(double slope) {
-  TestLabels volume(72);
-  const Vec3<double> normal{-slope, -0.37 * slope, 1};
-  volume.add(1, [&](double x, double y, double z) {
-    return dot(normal, {x - 36, y - 36, z - 36.3}) < 0;
-  });
-  const std::vector<std::uint8_t> field = volume.field(1);
-  const auto gradient = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-    Vec3<double> sum{};
-    for (int i = 0; i < 8; ++i) {
-      // The cells around the voxel. Only cells that the surface crosses count.
-      const std::uint32_t cx = x - (i & 1), cy = y - (i >> 1 & 1), cz = z - (i >> 2);
-      int inside = 0;
-      for (std::uint32_t k = 0; k < 8; ++k)
-        inside += field[volume.at(cx + (k & 1U), cy + (k >> 1U & 1U), cz + (k >> 2U))] >
-                          kLabelFieldIsovalue
-                      ? 1
-                      : 0;
-      if (inside == 0 || inside == 8) continue;
-      sum.x += field[volume.at(cx + 1, y, z)] - field[volume.at(cx, y, z)];
-      sum.y += field[volume.at(x, cy + 1, z)] - field[volume.at(x, cy, z)];
-      sum.z += field[volume.at(x, y, cz + 1)] - field[volume.at(x, y, cz)];
-    }
-    return sum;
-  };
-  double squares = 0;
-  int crossings = 0;
-  for (std::uint32_t y = 20; y < 52; ++y)
-    for (std::uint32_t x = 20; x < 52; ++x)
-      for (std::uint32_t z = 8; z < 64; ++z) {
-        const int low = field[volume.at(x, y, z)];
-        const int high = field[volume.at(x, y, z + 1)];
-        if ((low > kLabelFieldIsovalue) == (high > kLabelFieldIsovalue)) continue;
-        const double part = crossing(low, high);
-        const Vec3<double> a = gradient(x, y, z);
-        const Vec3<double> b = gradient(x, y, z + 1);
-        const Vec3<double> g{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y),
-                             a.z + part * (b.z - a.z)};
-        const double cosine = -dot(g, normal) / std::sqrt(dot(g, g) * dot(normal, normal));
-        const double degrees = std::acos(std::min(cosine, 1.0)) * 180 / std::acos(-1.0);
-        squares += degrees * degrees;
-        ++crossings;
-      }
-  return std::sqrt(squares / crossings);
-}
-
-/// Without smoothing along the border, stairs give 10 to 16 degrees.
-TEST(LabelField, SlopedPlanesAreFlat) {
-  for (const double voxels : {4.3, 7.7, 12.0}) EXPECT_LT(roughness(1 / voxels), 2.1) << voxels;
-  for (const double voxels : {20.0, 30.0}) EXPECT_LT(roughness(1 / voxels), 3.7) << voxels;
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace isosplat {
 /// The units of a LabelTile's values.
 inline constexpr int16_t kLabelVoxel = 256;              ///< a distance of one voxel
 inline constexpr int16_t kLabelLimit = 6 * kLabelVoxel;  ///< the greatest distance
-inline constexpr int16_t kLabelLeast = 22;               ///< the least one: a step of LabelField
+inline constexpr int16_t kLabelLeast = 16;               ///< the least one: a step of LabelField
 
 /// The signed distances of a box of voxels from the border of one label: at least kLabelLeast in
 /// the label, at most −kLabelLeast elsewhere. x fastest.
