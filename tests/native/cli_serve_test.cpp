@@ -373,7 +373,8 @@ TEST(CliServe, ContinuesWhenAPipeBlocks) {
     int ends[2];
     ASSERT_EQ(::pipe2(ends, O_CLOEXEC | flags), 0);
     const Piped server(store, ends[1]);
-    server.request(400);
+    // More than the log keeps at most: 1 MiB that is being written and 1 MiB that waits.
+    server.request(600);
     server.await_dropped();
     server.stop();
     ::close(ends[0]);
