@@ -73,7 +73,7 @@ class LittleMemory : public ServerTest {
   std::string samples;
 };
 
-TEST_F(LittleMemory, IsAskedForFirst) {
+TEST_F(LittleMemory, IsComparedWithARequestedSize) {
   EXPECT_TRUE(has_memory_for(1000 * kMiB));
   const MemoryLimit limit(64 * kMiB);
   EXPECT_TRUE(has_memory_for(1 * kMiB));

@@ -103,42 +103,42 @@ test("scripts of another origin, with the policy that the README states for them
 
 const enough = () => policies()[0] ?? "";
 
-test("a policy without wasm-unsafe-eval is said", async ({ page }) => {
+test("a policy without wasm-unsafe-eval is reported", async ({ page }) => {
   await open(page, enough().replace(" 'wasm-unsafe-eval'", ""));
   expect(await faultOf(page)).toMatch(/isosplat-renderer\.wasm: .*'wasm-unsafe-eval'/);
 });
 
-test("a policy without workers is said", async ({ page }) => {
+test("a policy without workers is reported", async ({ page }) => {
   await open(page, enough().replace("worker-src 'self'", "worker-src 'none'"));
   expect(await faultOf(page)).toContain("decode_worker.js");
 });
 
-test("WebAssembly that is missing is said", async ({ page }) => {
+test("WebAssembly that is missing is reported", async ({ page }) => {
   await page.route("**/isosplat-renderer.wasm", (route) => route.fulfill({ status: 404 }));
   await open(page, enough());
   expect(await faultOf(page)).toMatch(/isosplat-renderer\.wasm, found status 404/);
 });
 
-test("a page in place of WebAssembly is said", async ({ page }) => {
+test("a page in place of WebAssembly is reported", async ({ page }) => {
   const html = { status: 200, contentType: "text/html", body: "<!doctype html>" };
   await page.route("**/isosplat-renderer.wasm", (route) => route.fulfill(html));
   await open(page, enough());
   expect(await faultOf(page)).toMatch(/isosplat-renderer\.wasm, found a page/);
 });
 
-test("WebAssembly that never arrives is said", async ({ page }) => {
+test("WebAssembly that never arrives is reported", async ({ page }) => {
   await page.route("**/isosplat-renderer.wasm", () => {});
   await open(page, enough());
   expect(await faultOf(page)).toContain("the renderer has not arrived for 4 s");
 });
 
-test("a worker whose program is missing is said", async ({ page }) => {
+test("a worker whose program is missing is reported", async ({ page }) => {
   await page.route("**/decode_worker.js", (route) => route.fulfill({ status: 404 }));
   await open(page, enough());
   expect(await faultOf(page)).toContain("decode_worker.js");
 });
 
-test("a worker that does not answer is said", async ({ page }) => {
+test("a worker that does not answer is reported", async ({ page }) => {
   const body = "self.onmessage = () => {};";
   await page.route("**/decode_worker.js", (route) =>
     route.fulfill({ status: 200, contentType: "text/javascript", body }),
