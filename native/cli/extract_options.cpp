@@ -18,9 +18,11 @@ void add_extract_options(CLI::App* command, ExtractCall* call) {
       ->add_option("-i,--isovalue", call->isovalue,
                    "The isovalue, in the volume's values; a scene states\nthose of its layers")
       ->check(is_number());
-  command->add_option("--step", call->step, "Scenes: index of the time step, from 0")
-      ->check(is_whole_number(0, kMaxSteps - 1))
-      ->capture_default_str();
+  command
+      ->add_option("--step", call->step,
+                   "Scenes: index of the time step, from 0 (default: the one that the scene shows\n"
+                   "first)")
+      ->check(is_whole_number(0, kMaxSteps - 1));
   command
       ->add_option("--layer", call->layers,
                    "Scenes: only the layer of this name or index; repeat the option for several\n"

@@ -13,7 +13,7 @@ namespace isosplat::cli {
 struct ExtractCall {
   std::string input, output;
   std::optional<double> isovalue;   ///< of a store
-  uint64_t step = 0;                ///< of a scene
+  std::optional<uint64_t> step;     ///< of a scene; none: the one that it shows first
   std::vector<std::string> layers;  ///< of a scene: names or indices; empty: all that are visible
   uint32_t level = 0;
   unsigned threads = 0;

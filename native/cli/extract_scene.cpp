@@ -27,7 +27,8 @@ struct Part {
 /// when their surface is extracted: a scene may have thousands.
 class SceneExtraction {
  public:
-  SceneExtraction(const SceneFile& scene, const ExtractCall& call) : file_(scene), call_(call) {}
+  SceneExtraction(const SceneFile& scene, const ExtractCall& call)
+      : file_(scene), call_(call), step_(call.step.value_or(first_step(scene.scene()))) {}
 
   Result<void> run();
 
@@ -44,6 +45,7 @@ class SceneExtraction {
 
   const SceneFile& file_;
   const ExtractCall& call_;
+  const size_t step_;
   std::vector<Part> parts_;
   std::vector<MeshObject> objects_;  ///< of the parts
   MeshCounts counts_;  ///< of what was written since they were reset; vertices: points
@@ -87,7 +89,7 @@ Result<void> SceneExtraction::list_parts() {
   if (!layers) return tl::unexpected(layers.error());
   for (const size_t i : *layers) {
     const SceneLayer& layer = scene().layers[i];
-    const auto opened = open_layer(file_, i, call_.step);
+    const auto opened = open_layer(file_, i, step_);
     if (!opened) return tl::unexpected(opened.error());
     const auto number = static_cast<size_t>(
         std::count_if(scene().layers.begin(), scene().layers.begin() + static_cast<ptrdiff_t>(i),
@@ -153,7 +155,7 @@ Result<void> SceneExtraction::check_outputs(std::span<const fs::path> outputs,
 
 Result<void> SceneExtraction::append(size_t i, MeshFile& file) {
   const auto [layer, isovalue] = parts_[i];
-  const auto opened = open_layer(file_, layer, call_.step);
+  const auto opened = open_layer(file_, layer, step_);
   if (!opened) return tl::unexpected(opened.error());
   const StoreFile& store = *opened->store;
   const auto options = extract_options(call_, opened->grid);
@@ -222,7 +224,7 @@ Result<void> SceneExtraction::write_each(std::span<const fs::path> outputs,
 }
 
 Result<void> SceneExtraction::run() {
-  if (auto exists = check_step(scene(), call_.step); !exists) return exists;
+  if (auto exists = check_step(scene(), step_); !exists) return exists;
   const fs::path output = call_.output.empty()
                               ? file_.path().stem().string() + (call_.mesh ? ".glb" : ".ply")
                               : call_.output;

@@ -18,14 +18,14 @@ void print_line(std::string_view label, std::string_view text) {
   fmt::print("{:<14}{}\n", printable(label), printable(text));
 }
 
-/// The state of a layer's first store: its size and grid, or the error.
+/// The store of a layer at the step that the scene shows first, or the error.
 struct LayerStore {
   std::shared_ptr<StoreFile> store;
   std::string error;
 };
 
 LayerStore open_layer(const SceneFile& file, const SceneLayer& layer) {
-  const auto opened = file.open_store(layer.stores[0]);
+  const auto opened = file.open_store(store_at(layer, first_step(file.scene())));
   if (!opened) return {nullptr, opened.error().message};
   return {*opened, ""};
 }
@@ -51,7 +51,7 @@ Json layer_json(const SceneFile& file, const SceneLayer& layer) {
 }
 
 std::string layer_text(const SceneFile& file, const SceneLayer& layer) {
-  std::string text = layer.stores[0];
+  std::string text = store_at(layer, first_step(file.scene()));
   if (layer.stores.size() > 1) text += fmt::format(" and {} more", layer.stores.size() - 1);
   const LayerStore found = open_layer(file, layer);
   if (found.store) {

@@ -55,7 +55,7 @@ Result<OpenedLayer> open_layer(const SceneFile& scene, size_t index, size_t step
   const auto failed = [&](Error error) {
     return tl::unexpected(with_layer(scene.scene(), index, std::move(error)));
   };
-  auto store = scene.open_store(layer.stores[std::min(step, layer.stores.size() - 1)]);
+  auto store = scene.open_store(store_at(layer, step));
   if (!store) return failed(store.error());
   OpenedLayer opened{std::move(*store), {}};
   opened.grid = opened.store->info().grid;

@@ -1,5 +1,5 @@
 // Builds of several stores on the command line: steps that do not fit together, scenes that could
-// not be read, and the step that isosplat render shows first.
+// not be read, and the step of a scene that commands take when none is chosen.
 
 #include <gtest/gtest.h>
 
@@ -159,7 +159,7 @@ TEST_F(CliSteps, AFolderDoesNotContainThePathsOfItsInputs) {
   EXPECT_EQ(files, 5u);  // a scene with its picture, two stores, and their keys
 }
 
-TEST_F(CliSteps, RenderShowsTheStepThatTheSceneShowsFirst) {
+TEST_F(CliSteps, CommandsTakeTheStepThatTheSceneShowsFirst) {
   for (int step = 0; step < 2; ++step) {
     write_nrrd(fmt::format("s{}.nrrd", step), [&](int i) {
       const double x = i % kEdge - 9.5, y = i / kEdge % kEdge - 9.5, z = i / kEdge / kEdge - 9.5;
@@ -181,6 +181,16 @@ TEST_F(CliSteps, RenderShowsTheStepThatTheSceneShowsFirst) {
     EXPECT_NE(chunk, std::string::npos);
     return png.erase(chunk - 4, 12 + static_cast<unsigned char>(png[chunk - 1]));
   };
+  const auto points = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> call{"extract", document, "-o", folder / "x.ply", "--force"};
+    call.insert(call.end(), more.begin(), more.end());
+    const Ended extracted = run(call);
+    EXPECT_EQ(extracted.exit_code, 0) << extracted.err;
+    return extracted.out;  // with their number
+  };
+  const std::string first_points = points({"--step", "0"}), second_points = points({"--step", "1"});
+  EXPECT_NE(first_points, second_points);
+  EXPECT_EQ(points({}), first_points);
   const std::string first = picture({"--step", "0"});
   const std::string second = picture({"--step", "1"});
   EXPECT_NE(first, second);
@@ -189,6 +199,9 @@ TEST_F(CliSteps, RenderShowsTheStepThatTheSceneShowsFirst) {
   write_file(document, text.insert(text.find("\"steps\""), "\"step\": 1, "));
   EXPECT_EQ(picture({}), second);
   EXPECT_EQ(picture({"--step", "0"}), first);
+  EXPECT_EQ(points({}), second_points);
+  const Ended info = run({"info", document});
+  EXPECT_NE(info.out.find("volume_00001.isosplat and 1 more"), std::string::npos) << info.out;
 }
 
 }  // namespace

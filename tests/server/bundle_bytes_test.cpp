@@ -51,6 +51,19 @@ class BundleBytesTest : public ::testing::Test {
   const KnownStore one = make_store(1), two = make_store(2, {40, 30, 20});
 };
 
+TEST_F(BundleBytesTest, BeginsWithTheStepThatIsShownFirst) {
+  write_text("run/scene.json", R"({"format":"isosplat-scene","version":1,"layers":[)"
+                               R"({"stores":["one.isosplat","deep/two.isosplat"]}],)"
+                               R"("time":{"steps":[0,1],"step":1}})");
+  const auto bundle = plan();
+  ASSERT_TRUE(bundle) << bundle.error().message;
+  const BundleHeader& header = bundle->header();
+  ASSERT_EQ(header.stores.size(), 2u);
+  EXPECT_EQ(header.stores[0].path, "deep/two.isosplat");
+  EXPECT_EQ(header.stores[0].coarse_offset, header.header_bytes);
+  EXPECT_EQ(bundle->first_bytes(), header.header_bytes + header.stores[0].coarse_bytes());
+}
+
 TEST_F(BundleBytesTest, HasTheLayoutOfABundle) {
   const auto bundle = plan();
   ASSERT_TRUE(bundle) << bundle.error().message;

@@ -138,6 +138,10 @@ TEST(Scene, HasAStoreForEachStep) {
   EXPECT_EQ(scene->time->values, (std::vector<double>{0, 0.5, 2}));
   EXPECT_EQ(scene->time->unit, "s");
   EXPECT_EQ(store_paths(*scene), (std::vector<std::string>{"0.isosplat", "fixed", "1.isosplat"}));
+  const auto later = parse_scene(scene_of(R"([{"stores":["0","1","2"]},{"store":"fixed"}])",
+                                          R"(,"time":{"steps":[0,0.5,2],"step":1})"));
+  ASSERT_TRUE(later) << later.error().message;
+  EXPECT_EQ(store_paths(*later), (std::vector<std::string>{"1", "fixed", "2", "0"}));
   EXPECT_EQ(error_of(scene_of(R"([{"stores":["0","1"]}])", time)),
             "scene: layers[0].stores: expected a list of 3, found a list of 2");
   EXPECT_EQ(error_of(scene_of(R"([{"stores":["0"]}])", R"(,"time":{"steps":[1,1]})")),

@@ -37,10 +37,11 @@ std::vector<std::string> store_paths(const Scene& scene) {
   std::vector<std::string> paths;
   std::set<std::string> seen;
   const size_t steps = scene.time ? scene.time->values.size() : 1;
-  for (size_t step = 0; step < steps; ++step) {
+  for (size_t i = 0; i < steps; ++i) {
+    const size_t step = (first_step(scene) + i) % steps;
     for (const SceneLayer& layer : scene.layers) {
-      if (step >= layer.stores.size()) continue;
-      if (seen.insert(layer.stores[step]).second) paths.push_back(layer.stores[step]);
+      const std::string& path = store_at(layer, step);
+      if (seen.insert(path).second) paths.push_back(path);
     }
   }
   return paths;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -166,7 +167,13 @@ inline size_t first_step(const Scene& scene) {
   return scene.time ? scene.time->step : 0;
 }
 
-/// The paths of all stores of a scene, each once: those of the first step first.
+/// The store that a layer shows at a step of its scene.
+inline const std::string& store_at(const SceneLayer& layer, size_t step) {
+  return layer.stores[std::min(step, layer.stores.size() - 1)];
+}
+
+/// The paths of all stores of a scene, each once: by steps, from the one that is shown first to the
+/// last, then from step 0.
 std::vector<std::string> store_paths(const Scene& scene);
 
 /// The grid of a volume after an affine transform of the world. Errors: invalid_argument if the

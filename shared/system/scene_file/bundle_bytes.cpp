@@ -37,11 +37,11 @@ std::optional<FileIdentity> identity_within(const fs::path& file, const fs::path
   return identity ? std::optional(*identity) : std::nullopt;
 }
 
-/// The stores of the first picture: those of visible layers, at the first step.
+/// The stores of the first picture: those of visible layers, at the step that is shown first.
 std::set<std::string_view> first_stores(const Scene& scene) {
   std::set<std::string_view> first;
   for (const SceneLayer& layer : scene.layers) {
-    if (layer.visible && !layer.stores.empty()) first.insert(layer.stores.front());
+    if (layer.visible) first.insert(store_at(layer, first_step(scene)));
   }
   return first;
 }
