@@ -87,6 +87,11 @@ void print_grid(const VolumeGrid& grid) {
   }
 }
 
+/// `frame`: as FORMAT.md names it; empty: unknown.
+void print_frame(const std::string& frame) {
+  if (!frame.empty()) print_line("frame", frame);
+}
+
 /// The error of the stored values.
 std::string exactness(const ValueMapping& mapping) {
   const std::string quantized_values =
@@ -137,6 +142,7 @@ int run_volume(const InfoCall& call) {
                  {"format", header.format}, {"type", voxel_type_name(header.type)},
                  {"bytes", bytes},          {"residentBytes", opened->source->resident_bytes()}};
     json.update(grid_json(grid));
+    json["frameOfReference"] = header.frame_of_reference;
     json["range"] = {survey->min, survey->max};
     json["slope"] = header.slope;
     json["intercept"] = header.intercept;
@@ -151,6 +157,7 @@ int run_volume(const InfoCall& call) {
   }
   print_line("volume", fmt::format("{} ({})", header.name, header.format));
   print_grid(grid);
+  print_frame(header.frame_of_reference);
   print_line("type", fmt::format("{}, {}", voxel_type_name(header.type), format_bytes(bytes)));
   print_line("range", fmt::format("{:.8g} to {:.8g}", survey->min, survey->max));
   if (header.slope != 1 || header.intercept != 0) {
@@ -306,6 +313,7 @@ int run_store(const InfoCall& call) {
   print_line("store", title.empty() ? text_at(metadata, "name") : title);
   print_line("content", store.content());
   print_grid(info.grid);
+  print_frame(text_at(metadata, "frame_of_reference"));
   const std::string type = text_at(source, "type"), format = text_at(source, "format");
   print_line("type", type.empty() ? "unknown"
                                   : fmt::format("{}{}", type,

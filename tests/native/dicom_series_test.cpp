@@ -333,6 +333,26 @@ TEST(DicomSeries, PixelsForAnotherFrameAreAnErrorOrIgnored) {
   expect_field(volume, series);
 }
 
+TEST(DicomSeries, HasTheFrameOfReferenceOfItsSlicesWithoutTheUid) {
+  const auto frame_of = [](const std::string& uid) {
+    const TempFolder folder;
+    const BallSeries series;
+    series.write(folder);
+    for (int i = 0; i < series.size.z; ++i) {
+      DicomItem data = series.slice(i);
+      if (!uid.empty()) data[0x00200052] = test::dicom_text("UI", uid);
+      series.write_slice(folder, i, data);
+    }
+    return open(folder.path()).source->header().frame_of_reference;
+  };
+  EXPECT_EQ(frame_of(""), "");
+  const std::string frame = frame_of("1.2.3.4");
+  EXPECT_TRUE(frame.starts_with("dicom-")) << frame;
+  EXPECT_EQ(frame.size(), 22u);
+  EXPECT_EQ(frame_of("1.2.3.4"), frame);
+  EXPECT_NE(frame_of("1.2.3.5"), frame);
+}
+
 TEST(DicomSeries, DifferentFramesOfReferenceAndSubfoldersAreNoted) {
   const TempFolder folder;
   const BallSeries series;
@@ -344,6 +364,7 @@ TEST(DicomSeries, DifferentFramesOfReferenceAndSubfoldersAreNoted) {
   std::filesystem::create_directory(folder / "more");
   auto volume = open(folder.path());
   expect_note(volume, "2 frames of reference");
+  EXPECT_EQ(volume.source->header().frame_of_reference, "");
   expect_note(volume, "1 subfolder is not read, such as more");
   expect_field(volume, series);
 }

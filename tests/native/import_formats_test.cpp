@@ -233,6 +233,23 @@ TEST(ImportNifti, ConvertsRasToLps) {
   EXPECT_EQ(grid.world({1, 1, 1}), (Vec3d{-12, -23, 34}));
 }
 
+TEST(ImportNifti, HasTheFrameOfReferenceOfItsTransform) {
+  struct Case {
+    int16_t code;
+    const char* frame;
+  };
+  for (const Case& c : {Case{1, "scanner"}, Case{2, ""}, Case{3, "talairach"}, Case{4, "mni152"},
+                        Case{5, ""}, Case{0, ""}}) {
+    const TempFolder folder;
+    test::NiftiFile file;
+    file.sizes = {5, 4, 3};
+    file.affine_code = c.code;
+    file.voxels = bytes_of(pattern_voxels<int16_t>(kSize));
+    write_file(folder / "a.nii", file.bytes());
+    EXPECT_EQ(open(folder / "a.nii").source->header().frame_of_reference, c.frame) << c.code;
+  }
+}
+
 // With and without a rotation beside it that contradicts it.
 TEST(ImportNifti, KeepsTheShearOfItsAffineTransform) {
   for (const bool rotation : {false, true}) {

@@ -87,6 +87,7 @@ struct NiftiFile {
   int16_t bits = 16;
   float slope = 0, intercept = 0;
   std::array<std::array<float, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};  ///< RAS
+  int16_t affine_code = 1;    ///< "sform_code": scanner coordinates
   bool has_rotation = false;  ///< "qform": the identity
   std::string voxels;
   float time_distance = 0, time_offset = 0;
@@ -114,7 +115,7 @@ struct NiftiFile {
     put(h, 92, time_distance);
     put(h, 136, time_offset);
     put(h, 252, static_cast<int16_t>(has_rotation));
-    put(h, 254, int16_t{1});  // sform: scanner coordinates
+    put(h, 254, affine_code);
     for (size_t row = 0; row < 3; ++row) {
       for (size_t i = 0; i < 4; ++i) put(h, 280 + 16 * row + 4 * i, rows[row][i]);
     }

@@ -137,6 +137,29 @@ describe("frames of reference", () => {
     ]);
   });
 
+  it("contradict each other if the stores name different ones, even on the same grid", () => {
+    const of = (frame: string) => grid({ metadata: { frame_of_reference: frame } });
+    const notes = (first: string, other: string) =>
+      frameNotes({ title: "a", info: of(first) }, [{ title: "b", info: of(other) }]);
+    for (const frame of ["scanner", "mni152", "dicom-0123456789abcdef"]) {
+      expect(notes(frame, frame)).toEqual([]);
+    }
+    expect(notes("scanner", "dicom-0123456789abcdef")).toEqual([]);
+    for (const other of ["mni152", "dicom-fedcba9876543210"]) {
+      expect(notes("dicom-0123456789abcdef", other)).toEqual([
+        expect.stringMatching(/^b and a have different frames of reference/),
+      ]);
+    }
+    expect(frameNotes({ title: "a", info: of("mni152") }, [{ title: "b", info: grid() }])).toEqual(
+      [],
+    );
+  });
+
+  it("are known if a store names one, even with its first voxel at the origin", () => {
+    const scanned = { title: "scan", info: grid({ metadata: { frame_of_reference: "scanner" } }) };
+    expect(frameNotes(scanned, [head])).toEqual([expect.stringMatching(/^head lies apart/)]);
+  });
+
   it("are the same for stores of one file, whatever their position in it", () => {
     const ofFile = (origin: Triple, file = "seg.nii.gz", more = {}) =>
       grid({ origin, metadata: { source: { file, ...more } } });

@@ -19,6 +19,8 @@ export interface VolumeDescription {
   name: string;
   /** The format of its file: "NRRD", "NIfTI", … */
   format: string;
+  /** What the coordinates of the world refer to (FORMAT.md). Default: unknown. */
+  frameOfReference?: string;
   /** The value of a voxel is intercept + slope · voxel. */
   slope?: number;
   intercept?: number;

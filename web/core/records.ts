@@ -152,6 +152,7 @@ const metadataForms = new Map<string, (value: unknown) => boolean>([
   ["name", isText],
   ["title", isText],
   ["units", isText],
+  ["frame_of_reference", isText],
   ["source", isObject],
   ["histogram", isBins],
   ["active_cells", isBins],

@@ -44,6 +44,8 @@ export interface StoreMetadata {
   title?: string;
   units?: string;
   source?: Record<string, unknown>;
+  /** What the coordinates of the world refer to. Missing: unknown. */
+  frame_of_reference?: string;
   histogram?: Bins;
   /** A table of the same form. The counts are the cells of level 0 that are active at the middle of each bin. */
   active_cells?: Bins;

@@ -76,6 +76,11 @@ export const layers: typeof layersTexts = {
       one: `${layers} liegt abseits von ${first}: Ihre Bezugssysteme widersprechen sich, oder sie zeigen verschiedene Orte.`,
       other: `${layers} liegen abseits von ${first}: Ihre Bezugssysteme widersprechen sich, oder sie zeigen verschiedene Orte.`,
     }),
+  otherFrame: (layers, first, count) =>
+    plural(count, {
+      one: `${layers} und ${first} haben verschiedene Bezugssysteme: Ihre Lage zueinander im Bild bedeutet nichts.`,
+      other: `${layers} haben andere Bezugssysteme als ${first}: Ihre Lage zueinander im Bild bedeutet nichts.`,
+    }),
   andMore: (layers, left) => `${layers} und ${left} weitere`,
   unknownLayers: (layers) =>
     layers === 1

@@ -77,6 +77,11 @@ export const layersTexts = part("layers", {
       one: `${layers} lies apart from ${first}: their frames of reference contradict each other, or they show different places.`,
       other: `${layers} lie apart from ${first}: their frames of reference contradict each other, or they show different places.`,
     }),
+  otherFrame: (layers: string, first: string, count: number) =>
+    plural(count, {
+      one: `${layers} and ${first} have different frames of reference: their relative position in the picture means nothing.`,
+      other: `${layers} have other frames of reference than ${first}: their relative position in the picture means nothing.`,
+    }),
   andMore: (layers: string, left: number) => `${layers} and ${left} more`,
   unknownLayers: (layers: number) =>
     layers === 1

@@ -3,9 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
+#include "shared/import/volume/hash.h"
 #include "shared/import/volume/type_names.h"
 
 namespace isosplat {
@@ -164,9 +162,6 @@ std::string imported_text(const std::filesystem::path& path, const import::OpenV
   const VolumeGrid& grid = header.grid;
   // As if the store was written to the volume's folder, like `isosplat build` does by default.
   const std::string file = (path.has_filename() ? path : path.parent_path()).filename().string();
-  char hash[17];
-  snprintf(hash, sizeof hash, "%016llx",
-           static_cast<unsigned long long>(XXH3_64bits(file.data(), file.size())));
   Json json = {{"voxels", {grid.voxels.x, grid.voxels.y, grid.voxels.z}},
                {"type", voxel_type_name(header.type)},
                {"spacing", {grid.spacing.x, grid.spacing.y, grid.spacing.z}},
@@ -174,11 +169,12 @@ std::string imported_text(const std::filesystem::path& path, const import::OpenV
                {"direction", grid.direction},
                {"name", header.name},
                {"format", header.format},
+               {"frameOfReference", header.frame_of_reference},
                {"slope", header.slope},
                {"intercept", header.intercept},
                {"notes", volume.notes},
                {"sourceFile", file},
-               {"sourcePathHash", hash},
+               {"sourcePathHash", import::hash_text(file)},
                {"residentBytes", volume.source->resident_bytes()},
                {"files", Json::array()}};
   for (const auto& used : volume.source->files()) json["files"].push_back(used.generic_string());

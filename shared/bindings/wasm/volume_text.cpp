@@ -109,6 +109,7 @@ Result<DescribedVolume> parse_volume(std::string_view text) {
   } texts[] = {{"name", &header.name},
                {"format", &header.format},
                {"title", &options.title},
+               {"frameOfReference", &header.frame_of_reference},
                {"units", &options.value_units},
                {"sourceFile", &options.source_file},
                {"sourcePathHash", &options.source_path_hash}};

@@ -100,6 +100,11 @@ size_t source_text_bytes(const StoreOptions& options) {
   return kSourceKeys + text_bytes(options.source_file) + text_bytes(options.source_path_hash);
 }
 
+size_t frame_text_bytes(const VolumeHeader& header) {
+  constexpr size_t kKey = sizeof R"(,"frame_of_reference":)";
+  return header.frame_of_reference.empty() ? 0 : kKey + text_bytes(header.frame_of_reference);
+}
+
 }  // namespace
 
 ValueHistogram value_histogram(const ValueMapping& mapping, const VolumeStatistics& statistics) {
@@ -125,7 +130,7 @@ size_t metadata_limit(const VolumeHeader& header, const StoreOptions& options) {
   const size_t text = text_bytes(header.name) + text_bytes(title) + text_bytes(header.format) +
                       text_bytes(options.value_units) +
                       kept_notes(options.notes).dump(-1, ' ', true).size() +
-                      source_text_bytes(options);
+                      source_text_bytes(options) + frame_text_bytes(header);
   if (options.only_isovalue) return std::min(kMaxMetadataBytes, kKeysOfOneIsovalue + text);
   return std::min(kMaxMetadataBytes, kKeys + text + 2 * kBins * (digits + 1));
 }
@@ -140,6 +145,9 @@ std::string metadata_json(const VolumeHeader& header, const StoreOptions& option
   if (!options.source_file.empty()) {
     json["source"]["file"] = clean(options.source_file);
     json["source"]["path_hash"] = clean(options.source_path_hash);
+  }
+  if (!header.frame_of_reference.empty()) {
+    json["frame_of_reference"] = clean(header.frame_of_reference);
   }
   if (!options.value_units.empty()) json["units"] = clean(options.value_units);
   if (!options.notes.empty()) json["notes"] = kept_notes(options.notes);

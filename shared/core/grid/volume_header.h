@@ -16,6 +16,9 @@ struct VolumeHeader {
   std::string name;      ///< the file's or folder's name without its suffixes
   double slope = 1;      ///< finite and not 0; negative slopes are allowed
   double intercept = 0;  ///< finite
+  /// What the world's coordinates refer to, as FORMAT.md names it: "scanner", "mni152", …; empty:
+  /// unknown.
+  std::string frame_of_reference = {};
 
   double value(double voxel) const { return intercept + slope * voxel; }
 };

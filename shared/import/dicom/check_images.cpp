@@ -7,6 +7,7 @@
 #include <set>
 
 #include "shared/import/dicom/collect.h"
+#include "shared/import/volume/hash.h"
 
 namespace isosplat::import::dicom {
 namespace {
@@ -93,17 +94,25 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
   return check_parts(collection, frames, path, options, notes);
 }
 
-void note_frames_of_reference(const Collection& collection, const std::vector<uint32_t>& frames,
-                              std::vector<std::string>& notes) {
+std::string frame_of_reference(const Image& image) {
+  const std::string& uid = image.frame_of_reference;
+  return uid.empty() ? "" : "dicom-" + hash_text(uid);
+}
+
+std::string frame_of_reference(const Collection& collection, const std::vector<uint32_t>& frames,
+                               std::vector<std::string>& notes) {
   std::set<std::string_view> found;
   for (const uint32_t index : frames) {
     found.insert(collection.images[collection.frames[index].image].frame_of_reference);
   }
-  if (found.size() < 2) return;
+  if (found.size() < 2) {
+    return frame_of_reference(collection.images[collection.frames[frames.at(0)].image]);
+  }
   notes.push_back(
       fmt::format("the slices have {} frames of reference (Frame of Reference UID): it is assumed "
                   "that they are the same",
                   found.size()));
+  return {};
 }
 
 }  // namespace isosplat::import::dicom

@@ -18,8 +18,13 @@ Result<void> check_images(const Collection& collection, const std::vector<uint32
                           const std::filesystem::path& path, const ImportOptions& options,
                           std::vector<std::string>& notes);
 
-/// Adds a note if the positions of the frames refer to different origins.
-void note_frames_of_reference(const Collection& collection, const std::vector<uint32_t>& frames,
-                              std::vector<std::string>& notes);
+/// The frame of reference of an image for VolumeHeader: a hash of its UID, which could identify the
+/// patient; empty: unknown.
+std::string frame_of_reference(const Image& image);
+
+/// That of frames. If the positions of the frames refer to different origins, it is unknown, and a
+/// note is added.
+std::string frame_of_reference(const Collection& collection, const std::vector<uint32_t>& frames,
+                               std::vector<std::string>& notes);
 
 }  // namespace isosplat::import::dicom

@@ -69,7 +69,7 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
     used.push_back(plane.first);
     if (plane.weight > 0) used.push_back(plane.second);
   }
-  note_frames_of_reference(collection, used, notes);
+  std::string frame = frame_of_reference(collection, used, notes);
   const Values values = find_values(collection, used, stack->label);
   if (!values.has_one_rescaling) {
     notes.push_back(
@@ -96,8 +96,8 @@ Result<OpenVolume> open_frames(Collection collection, const std::filesystem::pat
   OpenVolume volume;
   volume.fill_value = padding_of(collection, used, values, notes);
   volume.notes = std::move(notes);
-  VolumeHeader header{orientation->grid, values.type,  "DICOM",
-                      volume_name(path), values.slope, values.intercept};
+  VolumeHeader header{orientation->grid, values.type,      "DICOM",         volume_name(path),
+                      values.slope,      values.intercept, std::move(frame)};
   volume.source = make_dicom_source(std::move(header), collection, arranged->planes, values,
                                     orientation->reverse_rows, options);
   return volume;

@@ -273,7 +273,9 @@ class SegmentMapper {
     notes_.insert(notes_.end(), orientation->notes.begin(), orientation->notes.end());
     std::vector<SegmentMap> maps(1u +
                                  *std::max_element(shared->groups.begin(), shared->groups.end()));
-    const VolumeHeader header{orientation->grid, VoxelType::u16, "DICOM", volume_name(path_), 1, 0};
+    const VolumeHeader header{
+        orientation->grid,        VoxelType::u16, "DICOM", volume_name(path_), 1, 0,
+        frame_of_reference(image)};
     for (size_t group = 0; group < maps.size(); ++group) {
       maps[group].volume.source = std::make_unique<SegmentSource>(
           header, shared, static_cast<uint16_t>(group), orientation->reverse_rows);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/core/base/status.h"
@@ -11,8 +12,9 @@ namespace isosplat::import {
 /// Positions of voxels as a file's header gives them: any matrix, any handedness.
 struct HeaderGeometry {
   Vec3d spacing{1, 1, 1};
-  Vec3d origin{0, 0, 0};            ///< the centre of voxel (0, 0, 0)
-  Matrix3d direction = kIdentity3;  ///< columns are the axes, of any length
+  Vec3d origin{0, 0, 0};                     ///< the centre of voxel (0, 0, 0)
+  Matrix3d direction = kIdentity3;           ///< columns are the axes, of any length
+  std::string_view frame_of_reference = {};  ///< for VolumeHeader; a literal
 };
 
 /// A valid VolumeGrid, and the order in which its voxels must be read.

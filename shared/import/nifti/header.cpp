@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -277,6 +278,13 @@ TimeAxis nifti_times(const NiftiHeader& header) {
   }
 }
 
+/// The frame of reference of a transform's code (NIFTI_XFORM_…). Codes 2 and 5 (aligned, another
+/// template) do not say to which volume.
+std::string_view nifti_frame(int32_t code) {
+  constexpr std::array<std::string_view, 5> kFrames{"", "scanner", "", "talairach", "mni152"};
+  return code >= 0 && code < 5 ? kFrames[static_cast<size_t>(code)] : "";
+}
+
 Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const NiftiHeader& h,
                                       std::vector<std::string>& notes) {
   const bool says_sform = h.sform_code > 0, says_qform = h.qform_code > 0;
@@ -284,8 +292,10 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
   const bool has_sform = says_sform && is_basis(sform);
   const bool has_qform = says_qform && has_unit_quaternion(h) && is_basis(qform);
   HeaderGeometry geometry;
+  std::string_view frame_of_reference;
   if (has_sform) {
     geometry = geometry_of_steps(sform.steps, sform.origin);
+    frame_of_reference = nifti_frame(h.sform_code);
     const double voxel =
         std::min({length(sform.steps[0]), length(sform.steps[1]), length(sform.steps[2])});
     if (has_qform && is_left_handed(sform) != is_left_handed(qform)) {
@@ -310,6 +320,7 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
           "their absolute values are used");
     }
     geometry = geometry_of_steps(qform.steps, qform.origin);
+    frame_of_reference = nifti_frame(h.qform_code);
   } else if (says_sform || says_qform) {
     return malformed_nifti(path, "its transforms (sform, qform) are singular");
   } else {
@@ -320,6 +331,7 @@ Result<HeaderGeometry> nifti_geometry(const std::filesystem::path& path, const N
     geometry = geometry_of_spacing(
         {-std::abs(h.pixdim[1]), std::abs(h.pixdim[2]), std::abs(h.pixdim[3])}, {0, 0, 0});
   }
+  geometry.frame_of_reference = frame_of_reference;
   to_lps(Frame::ras, geometry);
   switch (h.units & 7) {
     case 1:

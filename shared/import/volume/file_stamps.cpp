@@ -4,8 +4,7 @@
 
 #include <array>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "shared/import/volume/hash.h"
 
 namespace isosplat::import {
 namespace {
@@ -17,7 +16,7 @@ uint64_t checksum_of(const std::filesystem::path& path) {
   const auto file = open_input(path);
   if (!file) return 0;
   const auto got = (*file)->read_some(0, bytes);
-  return got ? XXH3_64bits(bytes.data(), *got) : 0;
+  return got ? hash_of({reinterpret_cast<const char*>(bytes.data()), *got}) : 0;
 }
 
 class WatchedSource : public VolumeSource {

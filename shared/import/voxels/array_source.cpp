@@ -38,9 +38,13 @@ class ArraySource : public VolumeSource {
         reverse_rows_(orientation.reverse_rows),
         reader_(std::move(reader)) {
     const VoxelType type = volume_.stored.type;
-    header_ = {orientation.grid,     volume_.missing.empty() ? type : type_with_absent(type),
-               volume_.format,       volume_.name,
-               volume_.stored.slope, volume_.stored.intercept};
+    header_ = {orientation.grid,
+               volume_.missing.empty() ? type : type_with_absent(type),
+               volume_.format,
+               volume_.name,
+               volume_.stored.slope,
+               volume_.stored.intercept,
+               std::string(volume_.geometry.frame_of_reference)};
   }
 
   const VolumeHeader& header() const override { return header_; }

@@ -13,18 +13,25 @@ export interface PlacedLayer {
 const mostNamed = 3;
 
 /**
- * Notes about the positions of the layers after the first one. Stores have world coordinates, but do not
- * name their frame of reference, so the notes depend on the coordinates alone. There is a note for a store
- * without coordinates whose grid differs from that of the first layer, and for a store that does not
- * overlap the first layer. Stores of one file, such as the labels of a segmentation, have one frame.
+ * Notes about the positions of the layers after the first one. There is a note for a store with another frame of
+ * reference than the first layer. Many files do not name their frame: their coordinates alone decide. So there is
+ * a note for a store without coordinates whose grid differs from that of the first layer, and for a store that does
+ * not overlap the first layer. Stores of one file, such as the labels of a segmentation, have one frame.
  */
 export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): string[] {
+  const contradictory = others.filter(({ info }) => isOfOtherFrame(info, first.info));
   const different = others.filter(
-    ({ info }) => !isSameGrid(info, first.info) && !isOfOneFile(info, first.info),
+    ({ info }) =>
+      !isOfOtherFrame(info, first.info) &&
+      !isSameGrid(info, first.info) &&
+      !isOfOneFile(info, first.info),
   );
   const unplaced = different.filter(({ info }) => !hasPlace(info));
   const placed = different.filter(({ info }) => hasPlace(info));
   const notes: string[] = [];
+  if (contradictory.length > 0) {
+    notes.push(layersTexts.otherFrame(named(contradictory), first.title, contradictory.length));
+  }
   if (!hasPlace(first.info) && different.length > 0) unplaced.unshift(first);
   if (unplaced.length > 0) notes.push(layersTexts.unplaced(named(unplaced), unplaced.length));
   const apart = (hasPlace(first.info) ? placed : []).filter(
@@ -34,6 +41,15 @@ export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): 
     notes.push(layersTexts.apart(named(apart), first.title, apart.length));
   }
   return notes;
+}
+
+/** Whether both stores name their frame of reference, and the frames differ. A frame of DICOM is that of a scanner. */
+function isOfOtherFrame(a: StoreInfo, b: StoreInfo): boolean {
+  const one = a.metadata.frame_of_reference;
+  const other = b.metadata.frame_of_reference;
+  if (!one || !other || one === other) return false;
+  const isScanner = (frame: string) => frame === "scanner" || frame.startsWith("dicom-");
+  return !(isScanner(one) && isScanner(other) && (one === "scanner" || other === "scanner"));
 }
 
 /**
@@ -60,7 +76,8 @@ function named(layers: readonly PlacedLayer[]): string {
  * Whether the store states the position of its volume. If a format or a file has no position, the first voxel is at
  * the origin, and the axes are those of the world.
  */
-export function hasPlace({ origin, direction }: StoreInfo): boolean {
+export function hasPlace({ origin, direction, metadata }: StoreInfo): boolean {
+  if (metadata.frame_of_reference) return true;
   const isAtOrigin = origin.every((n) => n === 0);
   const isUnturned = direction.every((n, i) => n === (i % 4 === 0 ? 1 : 0));
   return !(isAtOrigin && isUnturned);
