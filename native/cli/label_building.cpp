@@ -148,7 +148,7 @@ unsigned LabelBuild::parallel_builds(const LabelGroup& group, uint64_t memory_by
   one.threads = 1;
   uint64_t most = 1;
   for (const FoundLabel& label : group.labels) {
-    const LabelSource source({}, group.header.grid, label, options_.surface, "");
+    const LabelSource source({}, group.header, label, options_.surface, "");
     most = std::max(most, min_memory(source, one));
   }
   return static_cast<unsigned>(std::clamp<uint64_t>(memory_bytes / most, 1, threads));
@@ -167,7 +167,7 @@ Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
       return {};
     }
   }
-  LabelSource source(rows.volume(), group.header.grid, label, options_.surface, title);
+  LabelSource source(rows.volume(), group.header, label, options_.surface, title);
   BuildOptions build = build_;
   build.title = title;
   build.source_file = volume_.filename().string();

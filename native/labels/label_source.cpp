@@ -24,10 +24,11 @@ VolumeGrid label_grid(const VolumeGrid& grid, const FoundLabel& label) {
   return cropped;
 }
 
-LabelSource::LabelSource(const LabelVolume& volume, const VolumeGrid& grid, const FoundLabel& label,
-                         LabelSurface surface, std::string name)
+LabelSource::LabelSource(const LabelVolume& volume, const VolumeHeader& labels,
+                         const FoundLabel& label, LabelSurface surface, std::string name)
     : volume_(volume), label_(label.index), box_(box_of(label)) {
-  header_.grid = label_grid(grid, label);
+  header_.grid = label_grid(labels.grid, label);
+  header_.frame_of_reference = labels.frame_of_reference;
   header_.type = VoxelType::u8;
   header_.format = "label";
   header_.name = std::move(name);

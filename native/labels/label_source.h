@@ -22,8 +22,9 @@ VolumeGrid label_grid(const VolumeGrid& grid, const FoundLabel& label);
 /// of the label.
 class LabelSource : public VolumeSource {
  public:
-  /// Borrows the rows of `volume`. `name`: of the label.
-  LabelSource(const LabelVolume& volume, const VolumeGrid& grid, const FoundLabel& label,
+  /// Borrows the rows of `volume`. `labels`: the header of the volume of all labels. `name`: of the
+  /// label.
+  LabelSource(const LabelVolume& volume, const VolumeHeader& labels, const FoundLabel& label,
               LabelSurface surface, std::string name);
 
   const VolumeHeader& header() const override { return header_; }

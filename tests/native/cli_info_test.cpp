@@ -32,5 +32,28 @@ TEST(CliInfo, NamesTheFrameOfReferenceOfAVolumeAndOfItsStore) {
   EXPECT_EQ(run({"info", volume}).out.find("frame  "), std::string::npos);
 }
 
+// The store of a label has a header of its own.
+TEST(CliInfo, NamesTheFrameOfReferenceOfLabels) {
+  const TempFolder folder;
+  test::NiftiFile file;
+  file.sizes = {8, 8, 8};
+  file.affine_code = 4;
+  std::vector<int16_t> voxels(512);
+  for (size_t i = 0; i < voxels.size(); ++i) {
+    const size_t x = i % 8, y = i / 8 % 8, z = i / 64;
+    const bool is_inside = x > 1 && x < 6 && y > 1 && y < 6 && z > 1 && z < 6;
+    voxels[i] = static_cast<int16_t>(is_inside ? (x < 4 ? 1 : 2) : 0);
+  }
+  file.voxels = test::bytes_of(voxels);
+  write_file(folder / "seg.nii", file.bytes());
+  const std::string scene = folder / "scene/";
+  const test::Ended built = run({"build", folder / "seg.nii", "--labels", "-o", scene, "-q"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  for (const char* label : {"label_1", "label_2"}) {
+    const std::string store = scene + "stores/" + label + ".isosplat";
+    EXPECT_NE(run({"info", store}).out.find("frame         mni152\n"), std::string::npos) << label;
+  }
+}
+
 }  // namespace
 }  // namespace isosplat
