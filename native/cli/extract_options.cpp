@@ -20,7 +20,7 @@ void add_extract_options(CLI::App* command, ExtractCall* call) {
       ->check(is_number());
   command
       ->add_option("--step", call->step,
-                   "Scenes: index of the time step, from 0 (default: the one that the scene shows\n"
+                   "Scenes: index of the time step, from 0 (default: that which the scene shows "
                    "first)")
       ->check(is_whole_number(0, kMaxSteps - 1));
   command

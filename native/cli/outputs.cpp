@@ -1,13 +1,12 @@
 #include "native/cli/outputs.h"
 
 #include <fmt/format.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <nlohmann/json.hpp>
 
 #include "native/cli/building.h"
 #include "native/files/output_file.h"
+#include "shared/import/volume/hash.h"
 #include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
@@ -74,7 +73,7 @@ std::string source_path_hash(const std::filesystem::path& volume,
   auto to = std::filesystem::weakly_canonical(volume, error);
   if (!to.has_filename()) to = to.parent_path();  // "folder/"
   const std::string relative = to.lexically_relative(from).generic_string();
-  return fmt::format("{:016x}", XXH3_64bits(relative.data(), relative.size()));
+  return import::hash_text(relative);
 }
 
 Result<void> check_replaceable_store(const std::filesystem::path& store,

@@ -19,12 +19,13 @@ const mostNamed = 3;
  * not overlap the first layer. Stores of one file, such as the labels of a segmentation, have one frame.
  */
 export function frameNotes(first: PlacedLayer, others: readonly PlacedLayer[]): string[] {
-  const contradictory = others.filter(({ info }) => isOfOtherFrame(info, first.info));
+  const isContradictory = ({ info }: PlacedLayer) => isOfOtherFrame(info, first.info);
+  const contradictory = others.filter(isContradictory);
   const different = others.filter(
-    ({ info }) =>
-      !isOfOtherFrame(info, first.info) &&
-      !isSameGrid(info, first.info) &&
-      !isOfOneFile(info, first.info),
+    (other) =>
+      !isContradictory(other) &&
+      !isSameGrid(other.info, first.info) &&
+      !isOfOneFile(other.info, first.info),
   );
   const unplaced = different.filter(({ info }) => !hasPlace(info));
   const placed = different.filter(({ info }) => hasPlace(info));
@@ -48,8 +49,8 @@ function isOfOtherFrame(a: StoreInfo, b: StoreInfo): boolean {
   const one = a.metadata.frame_of_reference;
   const other = b.metadata.frame_of_reference;
   if (!one || !other || one === other) return false;
-  const isScanner = (frame: string) => frame === "scanner" || frame.startsWith("dicom-");
-  return !(isScanner(one) && isScanner(other) && (one === "scanner" || other === "scanner"));
+  const frames = [one, other];
+  return !(frames.includes("scanner") && frames.some((frame) => frame.startsWith("dicom-")));
 }
 
 /**
