@@ -119,13 +119,15 @@ inline std::string write_ball(const TempFolder& folder, int n, const std::string
   return path;
 }
 
-/// Starts the program, waits until it prints that it is ready, calls a function, stops the program
-/// by SIGTERM, and returns its output.
-inline Ended serve_and_stop(const Call& call, const std::function<void(pid_t)>& meanwhile = {}) {
+/// Starts the program, waits until it prints that it is ready and has logged `awaited`, calls a
+/// function, stops the program by SIGTERM, and returns its output.
+inline Ended serve_and_stop(const Call& call, const std::function<void(pid_t)>& meanwhile = {},
+                            const std::string& awaited = {}) {
   const TempFolder folder;
   const std::string out = folder / "out", err = folder / "err";
   const pid_t child = start(call, out, err);
-  while (read_file(out).find("Isosplat is ready: http://") == std::string::npos) {
+  while (read_file(out).find("Isosplat is ready: http://") == std::string::npos ||
+         read_file(err).find(awaited) == std::string::npos) {
     siginfo_t ended{};
     waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT);
     if (ended.si_pid == child) return wait_for(child, out, err);
@@ -134,6 +136,12 @@ inline Ended serve_and_stop(const Call& call, const std::function<void(pid_t)>& 
   if (meanwhile) meanwhile(child);
   kill(child, SIGTERM);
   return wait_for(child, out, err);
+}
+
+/// As serve_and_stop. A server reads its stores while it serves: a test that expects what is logged
+/// about them must wait for it, or the server may stop first.
+inline Ended serve_until_logged(const Call& call, const std::string& awaited) {
+  return serve_and_stop(call, {}, awaited);
 }
 
 }  // namespace isosplat::test

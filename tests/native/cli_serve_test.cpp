@@ -288,7 +288,8 @@ TEST(CliServe, TakesOptionsFromAFileAndTheCommandLineFirst) {
   const std::string config = folder / "server.toml";
   write_file(config, "# comment\nstores = [\"" + store + "\"]\nport = 1\nlog-format = \"json\"\n" +
                          "access-log = \"" + log + "\"\npublic = false\nhost = \"127.0.0.1\"\n");
-  const Ended served = serve_and_stop({.arguments = {"serve", "--config", config, "--port", "0"}});
+  const Ended served = serve_until_logged(
+      {.arguments = {"serve", "--config", config, "--port", "0"}}, "volume ball: ");
   EXPECT_EQ(served.exit_code, 0) << served.err;
   EXPECT_NE(served.err.find("volume ball: "), std::string::npos) << served.err;
   EXPECT_EQ(access(log.c_str(), F_OK), 0) << "the access log of the file was not opened";

@@ -18,6 +18,7 @@ using test::Ended;
 using test::read_file;
 using test::run;
 using test::serve_and_stop;
+using test::serve_until_logged;
 using test::TempFolder;
 using test::write_ball;
 using test::write_file;
@@ -445,7 +446,8 @@ TEST(Cli, DemoVolumesBuildAndVerify) {
 TEST(Cli, ServesUntilItIsStopped) {
   const TempFolder folder;
   ASSERT_EQ(run({"build", write_ball(folder, 20)}).exit_code, 0);
-  const Ended served = serve_and_stop(Call{.arguments = {"serve", folder.path(), "--port", "0"}});
+  const Ended served = serve_until_logged(
+      Call{.arguments = {"serve", folder.path(), "--port", "0"}}, "volume ball: ");
   EXPECT_EQ(served.exit_code, 0) << served.err;
   EXPECT_NE(served.err.find("volume ball: "), std::string::npos) << served.err;
   const TempFolder empty;

@@ -272,7 +272,7 @@ TEST_F(Access, ReadsTokensAgain) {
   const Result<void> reloaded = server->reload();
   ASSERT_FALSE(reloaded);
   EXPECT_EQ(reloaded.error().message.find("short "), std::string::npos);
-  EXPECT_TRUE(log_mentions("the old ones stay"));
+  EXPECT_TRUE(will_log("the old ones stay"));
   EXPECT_EQ(get(port(), "/v1/volumes/alpha", bearer(kAllToken)).status, 200);
   // An empty file admits nobody.
   write_tokens("");

@@ -298,7 +298,7 @@ TEST_F(Fairness, TooFewDescriptorsAreReportedAtTheStart) {
   server.reset();
   options.limits.connections = static_cast<uint32_t>(now.rlim_max);
   start();
-  EXPECT_TRUE(log_mentions("the system allows " + std::to_string(now.rlim_max) + " open files"));
+  EXPECT_TRUE(will_log("the system allows " + std::to_string(now.rlim_max) + " open files"));
   EXPECT_EQ(get(port(), "/healthz").status, 200);
 }
 

@@ -248,7 +248,7 @@ TEST_F(Frames, ADamagedChunkIsAnError) {
   EXPECT_EQ(single.header("cache-control"), "no-store");
   EXPECT_NE(single.body.find("checksum_mismatch"), std::string::npos) << single.body;
   EXPECT_NE(single.body.find(place_of(*broken)), std::string::npos) << single.body;
-  EXPECT_TRUE(log_mentions(place_of(*broken)));
+  EXPECT_TRUE(will_log(place_of(*broken)));
 
   const KnownChunk& good = *chunks.front();
   EXPECT_EQ(get(port(), content("chunks/" + place_of(good))).body, text_of(good.bytes));

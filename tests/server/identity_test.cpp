@@ -372,7 +372,7 @@ TEST_F(Identities, AServerCanFetchTheKeys) {
   // If the provider does not respond, the previous keys stay valid.
   provider->reset();
   EXPECT_TRUE(server->reload());
-  EXPECT_TRUE(eventually([&] { return log_mentions("those from before stay"); }));
+  EXPECT_TRUE(will_log("those from before stay"));
   EXPECT_EQ(statuses(fields), (std::vector{200, 200, 200}));
 }
 
@@ -380,7 +380,7 @@ TEST_F(Identities, WithoutKeysTokensOfTheProviderAdmitNobody) {
   use_jwt();
   options.jwt_keys = "http://127.0.0.1:1/keys.json";
   start();
-  EXPECT_TRUE(log_mentions("keys of the identity provider"));
+  EXPECT_TRUE(will_log("keys of the identity provider"));
   const auto now = static_cast<uint64_t>(std::time(nullptr));
   EXPECT_EQ(statuses("Authorization: Bearer " + token_of(kEs256, claims(now), p256()) + "\r\n"),
             (std::vector{401, 401, 401}));

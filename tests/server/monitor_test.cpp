@@ -179,7 +179,7 @@ TEST_F(Monitoring, CountsFaults) {
   *std::search(damaged.begin(), damaged.end(), chunk.bytes.begin(), chunk.bytes.end()) ^=
       std::byte{1};
   write_file(folder.path() / "damaged.isosplat", damaged);
-  EXPECT_TRUE(eventually([&] { return log_mentions("damaged.isosplat, content"); }));
+  EXPECT_TRUE(will_log("damaged.isosplat, content"));
   Client client(port());
   EXPECT_EQ(
       client.request("GET", "/v1/volumes/damaged/" + alpha.content + "/chunks/" + place_of(chunk))

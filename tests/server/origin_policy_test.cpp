@@ -166,7 +166,7 @@ TEST_F(Origins, OnOtherAddressesTheOperatorMustChoose) {
   }
   options.cross_origin = CrossOrigin{};
   start();
-  EXPECT_TRUE(log_mentions("warning: everyone who reaches 0.0.0.0"));
+  EXPECT_TRUE(will_log("warning: everyone who reaches 0.0.0.0"));
   // An attacker's page can have a host name that resolves to this machine's address (DNS
   // rebinding), but its host cannot be the address itself.
   expect({{kList, "Host: 192.168.1.5:8080\r\n", 200},

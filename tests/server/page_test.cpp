@@ -173,7 +173,7 @@ TEST_F(Page, FilesOutsideTheFolderAreNotServed) {
     EXPECT_EQ(answer.body.find("secret"), std::string::npos) << url;
   }
   EXPECT_EQ(get(port(), "/inside.html").status, 200);
-  EXPECT_TRUE(log_mentions("link.txt: a link out of the folder"));
+  EXPECT_TRUE(will_log("link.txt: a link out of the folder"));
 }
 
 TEST_F(Page, IsReadAgainWhenItChanges) {
@@ -204,7 +204,7 @@ TEST_F(Page, AHalfWrittenPageIsNotServed) {
   start();
   write_file(options.web_root / "index.html",
              std::string_view("<script src=\"./assets/index-NEW_NEW1.js\"></script>"));
-  EXPECT_TRUE(eventually([&] { return log_mentions("index-NEW_NEW1.js, which does not exist"); }));
+  EXPECT_TRUE(will_log("index-NEW_NEW1.js, which does not exist"));
   EXPECT_EQ(get(port(), "/").body, "<!doctype html><title>Isosplat</title>");
   write_file(options.web_root / "assets/index-NEW_NEW1.js", std::string_view("new"));
   EXPECT_TRUE(

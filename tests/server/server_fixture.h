@@ -64,6 +64,11 @@ class ServerTest : public ::testing::Test {
     return false;
   }
 
+  /// Whether the server logs the text within that time: it may log what it did after its response.
+  bool will_log(std::string_view text) {
+    return eventually([&] { return log_mentions(text); });
+  }
+
   /// The number of open descriptors of this program: those of the server and of the test's clients.
   static size_t open_descriptors() {
     size_t count = 0;

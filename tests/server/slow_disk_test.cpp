@@ -124,7 +124,7 @@ TEST_F(SlowDisk, HasTheSameAnswersByEveryRoute) {
 TEST_F(SlowDisk, OpeningAStoreDelaysNobodyElse) {
   start();
   EXPECT_EQ(get(port(), "/v1/volumes/alpha").status, 200);
-  ASSERT_TRUE(eventually([&] { return log_mentions("volume slow: "); }));
+  ASSERT_TRUE(will_log("volume slow: "));
   gate().close();
   // The server reads its header when a client requests it.
   Client waiting(port());

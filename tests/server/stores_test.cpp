@@ -55,7 +55,7 @@ TEST_F(Stores, ARemovedStoreIsGone) {
   std::filesystem::remove(folder.path() / "alpha.isosplat");
   EXPECT_TRUE(eventually([&] { return volume("alpha").is_null(); }));
   EXPECT_EQ(get(port(), content("header")).status, 404);
-  EXPECT_TRUE(log_mentions("alpha was removed"));
+  EXPECT_TRUE(will_log("alpha was removed"));
 }
 
 TEST_F(Stores, AStoreOverwrittenInPlaceIsNotServed) {
@@ -101,7 +101,7 @@ TEST_F(Stores, BrokenStoresAreListedWithTheirError) {
     const auto message = volume(name)["error"]["message"].get<std::string>();
     EXPECT_TRUE(message.find(std::string(name) + ".isosplat") == 0) << message;
     EXPECT_EQ(message.find(folder.path().string()), std::string::npos) << message;
-    EXPECT_TRUE(log_mentions(std::string("volume ") + name + " is not served")) << name;
+    EXPECT_TRUE(will_log(std::string("volume ") + name + " is not served")) << name;
     const Answer answer = get(port(), std::string("/v1/volumes/") + name);
     EXPECT_EQ(answer.status, 500);
     EXPECT_EQ(answer.body.find(folder.path().string()), std::string::npos) << answer.body;

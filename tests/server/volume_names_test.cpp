@@ -272,12 +272,12 @@ TEST_F(Rights, AChangeOfWhatANameMeansIsLogged) {
   EXPECT_TRUE(eventually([&] { return name_of(mine) == "head"; }));
   write_store("head.isosplat", other);
   EXPECT_TRUE(eventually([&] { return name_of(other) == "head"; }));
-  EXPECT_TRUE(log_mentions(other.content + " in place of " + mine.content));
+  EXPECT_TRUE(will_log(other.content + " in place of " + mine.content));
   std::filesystem::remove(folder.path() / "head.isosplat");
   EXPECT_TRUE(eventually([&] { return !server->has_stores(); }));
   write_store("head.isosplat", third);
   EXPECT_TRUE(eventually([&] { return name_of(third) == "head"; }));
-  EXPECT_TRUE(log_mentions(third.content + " in place of " + other.content));
+  EXPECT_TRUE(will_log(third.content + " in place of " + other.content));
 }
 
 TEST_F(Rights, AFolderThatDisappearsIsNoVolume) {
@@ -288,7 +288,7 @@ TEST_F(Rights, AFolderThatDisappearsIsNoVolume) {
   EXPECT_EQ(listed(kAll), Names{"head"});
   std::filesystem::rename(folder.path() / "ct", folder.path() / "away");
   EXPECT_TRUE(eventually([&] { return listed(kAll).empty(); }));
-  EXPECT_TRUE(log_mentions("expected a folder of stores, found none"));
+  EXPECT_TRUE(will_log("expected a folder of stores, found none"));
   std::filesystem::rename(folder.path() / "away", folder.path() / "ct");
   EXPECT_TRUE(eventually([&] { return listed(kAll) == Names{"head"}; }));
 }
@@ -310,7 +310,7 @@ TEST_F(Rights, LinksOutOfTheFolderAreNotFollowedIfTheOperatorForbidsIt) {
   options.follow_outside_links = false;
   restart();
   EXPECT_EQ(listed(kAll), (Names{"ct~head", "inside"}));
-  EXPECT_TRUE(log_mentions("outside.isosplat: not served: it is a link out of the folder"));
+  EXPECT_TRUE(will_log("outside.isosplat: not served: it is a link out of the folder"));
   // While a link is served, another link in its chain is changed so that it leads out of the
   // folder.
   link(elsewhere.path() / "secret.isosplat", "ct/step.isosplat");
@@ -327,10 +327,10 @@ TEST_F(Rights, AWarningNamesFilesOfSecretsThatAllUsersCanRead) {
   EXPECT_FALSE(log_mentions("all users of this machine"));
   ::chmod(options.token_file.c_str(), 0644);
   EXPECT_TRUE(server->reload());
-  EXPECT_TRUE(log_mentions("all users of this machine can read it"));
+  EXPECT_TRUE(will_log("all users of this machine can read it"));
   ::chmod(options.token_file.c_str(), 0602);
   restart();
-  EXPECT_TRUE(log_mentions("all users of this machine can change it"));
+  EXPECT_TRUE(will_log("all users of this machine can change it"));
 }
 
 }  // namespace
