@@ -165,8 +165,8 @@ void OriginPolicy::add_fields(const Request& request, Response& response) const 
     const std::string_view readers = listed ? *listed : std::string_view("*");
     response.set("Access-Control-Allow-Origin", readers);
     response.set("Access-Control-Expose-Headers",
-                 "Accept-Ranges, Content-Length, Content-Range, ETag, Retry-After, "
-                 "X-Isosplat-Chunks, X-Isosplat-Dtype, X-Isosplat-Points");
+                 "Accept-Ranges, Content-Encoding, Content-Length, Content-Range, ETag, "
+                 "Retry-After, X-Isosplat-Chunks, X-Isosplat-Dtype, X-Isosplat-Points");
     response.set("Timing-Allow-Origin", readers);
   }
   response.set("Cross-Origin-Resource-Policy", cross_origin_.any ? "cross-origin" : "same-origin");

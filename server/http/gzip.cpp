@@ -25,43 +25,49 @@ std::string gzipped(std::string_view bytes, int level) {
   return out;
 }
 
-TextCompressor::Compressed TextCompressor::compress(std::string_view text,
-                                                    const std::string& hash) {
-  // Higher levels take several times as long for texts that are mostly numbers.
+namespace {
+
+size_t bytes_of(const Compressor::Compressed& file) {
+  return file ? file->size() : 0;
+}
+
+}  // namespace
+
+Compressor::Compressed Compressor::compress(std::string_view body, const std::string& hash) {
+  // Higher levels take several times as long for bodies that are mostly numbers.
   constexpr int kLevel = 1;
-  if (text.size() < kMinBytes) return nullptr;
-  if (Compressed kept = find(hash)) return kept;
+  if (body.size() < kMinBytes) return nullptr;
+  if (const auto kept = find(hash)) return *kept;
   std::unique_lock<std::mutex> turn;
-  if (text.size() > kLongBytes) {
+  if (body.size() > kLongBytes) {
     turn = std::unique_lock(compressing_, std::try_to_lock);
     if (!turn) return nullptr;
   }
-  std::string file = gzipped(text, kLevel);
-  if (file.empty() || file.size() >= text.size()) return nullptr;
-  file.shrink_to_fit();
-  auto compressed = std::make_shared<const std::string>(std::move(file));
+  std::string file = gzipped(body, kLevel);
+  if (file.empty()) return nullptr;
+  Compressed compressed;
+  if (file.size() < body.size()) {
+    file.shrink_to_fit();
+    compressed = std::make_shared<const std::string>(std::move(file));
+  }
   keep(hash, compressed);
   return compressed;
 }
 
-bool TextCompressor::is_slow(std::string_view text, const std::string& hash) const {
-  return text.size() > kLongBytes && !find(hash);
-}
-
-TextCompressor::Compressed TextCompressor::find(const std::string& hash) const {
+std::optional<Compressor::Compressed> Compressor::find(const std::string& hash) const {
   const std::lock_guard lock(mutex_);
   const auto found = std::ranges::find(kept_, hash, &Kept::hash);
-  return found == kept_.end() ? nullptr : found->file;
+  return found == kept_.end() ? std::nullopt : std::optional(found->file);
 }
 
-void TextCompressor::keep(const std::string& hash, Compressed file) {
+void Compressor::keep(const std::string& hash, Compressed file) {
   // Limits the time of a search through the list.
   constexpr size_t kMaxKept = 64;
   const std::lock_guard lock(mutex_);
-  kept_bytes_ += file->size();
+  kept_bytes_ += bytes_of(file);
   kept_.push_front({hash, std::move(file)});
   while (kept_.size() > 1 && (kept_bytes_ > kKeptBytes || kept_.size() > kMaxKept)) {
-    kept_bytes_ -= kept_.back().file->size();
+    kept_bytes_ -= bytes_of(kept_.back().file);
     kept_.pop_back();
   }
 }

@@ -36,7 +36,7 @@ struct RouterLimits {
 class ByteBudget;
 class ChunkCache;
 class Metrics;
-class TextCompressor;
+class Compressor;
 
 /// The data that the routes for operators report. The pointers must outlive the router.
 struct Monitor {
@@ -86,7 +86,7 @@ struct RouteCall {
   std::shared_ptr<const PageAssets> page;  ///< null: none
   const Grant& grant;                      ///< the rights of the client
   const Monitor& monitor;
-  TextCompressor& compressor;
+  Compressor& compressor;
   ChunkCache& chunks;
 
   /// Whether the response depends on the client's rights, so that only the client's own cache may

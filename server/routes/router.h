@@ -96,7 +96,7 @@ class Router {
   OriginPolicy operator_policy_;  ///< for /metrics
   HttpsPolicy https_;
   Monitor monitor_;
-  mutable TextCompressor compressor_;
+  mutable Compressor compressor_;
   static constexpr uint64_t kKeptChunkBytes = uint64_t{32} << 20;
   mutable ChunkCache chunks_{kKeptChunkBytes};
   mutable VolumeViews views_;

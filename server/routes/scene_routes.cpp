@@ -11,6 +11,7 @@
 #include "server/http/streams.h"
 #include "server/routes/byte_range.h"
 #include "server/routes/content_routes.h"
+#include "server/routes/gzip_response.h"
 #include "server/routes/json_response.h"
 #include "server/routes/volume_routes.h"
 
@@ -41,12 +42,26 @@ Response scene_response(const RouteCall& call) {
 
 Response scene_bootstrap_response(const RouteCall& call) {
   const std::shared_ptr<const ServedScene>& scene = call.scene->scene;
-  Response response =
-      begin_response(call.request, fmt::format("\"{}-bootstrap1\"", scene->facts.content),
-                     CachePolicy::revalidated, call.is_private);
-  if (is_complete(response)) return response;
-  response.set("Content-Type", "application/octet-stream");
-  response.stream = scene_stream(scene, 0, scene->bytes.first_bytes());
+  const std::string etag = fmt::format("\"{}-bootstrap1\"", scene->facts.content);
+  const uint64_t bytes = scene->bytes.first_bytes();
+  const auto read = [&]() -> Result<std::string> {
+    std::string body(static_cast<size_t>(bytes), '\0');
+    if (auto done = scene->bytes.read(0, std::as_writable_bytes(std::span(body))); !done) {
+      return tl::unexpected(done.error());  // the uncompressed response reports it
+    }
+    return body;
+  };
+  Response response;
+  if (auto compressed =
+          gzip_response(call, etag, CachePolicy::revalidated,
+                        {.bytes = bytes, .hash = etag, .is_on_disk = true, .read = read})) {
+    response = std::move(*compressed);
+  } else {
+    response = begin_response(call.request, etag, CachePolicy::revalidated, call.is_private);
+    response.set("Vary", "Accept-Encoding");
+    if (!is_complete(response)) response.stream = scene_stream(scene, 0, bytes);
+  }
+  if (!is_complete(response)) response.set("Content-Type", "application/octet-stream");
   return response;
 }
 

@@ -1,33 +1,13 @@
 // JSON for clients that admit gzip: the same text, separate ETags, Vary, and a limited cost.
 
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include "server/http/gzip.h"
 #include "tests/server/server_fixture.h"
+#include "tests/server/unzipped.h"
 
 namespace isosplat::server::test {
 namespace {
-
-std::string unzipped(const std::string& file) {
-  z_stream stream{};
-  EXPECT_EQ(inflateInit2(&stream, MAX_WBITS + 16), Z_OK);
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(file.data()));
-  stream.avail_in = static_cast<uInt>(file.size());
-  std::string text;
-  int result = Z_OK;
-  while (result == Z_OK) {
-    char piece[65536];
-    stream.next_out = reinterpret_cast<Bytef*>(piece);
-    stream.avail_out = sizeof piece;
-    result = inflate(&stream, Z_NO_FLUSH);
-    text.append(piece, sizeof piece - stream.avail_out);
-  }
-  EXPECT_EQ(result, Z_STREAM_END);
-  EXPECT_EQ(stream.avail_in, 0u);
-  inflateEnd(&stream);
-  return text;
-}
 
 constexpr const char* kGzip = "Accept-Encoding: gzip, deflate, br\r\n";
 
@@ -53,7 +33,7 @@ TEST_F(Compression, TheTextIsTheSame) {
     ASSERT_EQ(small.status, 200) << path;
     EXPECT_EQ(small.header("vary"), "Accept-Encoding") << path;
     EXPECT_EQ(small.header("content-type"), "application/json");
-    if (plain.body.size() < TextCompressor::kMinBytes) {
+    if (plain.body.size() < Compressor::kMinBytes) {
       EXPECT_EQ(small.body, plain.body) << path;
       EXPECT_EQ(small.header("etag"), plain.header("etag"));
       continue;
@@ -107,17 +87,16 @@ TEST_F(Compression, CompressedDataAreNotCompressedAgain) {
   }
 }
 
-TEST(TextCompressors, KeepTheTextsThatWereCompressedLast) {
-  TextCompressor compressor;
+TEST(Compressors, KeepTheTextsThatWereCompressedLast) {
+  Compressor compressor;
   const std::string small(1000, 'a'), text(10'000, 'a'), large(200'000, 'a');
   EXPECT_EQ(compressor.compress(small, "small"), nullptr);
   const auto first = compressor.compress(text, "text");
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(compressor.compress(text, "text"), first);
-  EXPECT_FALSE(compressor.is_slow(text, "text"));
-  EXPECT_TRUE(compressor.is_slow(large, "large"));
+  EXPECT_EQ(compressor.find("text"), first);
+  EXPECT_EQ(compressor.find("large"), std::nullopt);
   EXPECT_EQ(unzipped(*compressor.compress(large, "large")), large);
-  EXPECT_FALSE(compressor.is_slow(large, "large"));
   for (int i = 0; i < 100; ++i) compressor.compress(text, std::to_string(i));
   EXPECT_NE(compressor.compress(text, "text"), first) << "the oldest texts are removed";
   std::string noise;
@@ -125,10 +104,11 @@ TEST(TextCompressors, KeepTheTextsThatWereCompressedLast) {
     noise += static_cast<char>(x >> 24);
   }
   EXPECT_EQ(compressor.compress(noise, "noise"), nullptr) << "not smaller";
+  EXPECT_EQ(compressor.find("noise"), nullptr) << "and is not compressed again";
 }
 
-TEST(TextCompressors, CompressOneLongTextAtATime) {
-  TextCompressor compressor;
+TEST(Compressors, CompressOneLongTextAtATime) {
+  Compressor compressor;
   std::string text;
   for (uint32_t i = 0, x = 1; i < 4'000'000; ++i, x = x * 1664525 + 1013904223) {
     text += static_cast<char>('a' + (x >> 28));

@@ -41,7 +41,10 @@ class Origins : public ServerTest {
       const Answer answer = send(row);
       EXPECT_EQ(answer.status, row.status) << answer.body;
       EXPECT_EQ(answer.header("access-control-allow-origin"), row.readable_by);
-      EXPECT_EQ(answer.header("access-control-expose-headers").empty(), *row.readable_by == 0);
+      const std::string exposed = answer.header("access-control-expose-headers");
+      EXPECT_EQ(exposed.empty(), *row.readable_by == 0);
+      // Without it, a page takes the length of the compressed body for that of the body.
+      EXPECT_TRUE(exposed.empty() || exposed.find("Content-Encoding") != exposed.npos) << exposed;
       EXPECT_EQ(answer.header("timing-allow-origin"), row.readable_by);
       if (*row.name == 0) continue;
       const Json body = Json::parse(answer.body, nullptr, false);

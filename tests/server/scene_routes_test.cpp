@@ -10,6 +10,7 @@
 #include "shared/core/scene/bundle_header.h"
 #include "shared/system/scene_file/bundle_bytes.h"
 #include "tests/server/server_fixture.h"
+#include "tests/server/unzipped.h"
 
 namespace isosplat::server::test {
 namespace {
@@ -178,6 +179,30 @@ TEST_F(SceneRoutes, TheBootstrapIsTheBeginningOfTheBundle) {
               304);
   }
   EXPECT_EQ(json("/v1/scenes/run~series.scene")["steps"], 2);
+}
+
+/// The headers of many small stores are mostly zeros.
+TEST_F(SceneRoutes, TheFirstPartIsCompressedForClientsThatAdmitIt) {
+  start();
+  for (const std::string& path : std::vector<std::string>{"run", "run~scene"}) {
+    const std::string target = "/v1/scenes/" + path + "/bootstrap";
+    const Answer plain = get(port(), target);
+    EXPECT_EQ(plain.header("content-encoding"), "");
+    EXPECT_EQ(plain.header("vary"), "Accept-Encoding");
+    for (int i = 0; i < 2; ++i) {  // compressed, then cached
+      const Answer small = get(port(), target, "Accept-Encoding: gzip\r\n");
+      ASSERT_EQ(small.status, 200);
+      EXPECT_EQ(small.header("content-encoding"), "gzip");
+      EXPECT_EQ(small.header("content-type"), "application/octet-stream");
+      EXPECT_EQ(small.header("cache-control"), plain.header("cache-control"));
+      EXPECT_NE(small.header("etag"), plain.header("etag"));
+      EXPECT_LT(small.body.size(), plain.body.size());
+      EXPECT_TRUE(unzipped(small.body) == plain.body);
+      EXPECT_EQ(status(target,
+                       "Accept-Encoding: gzip\r\nIf-None-Match: " + small.header("etag") + "\r\n"),
+                304);
+    }
+  }
 }
 
 /// Every path has another name, so that no link or token for a name opens another scene.
