@@ -1,22 +1,27 @@
 import type { Progress } from "../stream/types.ts";
 import { ArrivalForecast } from "./arrival_forecast.ts";
 
-/** The first picture waits this long (ms) for the first surfaces of further layers. */
-const longestPartial = 300;
+/**
+ * The first picture waits this long (ms) for the first surface of a further layer, and this long in all while they
+ * keep arriving.
+ */
+const longestPartial = { each: 300, all: 1500 };
 
 /** Decides how long a picture waits for data that are still to arrive. All times are in ms. */
 export class Arrivals {
   readonly #forecast = new ArrivalForecast();
-  readonly #isPartial: () => boolean;
+  readonly #missing: () => number;
   #begunAt: number | null = null;
+  /** The number of missing first surfaces, and the time at which the last one was seen to arrive. */
+  #partial = { missing: 0, since: 0 };
   #hasPicture = false;
   #chunksToGo = 0;
   /** While more data are expected, new chunks are not drawn before this time. */
   #nextPicture = 0;
 
-  /** isPartial: whether the first surface of a layer is still to arrive. */
-  constructor(isPartial: () => boolean) {
-    this.#isPartial = isPartial;
+  /** missing: the number of layers whose first surface is still to arrive. */
+  constructor(missing: () => number) {
+    this.#missing = missing;
   }
 
   /**
@@ -38,7 +43,9 @@ export class Arrivals {
   }
 
   begin(now: number): void {
-    this.#begunAt ??= now;
+    if (this.#begunAt !== null) return;
+    this.#begunAt = now;
+    this.#partial = { missing: this.#missing(), since: now };
   }
 
   /** The progress of streaming has changed. Returns whether the last expected chunk has arrived. */
@@ -65,8 +72,11 @@ export class Arrivals {
    */
   waitOfFirst(now: number): number {
     if (this.#hasPicture || this.#begunAt === null) return 0;
-    const longest = this.#begunAt + longestPartial - now;
-    return longest > 0 && this.#isPartial() ? longest : 0;
+    const missing = this.#missing();
+    if (missing === 0) return 0;
+    this.#partial = { missing, since: missing < this.#partial.missing ? now : this.#partial.since };
+    const { each, all } = longestPartial;
+    return Math.max(0, Math.min(this.#partial.since + each, this.#begunAt + all) - now);
   }
 
   /**

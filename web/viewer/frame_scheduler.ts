@@ -36,8 +36,8 @@ export interface Upload {
 export interface FrameSchedulerHost {
   /** Null while there is no volume or no renderer. */
   scene(): Scene | null;
-  /** Whether the first surface of a visible layer is still to arrive. */
-  isPartial(): boolean;
+  /** The number of visible layers whose first surface is still to arrive. */
+  missingLayers(): number;
   /** Runs an action of the renderer; returns whether it succeeded. */
   guard(action: (renderer: RendererModule) => void): boolean;
   /** Checks that these uploads, and all before, have succeeded. */
@@ -89,7 +89,7 @@ export class FrameScheduler {
     this.#canvas = canvas;
     this.#owner = owner;
     this.#renderer = renderer;
-    this.#arrivals = new Arrivals(() => owner.isPartial());
+    this.#arrivals = new Arrivals(() => owner.missingLayers());
     this.#timer = new GpuTimer(gl);
     const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
     this.#fade = new Fade(renderer, () => !reducedMotion.matches);

@@ -151,12 +151,12 @@ export class LayerList {
     );
   }
 
-  /** Whether the first surface of a visible layer is still to arrive. */
-  get isPartial(): boolean {
-    return this.#entries.some(
+  /** The number of visible layers whose first surface is still to arrive. */
+  get missing(): number {
+    return this.#entries.filter(
       ({ layer, volume }) =>
         layer.visible && volume.error === null && !volume.session?.hasFirstSurface,
-    );
+    ).length;
   }
 
   /** Whether a picture can be drawn: a volume is open, or hidden. */

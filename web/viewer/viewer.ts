@@ -382,7 +382,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.stop();
     this.#scheduler = new FrameScheduler(this.canvas, renderer, {
       scene: () => this.#pictures.scene(() => this.#layers.shown()),
-      isPartial: () => this.#layers.list.isPartial,
+      missingLayers: () => this.#layers.list.missing,
       guard: (action) => this.#life.guard(action),
       checkGpu: (uploads) => this.#layers.checkGpu(uploads),
       viewed: (...view) => this.#layers.viewed(...view),
