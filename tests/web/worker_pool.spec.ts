@@ -42,8 +42,11 @@ class StubWorker {
   answer(): void {
     const request = this.requests.shift();
     if (!request) throw new Error("the worker was asked for nothing");
-    const decoded = core.decodeChunk(request.job, request.bytes);
-    this.onmessage?.({ data: { id: request.id, decoded } });
+    const data = request.map(({ id, job, bytes }) => ({
+      id,
+      decoded: core.decodeChunk(job, bytes),
+    }));
+    this.onmessage?.({ data });
   }
 
   crash(message = "out of memory"): void {
@@ -92,10 +95,11 @@ describe("a worker that dies", () => {
   it("rejects its jobs, and another worker replaces it and takes the waiting ones", async () => {
     const pool = new WorkerPool({ workers: 1, renderer });
     await begun();
-    const jobs = [0, 1, 2, 3].map((n) => decode(pool, n));
+    const jobs = [0, 1, 2].map((n) => decode(pool, n));
     const [first] = StubWorker.all;
     expect(first?.requests.length).toBe(2);
     first?.answer();
+    jobs.push(decode(pool, 3));
     first?.crash("wasm trap");
     expect(first?.isTerminated).toBe(true);
     await Promise.all([jobs[1]?.done, jobs[2]?.done]);
@@ -182,6 +186,34 @@ describe("a worker that dies", () => {
     for (const { state } of jobs) expect(state.error).toMatchObject({ name: "AbortError" });
     expect(StubWorker.all.length).toBe(1);
   });
+});
+
+it("sends small chunks that wait together, and large ones alone", async () => {
+  const pool = new WorkerPool({ workers: 1, renderer });
+  await begun();
+  const [worker] = StubWorker.all;
+  const [small] = [...chunks].sort((a, b) => a.bytes.length - b.bytes.length);
+  if (!worker || !small) throw new Error("the fixture has no chunks");
+  const padding = 40 * 1024;
+  const large = new Uint8Array(small.bytes.length + padding);
+  const jobs = Array.from({ length: 70 }, () =>
+    pool.decode(small.chunk, small.bytes.slice(), new AbortController().signal),
+  );
+  void pool.decode(small.chunk, large, never).catch(() => {});
+  const sizes: number[] = [];
+  for (;;) {
+    const [request] = worker.requests;
+    if (!request || request[0]?.bytes.length === large.length) break;
+    sizes.push(request.length);
+    worker.answer();
+  }
+  expect(worker.requests.map((request) => request.length)).toEqual([1]);
+  const most = Math.max(1, Math.min(32, Math.floor((32 * 1024) / small.bytes.length)));
+  expect(Math.max(...sizes)).toBe(most);
+  expect(sizes.reduce((sum, size) => sum + size, 0)).toBe(70);
+  const expected = core.decodeChunk(small.chunk, small.bytes);
+  for (const job of jobs) expect(await job).toEqual(expected);
+  pool.close();
 });
 
 it("a job that is aborted while it waits is never given to a worker", async () => {

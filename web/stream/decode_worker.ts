@@ -13,16 +13,19 @@ export interface WorkerStart {
   program: CoreProgram;
 }
 
-export interface WorkerRequest {
+/** Chunks to decode. Small chunks are sent together, because a message takes longer than each of them. */
+export type WorkerRequest = readonly WorkerTask[];
+
+export interface WorkerTask {
   id: number;
   job: DecodeJob;
   bytes: Uint8Array;
 }
 
-export type WorkerResponse =
-  | { isReady: true }
-  | { id: number; decoded: DecodedChunk }
-  | ({ id: number } & WorkerFailure);
+/** The results of a request, in its order. */
+export type WorkerResponse = { isReady: true } | readonly WorkerResult[];
+
+export type WorkerResult = { id: number; decoded: DecodedChunk } | ({ id: number } & WorkerFailure);
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<WorkerStart | WorkerRequest>) => void) | null;
@@ -45,14 +48,24 @@ worker.onmessage = async ({ data }) => {
     worker.postMessage({ isReady: true }, []);
     return;
   }
-  const { id, job, bytes } = data;
+  const results: WorkerResult[] = [];
+  const buffers: ArrayBuffer[] = [];
+  for (const task of data) {
+    const result = await decode(task);
+    results.push(result);
+    if (!("decoded" in result)) continue;
+    const { samples, clusters } = result.decoded;
+    buffers.push(samples.buffer as ArrayBuffer, clusters.buffer as ArrayBuffer);
+  }
+  worker.postMessage(results, buffers);
+};
+
+async function decode({ id, job, bytes }: WorkerTask): Promise<WorkerResult> {
   try {
     if (!core) throw new CoreError("internal", "the worker received a chunk before its module");
-    const decoded = (await core).decodeChunk(job, bytes);
-    const buffers = [decoded.samples.buffer, decoded.clusters.buffer] as ArrayBuffer[];
-    worker.postMessage({ id, decoded }, buffers);
+    return { id, decoded: (await core).decodeChunk(job, bytes) };
   } catch (error) {
     if (!(error instanceof CoreError)) replaceCore();
-    worker.postMessage({ id, ...failureOf(error) }, []);
+    return { id, ...failureOf(error) };
   }
-};
+}

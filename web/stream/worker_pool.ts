@@ -8,10 +8,12 @@ import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker
 import type { DecodeJob, Decoder } from "./decoder.ts";
 
 /**
- * Number of jobs that a worker has at a time, so that it never waits for the main thread between two
- * jobs.
+ * Number of requests that a worker has at a time, so that it never waits for the main thread between two
+ * requests.
  */
-const jobsPerWorker = 2;
+const requestsPerWorker = 2;
+/** Chunks that wait are sent together up to these limits, so that a request takes as long as one large chunk. */
+const together = { tasks: 32, bytes: 32 * 1024 };
 /**
  * A worker that dies is replaced at once, at most this often until a chunk is decoded. After that it is
  * replaced when the next chunk is to be decoded, because a persistent fault must not start workers in a
@@ -36,6 +38,8 @@ interface Task {
 interface Member {
   worker: Worker;
   tasks: Map<number, Task>;
+  /** The number of requests without a response. */
+  requests: number;
   /** The first message has been sent. */
   isStarted: boolean;
   /** It has replied. */
@@ -129,7 +133,10 @@ export class WorkerPool implements Decoder {
       queueMicrotask(() => this.#lost(`a worker could not be started: ${String(error)}`));
       return;
     }
-    const member: Member = { worker, tasks: new Map(), isStarted: false, isReady: false };
+    const member: Member = {
+      ...{ worker, tasks: new Map(), requests: 0 },
+      ...{ isStarted: false, isReady: false },
+    };
     this.#members.push(member);
     this.#program().then(
       (program) => {
@@ -146,14 +153,17 @@ export class WorkerPool implements Decoder {
       member.isReady = true;
       this.#silence = undefined;
       if ("isReady" in data) return;
-      const task = member.tasks.get(data.id);
-      member.tasks.delete(data.id);
+      --member.requests;
+      const done = data.map((result) => ({ result, task: member.tasks.get(result.id) }));
+      for (const { id } of data) member.tasks.delete(id);
       this.#assignTasks();
-      if ("decoded" in data) {
-        this.#respawns = 0;
-        task?.resolve(data.decoded);
-      } else {
-        task?.reject(new CoreError(data.status, data.message));
+      for (const { result, task } of done) {
+        if ("decoded" in result) {
+          this.#respawns = 0;
+          task?.resolve(result.decoded);
+        } else {
+          task?.reject(new CoreError(result.status, result.message));
+        }
       }
     };
     worker.onerror = (event) => {
@@ -218,15 +228,29 @@ export class WorkerPool implements Decoder {
 
   #assignTasks(): void {
     for (const member of this.#members) {
-      while (member.isStarted && member.tasks.size < jobsPerWorker) {
-        const task = this.#waiting.shift();
-        if (!task) return;
-        member.tasks.set(task.id, task);
-        const request: WorkerRequest = { id: task.id, job: task.job, bytes: task.bytes };
-        const ownsBuffer = task.bytes.byteLength === task.bytes.buffer.byteLength;
-        const transfer = ownsBuffer ? [task.bytes.buffer as ArrayBuffer] : [];
+      while (member.isStarted && member.requests < requestsPerWorker) {
+        const tasks = this.#nextTasks();
+        if (tasks.length === 0) return;
+        ++member.requests;
+        for (const task of tasks) member.tasks.set(task.id, task);
+        const request: WorkerRequest = tasks.map(({ id, job, bytes }) => ({ id, job, bytes }));
+        const transfer = tasks.flatMap(({ bytes }) =>
+          bytes.byteLength === bytes.buffer.byteLength ? [bytes.buffer as ArrayBuffer] : [],
+        );
         member.worker.postMessage(request, transfer);
       }
     }
+  }
+
+  /** Removes the tasks of the next request. */
+  #nextTasks(): Task[] {
+    let count = 0;
+    let bytes = 0;
+    for (const task of this.#waiting) {
+      bytes += task.bytes.byteLength;
+      if (count === together.tasks || (count > 0 && bytes > together.bytes)) break;
+      ++count;
+    }
+    return this.#waiting.splice(0, count);
   }
 }
