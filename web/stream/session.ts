@@ -127,6 +127,11 @@ export class StreamSession {
     return this.#parts.coarse.hasFirstSurface;
   }
 
+  /** As hasFirstSurface, and the surface was passed to `StreamEvents.visible`. */
+  get showsFirstSurface(): boolean {
+    return this.hasFirstSurface && !this.#selecting.isRequested;
+  }
+
   /** The finest of the levels that are resident as long as the volume is open. */
   get finestCoarseLevel(): number {
     return this.#parts.coarse.finestLevel;

@@ -151,11 +151,11 @@ export class LayerList {
     );
   }
 
-  /** The number of visible layers whose first surface is still to arrive. */
+  /** The number of visible layers whose first surface is still to arrive, or to be shown. */
   get missing(): number {
     return this.#entries.filter(
       ({ layer, volume }) =>
-        layer.visible && volume.error === null && !volume.session?.hasFirstSurface,
+        layer.visible && volume.error === null && !volume.session?.showsFirstSurface,
     ).length;
   }
 
