@@ -30,6 +30,7 @@ function tested(view: Partial<RendererModule>): { told: string[]; tester: Occlus
       }
     },
     isIdle: () => true,
+    movesUntil: () => 0,
     isContextLost: () => false,
     answered: (settled) => told.push(settled ? "rest" : "fast"),
     ended: () => told.push("ended"),
@@ -87,6 +88,7 @@ test("layers that request a test take turns", async () => {
       return true;
     },
     isIdle: () => true,
+    movesUntil: () => 0,
     isContextLost: () => false,
     answered: () => {},
     ended: () => asked.length < 4 && tester.test(layers, true),

@@ -142,7 +142,8 @@ export class ChunkQueue {
         group.abort.abort(new DOMException("no longer needed", "AbortError"));
       }
     }
-    this.#pumping.request();
+    if (this.#entries.size > 0) this.#pumping.request();
+    else this.#refusedRoom = false;
   }
 
   /** Pauses and resumes the requests of all queues with the same limit. */

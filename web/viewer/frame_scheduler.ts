@@ -98,6 +98,7 @@ export class FrameScheduler {
       guard: (action) => owner.guard(action),
       isIdle: () =>
         !this.#rest.isMoving(performance.now()) && !this.#timer.isBusy && this.#pulse.beats(),
+      movesUntil: () => this.#rest.movesUntil,
       isContextLost: () => owner.isContextLost(),
       answered: (settled) => {
         if (!settled) this.#rest.fastPictureTested(performance.now());

@@ -12,6 +12,8 @@ export interface TestedViewer {
   guard(action: (renderer: RendererModule) => void): boolean;
   /** Whether nothing moves and the GPU is idle, so that an answer can be read without waiting. */
   isIdle(): boolean;
+  /** The time (as of performance.now()) until which something moves, so that `isIdle` is false. */
+  movesUntil(): number;
   isContextLost(): boolean;
   /** The session has an answer; settled: for a picture at rest. `ended` follows. */
   answered(settled: boolean): void;
@@ -61,6 +63,7 @@ export class OcclusionTester {
   }
 
   #run(number: number, session: StreamSession, query: OcclusionQuery, settled: boolean): void {
+    const wait = (): number => Math.max(polling, this.#viewer.movesUntil() - performance.now());
     const poll = (): void => {
       this.#timer = 0;
       if (this.#viewer.isContextLost()) return;
@@ -77,7 +80,7 @@ export class OcclusionTester {
         this.#viewer.answered(settled);
         this.#viewer.ended();
       } else if (isAsked) {
-        this.#timer = window.setTimeout(poll, polling);
+        this.#timer = window.setTimeout(poll, wait());
       } else {
         this.#failed(session);
       }
@@ -87,7 +90,7 @@ export class OcclusionTester {
         renderer.beginOcclusionQuery(number, query.ids, query.minPixels),
       )
     ) {
-      this.#timer = window.setTimeout(poll, polling);
+      this.#timer = window.setTimeout(poll, wait());
     } else {
       this.#failed(session);
     }
