@@ -117,7 +117,9 @@ export class CoarseLoader {
   #firstSurfaceUploaded(): void {
     this.#hasFirstSurface = true;
     this.#events.changed();
-    this.#resumeOthers();
+    // The selection that shows the surface, in a later task, comes before the requests of others.
+    clearTimeout(this.#pause);
+    this.#pause = setTimeout(() => this.#resumeOthers());
   }
 
   #pauseOthers(): void {
