@@ -424,6 +424,8 @@ test("after the context was lost, and when another volume is opened", async ({ p
     const { viewer, picture, events, source, surface } = window.scene;
     window.pictures.both = await picture();
     const ids = viewer.layers.map(({ id }) => id);
+    const idle: unknown[] = [];
+    viewer.on("busy", (isBusy) => isBusy || idle.push(viewer.progress?.state));
     const loss = viewer.canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context");
     const restored = new Promise<void>((resolve) => {
       viewer.on("context", (state) => state === "restored" && resolve());
@@ -438,9 +440,12 @@ test("after the context was lost, and when another volume is opened", async ({ p
     await viewer.open(source("bucky"), { surfaces: surface(100) });
     await picture();
     const differing = window.differing("both", "restored");
-    return { isSame, differing, events: [...events], count: viewer.layers.length };
+    return { isSame, differing, idle, events: [...events], count: viewer.layers.length };
   });
   expect(seen.isSame).toBe(true);
+  expect(new Set(seen.idle), "the viewer is idle only when the picture is complete").toEqual(
+    new Set(["complete"]),
+  );
   expect(seen.differing).toBeLessThan(50);
   expect(seen.events).toEqual(["remove large", "remove small", "add ", "opened"]);
   expect(seen.count).toBe(1);

@@ -144,10 +144,10 @@ export class LayerList {
     return this.#entries.some(({ layer, volume }) => layer.visible || volume.info !== null);
   }
 
-  /** Whether a visible layer is being opened. */
+  /** Whether a visible layer is being opened, or its session has not reported yet what it fetches. */
   get isWaiting(): boolean {
     return this.#entries.some(
-      ({ layer, volume }) => layer.visible && !volume.session && volume.error === null,
+      ({ layer, volume }) => layer.visible && !volume.progress && volume.error === null,
     );
   }
 
