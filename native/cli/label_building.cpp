@@ -116,7 +116,7 @@ Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup&
   group.header = opened->source->header();
   group.table = input.table;
   group.key = options_.scene.key +
-              (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances 2");
+              (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances 3");
   group.key += input_versions(opened->source->files());
   return opened;
 }
@@ -174,6 +174,8 @@ Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
   build.scan = LabelSource::all_values();
   build.max_error = 0;
   build.only_isovalue = kLabelFieldIsovalue;
+  static const DistanceLevels kDistances(kLabelFieldDistances);
+  if (options_.surface == LabelSurface::smooth) build.coarse_levels = &kDistances;
   build.threads = 1;
   build.memory_bytes = memory_bytes;
   const auto stored = build_store_file(source, output_->store_file(name), build);

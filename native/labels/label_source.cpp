@@ -6,11 +6,20 @@
 namespace isosplat {
 namespace {
 
+/// The voxels of a box along an axis from the first to the last voxel of a label: with
+/// kLabelFieldReach more on each side, and up to three more, so that the cells of level 2 fill the
+/// box. Else thin structures near the last voxel could be cut open at coarse levels, where they are
+/// thicker.
+int32_t box_voxels(int32_t low, int32_t high) {
+  const int32_t cells = high - low + 2 * kLabelFieldReach;
+  return (cells + 3) / 4 * 4 + 1;
+}
+
 LabelBox box_of(const FoundLabel& label) {
-  constexpr int32_t kReach = kLabelFieldReach, kMore = 2 * kLabelFieldReach + 1;
+  constexpr int32_t kReach = kLabelFieldReach;
   return {{label.low.x - kReach, label.low.y - kReach, label.low.z - kReach},
-          {label.high.x - label.low.x + kMore, label.high.y - label.low.y + kMore,
-           label.high.z - label.low.z + kMore}};
+          {box_voxels(label.low.x, label.high.x), box_voxels(label.low.y, label.high.y),
+           box_voxels(label.low.z, label.high.z)}};
 }
 
 }  // namespace

@@ -272,6 +272,39 @@ TEST(ChunkCodec, LeavesOutTheBitsThatNoIntervalUses) {
   expect_round_trip(block, 0, 65536, encoder, decoder);
 }
 
+TEST(ChunkCodec, PacksTheIntervalsOfCornersWhereTheySuffice) {
+  ChunkEncoder encoder;
+  ChunkDecoder decoder;
+  for (const uint32_t largest : {62u, 255u, 4095u}) {
+    for (const bool corners_suffice : {false, true}) {
+      if (largest > 255 && corners_suffice) continue;  // not allowed
+      Block block = make_block({20, 20, 20}, Kind::noise, largest, true, 4);
+      for (CellInterval& interval : block.intervals) {
+        interval = {QuantizedValue(interval.min & ~127), QuantizedValue(interval.max | 127)};
+      }
+      BlockVoxels voxels = block.view();
+      voxels.corners_suffice = corners_suffice;
+      std::vector<std::byte> bytes;
+      const uint32_t count = encoder.encode(voxels, 0, 65535, bytes);
+      ASSERT_EQ(count, block.intervals.size());
+      const ChunkShape shape{block.cells, 0, 65535, count, true};
+      DecodedCells cells;
+      std::vector<PackedSample> packed;
+      ASSERT_TRUE(decoder.decode(bytes, shape, cells));
+      ASSERT_TRUE(decoder.decode_packed(bytes, shape, packed));
+      ASSERT_EQ(cells.interval, block.intervals);
+      size_t wrong = 0;
+      for (size_t i = 0; i < count; ++i) {
+        const CellCorners corners = cells.corners[i];
+        const UnpackedSample cell = unpack_sample(packed[i]);
+        wrong += cell.interval != (corners_suffice ? corner_interval(corners) : block.intervals[i]);
+        for (size_t c = 0; corners_suffice && c < 8; ++c) wrong += cell.corners[c] != corners[c];
+      }
+      EXPECT_EQ(wrong, 0u) << largest << (corners_suffice ? ", corners suffice" : "");
+    }
+  }
+}
+
 /// FNV-1a.
 uint64_t digest(std::span<const std::byte> bytes) {
   uint64_t hash = 0xcbf29ce484222325;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "shared/core/preprocess/block_storage_weight.h"
+#include "shared/core/preprocess/coarse_levels.h"
 #include "shared/core/preprocess/coarsen.h"
 #include "shared/core/preprocess/round_intervals.h"
 #include "shared/core/preprocess/size_forecast.h"
@@ -27,14 +28,21 @@ void BandsEncoder::encode(ChunkEncoder& encoder, const BlockVoxels& voxels, cons
 void BlockEncoder::encode(const Layer& layer, const CoarserLayer& coarser, const BlockTask& task,
                           BandsEncoder& bands, EncodedBlock& out) {
   gather_block(layer, task.index, block_);
-  if (layer.grid.level > 0) round_intervals(block_);
+  const CoarseLevels* const levels = layer.coarse_levels;
+  if (layer.grid.level > 0) {
+    levels ? levels->set_intervals(layer, block_) : round_intervals(block_);
+  }
   find_row_intervals(block_);
   if (coarser.voxels) coarsen_block(layer, block_, coarser);
   planner_.count(block_.intervals);
   if (layer.grid.level == 0) statistics.add_block(planner_, block_.intervals);
   out.interval = planner_.interval();
-  const BlockVoxels voxels{block_.cells, block_.voxels.data(), block_.intervals.data(),
-                           layer.grid.level > 0, block_.row_intervals.data()};
+  const BlockVoxels voxels{block_.cells,
+                           block_.voxels.data(),
+                           block_.intervals.data(),
+                           layer.grid.level > 0,
+                           block_.row_intervals.data(),
+                           layer.grid.level > 0 && levels && levels->corners_suffice()};
   BandOptions chosen = task.options;
   for (;; chosen.storage_weight = std::min(kMaxStorageWeight, 3 * chosen.storage_weight)) {
     out.storage_weight = chosen.storage_weight;

@@ -69,7 +69,7 @@ LevelBox voxels_of(const LevelGrid& grid, Index3 block) {
   LevelBox box;
   const Index3 cells = block_cells(grid, block);
   const auto along = [](int32_t index, int32_t count, int32_t& first, int32_t& size) {
-    first = std::max(index * kBlockCells - 1, 0);
+    first = std::max(index * kBlockCells - kVoxelsBefore, 0);
     size = index * kBlockCells + count + 1 - first;
   };
   along(block.x, cells.x, box.first.x, box.size.x);
@@ -256,7 +256,7 @@ Result<size_t> read_encoded(std::span<const std::byte> message, const Layer& lay
   if (header.number >= across * static_cast<uint32_t>(blocks.y)) return invalid();
   const Index3 index{static_cast<int32_t>(header.number % across),
                      static_cast<int32_t>(header.number / across),
-                     (layer.voxel_box.first.z + 1) / kBlockCells};
+                     (layer.voxel_box.first.z + kVoxelsBefore) / kBlockCells};
   if (header.min > 65535 || header.max > 65535 || header.bands > 65536) return invalid();
   block.interval = {static_cast<QuantizedValue>(header.min),
                     static_cast<QuantizedValue>(header.max)};

@@ -43,7 +43,7 @@ Result<MemoryPlan> plan_memory(const VolumeHeader& header, uint64_t source_bytes
     const uint64_t voxel_slice = (width + 1) * (height + 1) * (bits / 8u);
     const uint64_t interval_slice = width * height * (bits / 4u);
     const auto depth = static_cast<uint64_t>(std::min(grid.cells.z, kBlockCells));
-    layer[l] = (depth + 2) * voxel_slice + (l > 0 ? depth * interval_slice : 0);
+    layer[l] = (depth + 1 + kVoxelsBefore) * voxel_slice + (l > 0 ? depth * interval_slice : 0);
     written[l] = (depth / 2 + 2) * voxel_slice + (depth / 2 + 1) * interval_slice;
     whole[l] = static_cast<uint64_t>(grid.cells.z + 1) * voxel_slice +
                static_cast<uint64_t>(grid.cells.z) * interval_slice;

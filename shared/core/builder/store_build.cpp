@@ -174,6 +174,7 @@ Result<bool> StoreBuild::next_layer() {
     layer_ = {level_grid(header_.grid.voxels, 0), mapping_.bits, mapping_.has_missing};
   }
   layer_.only_isovalue = only_isovalue_;
+  layer_.coarse_levels = options_.coarse_levels;
   if (z_ == 0) {
     if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());
   }
@@ -204,12 +205,13 @@ Result<bool> StoreBuild::next_layer() {
 
 Result<void> StoreBuild::read_layer(int32_t first_cell, int32_t end_cell) {
   const size_t slice = voxel_slice_bytes(layer_.grid, mapping_.bits);
-  const int32_t first_voxel = std::max(first_cell - 1, 0);
+  const int32_t first_voxel = std::max(first_cell - kVoxelsBefore, 0);
   std::vector<std::byte>& buffer = layer_buffer_;
   if (first_cell == 0) {
-    buffer.resize(slice * static_cast<size_t>(std::min(kBlockCells + 2, layer_.grid.cells.z + 1)));
+    buffer.resize(slice * static_cast<size_t>(
+                              std::min(kBlockCells + 1 + kVoxelsBefore, layer_.grid.cells.z + 1)));
   }
-  // Layers overlap: the last two slices of the layer before are the first of this one.
+  // Layers overlap: the last three slices of the layer before are the first of this one.
   const int32_t read_end = first_cell == 0 ? 0 : first_cell + 1;
   const auto kept = static_cast<size_t>(read_end - first_voxel);
   if (first_cell > 0) {
@@ -229,7 +231,7 @@ Result<void> StoreBuild::read_layer(int32_t first_cell, int32_t end_cell) {
 
 Result<void> StoreBuild::load_layer(int32_t first_cell, int32_t end_cell) {
   PendingLevel& level = pending_[layer_.grid.level];
-  const int32_t first_voxel = std::max(first_cell - 1, 0);
+  const int32_t first_voxel = std::max(first_cell - kVoxelsBefore, 0);
   layer_.voxel_box = voxel_slices(layer_.grid, first_voxel, end_cell + 1 - first_voxel);
   layer_.cell_box = cell_slices(layer_.grid, first_cell, end_cell - first_cell);
   auto voxels = level.voxels->load(first_voxel, layer_.voxel_box.size.z);

@@ -117,7 +117,7 @@ class StoreBuild {
   int32_t z_ = 0;  // of the current layer, in blocks
   Layer layer_;
   CoarserLayer coarser_;
-  std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slice before it
+  std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slices before it
   std::optional<LayerOutput> output_;
 
   Clock::time_point start_ = Clock::now(), encoding_start_ = start_, last_report_ = start_;

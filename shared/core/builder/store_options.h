@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "shared/core/preprocess/layer.h"
 #include "shared/core/preprocess/voxel_scan.h"
 #include "shared/core/store/store_reader.h"
 
@@ -41,6 +42,9 @@ struct StoreOptions {
   /// is smaller, and its surfaces at other isovalues are incomplete. Its metadata has no histogram,
   /// and one bin of active cells.
   std::optional<double> only_isovalue;
+  /// How the coarse levels are built, such as by DistanceLevels. Must outlive the build. Null: by
+  /// averages.
+  const CoarseLevels* coarse_levels = nullptr;
   /// The scan of all volumes that share one mapping to quantized values, such as the steps of a
   /// series. It includes this volume, and has the type of its voxels. Null: the mapping depends on
   /// this volume alone.

@@ -35,6 +35,8 @@ struct BlockVoxels {
   /// For each row of cells (y fastest, then z) an interval that contains those of its cells, so
   /// that rows outside a band can be skipped. Null: unknown.
   const CellInterval* row_intervals = nullptr;
+  /// The corners alone determine the surface in each cell (CHUNK.md). Requires values below 256.
+  bool corners_suffice = false;
 };
 
 /// The cells of a chunk in raster order (x fastest): three arrays of one length.
@@ -83,8 +85,8 @@ class ChunkDecoder {
   /// Replaces the content of `out`; after an error it is empty.
   Result<void> decode(std::span<const std::byte> bytes, const ChunkShape& shape, DecodedCells& out);
 
-  /// The same cells as decode(), each through pack_sample(), which is faster. Replaces the content
-  /// of `out`.
+  /// The same cells as decode(), each through pack_sample(), which is faster. Where the corners
+  /// suffice, each cell's interval is that of its corners. Replaces the content of `out`.
   Result<void> decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                              std::vector<PackedSample>& out);
 

@@ -278,6 +278,23 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   return {};
 }
 
+namespace {
+
+/// In a chunk of values below 256 that is marked as wide, the corners suffice.
+void narrow_where_corners_suffice(std::span<PackedSample> samples) {
+  for (const PackedSample& sample : samples) {
+    if (sample.word[1] >> 16 > 255) return;
+  }
+  for (PackedSample& sample : samples) {
+    const UnpackedSample cell = unpack_sample(sample);
+    CellCorners corners;
+    for (size_t i = 0; i < 8; ++i) corners[i] = static_cast<QuantizedValue>(cell.corners[i]);
+    sample = pack_sample(cell.cell, corner_interval(corners), corners);
+  }
+}
+
+}  // namespace
+
 ChunkDecoder::ChunkDecoder() : scratch_(std::make_unique<Scratch>()) {}
 ChunkDecoder::ChunkDecoder(ChunkDecoder&&) noexcept = default;
 ChunkDecoder& ChunkDecoder::operator=(ChunkDecoder&&) noexcept = default;
@@ -322,6 +339,7 @@ Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const
         to = pack_cells(in_row, row_cell, rows, intervals, to);
       });
   out.resize(done ? shape.cell_count : 0);
+  if (scratch_->header.wide && shape.has_intervals) narrow_where_corners_suffice(out);
   return done;
 }
 

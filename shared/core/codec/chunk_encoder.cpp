@@ -275,6 +275,7 @@ uint32_t ChunkEncoder::encode(const BlockVoxels& block, const CellMask& mask, ui
   ChunkHeader header;
   set_first_row(band_begin, band_end, s.first_row);
   s.set_values(block, point_count, header);
+  header.wide |= block.corners_suffice;
   if (block.has_intervals) header.interval_shift = unused_bits(block, mask);
   for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
   s.set_residuals(block, mask, header);

@@ -4,26 +4,11 @@
 #include <array>
 #include <type_traits>
 
+#include "shared/core/preprocess/coarse_levels.h"
+#include "shared/core/preprocess/coarse_voxels.h"
+
 namespace isosplat {
 namespace {
-
-/// The coarse voxels that a block writes along one axis: [begin, end). The last block also writes
-/// the last voxel of the level.
-struct Span1 {
-  int32_t begin, end;
-};
-
-Span1 coarse_voxels(int32_t block, int32_t block_cells, int32_t cells, int32_t coarse_cells) {
-  const int32_t begin = block * (kBlockCells / 2);
-  const bool is_last = block * kBlockCells + block_cells == cells;
-  return {begin, is_last ? coarse_cells + 1 : begin + kBlockCells / 2};
-}
-
-/// The positions 2c − 1, 2c and 2c + 1 of the finer level for coarse voxel c, clamped to 0 … last.
-std::array<int32_t, 3> neighbours(int32_t coarse, int32_t last) {
-  const int32_t centre = std::min(2 * coarse, last);
-  return {std::max(centre - 1, 0), centre, std::min(centre + 1, last)};
-}
 
 constexpr std::array<uint32_t, 3> kWeight = {1, 2, 1};
 
@@ -65,7 +50,7 @@ void sum_present(const NineRows<T>& rows, size_t count, RowSums<T>& sums, RowSum
 /// The weighted sum of three such sums around a coarse voxel. sums[0] belongs to position first_x.
 template <class T>
 uint32_t sum_around(const RowSums<T>& sums, int32_t coarse, int32_t last, int32_t first_x) {
-  const auto [left, centre, right] = neighbours(coarse, last);
+  const auto [left, centre, right] = finer_voxels<1>(coarse, last);
   const auto at = [&](int32_t x) { return uint32_t{sums[static_cast<size_t>(x - first_x)]}; };
   return at(left) + 2 * at(centre) + at(right);
 }
@@ -75,9 +60,9 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
   const Index3 cells = layer.grid.cells, coarse = coarser.grid.cells;
   const auto* voxels = reinterpret_cast<const T*>(layer.voxels);
   auto* out = reinterpret_cast<T*>(coarser.voxels);
-  const Span1 xs = coarse_voxels(block.index.x, block.cells.x, cells.x, coarse.x);
-  const Span1 ys = coarse_voxels(block.index.y, block.cells.y, cells.y, coarse.y);
-  const Span1 zs = coarse_voxels(block.index.z, block.cells.z, cells.z, coarse.z);
+  const CoarseVoxels xs = coarse_voxels(block.index.x, block.cells.x, cells.x, coarse.x);
+  const CoarseVoxels ys = coarse_voxels(block.index.y, block.cells.y, cells.y, coarse.y);
+  const CoarseVoxels zs = coarse_voxels(block.index.z, block.cells.z, cells.z, coarse.z);
   // The fine positions along x that the row needs, clamped to the volume.
   const int32_t first_x = std::max(2 * xs.begin - 1, 0);
   const int32_t last_x = std::min(2 * (xs.end - 1) + 1, cells.x);
@@ -86,9 +71,9 @@ void average_voxels(const Layer& layer, const GatheredBlock& block, const Coarse
   const int32_t begin = std::max(xs.begin, 1), end = std::min(xs.end, (cells.x + 1) / 2);
   RowSums<T> sums, weights;
   for (int32_t k = zs.begin; k < zs.end; ++k) {
-    const auto z_rows = neighbours(k, cells.z);
+    const auto z_rows = finer_voxels<1>(k, cells.z);
     for (int32_t j = ys.begin; j < ys.end; ++j) {
-      const auto y_rows = neighbours(j, cells.y);
+      const auto y_rows = finer_voxels<1>(j, cells.y);
       NineRows<T> rows;
       for (size_t r = 0; r < rows.size(); ++r) {
         rows[r] = voxels + layer.voxel_box.at({first_x, y_rows[r % 3], z_rows[r / 3]});
@@ -155,10 +140,12 @@ void unite_intervals(const GatheredBlock& block, const CoarserLayer& coarser) {
 
 void coarsen_block(const Layer& layer, const GatheredBlock& block, const CoarserLayer& coarser) {
   if (layer.bits == 8) {
-    average_voxels<uint8_t>(layer, block, coarser);
+    layer.coarse_levels ? layer.coarse_levels->coarsen_voxels(layer, block, coarser)
+                        : average_voxels<uint8_t>(layer, block, coarser);
     unite_intervals<uint8_t>(block, coarser);
   } else {
-    average_voxels<uint16_t>(layer, block, coarser);
+    layer.coarse_levels ? layer.coarse_levels->coarsen_voxels(layer, block, coarser)
+                        : average_voxels<uint16_t>(layer, block, coarser);
     unite_intervals<uint16_t>(block, coarser);
   }
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "shared/core/preprocess/distance_levels.h"
 #include "shared/core/preprocess/label_volume.h"
 
 namespace isosplat {
@@ -17,6 +18,7 @@ inline constexpr uint8_t kLabelFieldIsovalue = 31;
 
 /// The field's steps per voxel.
 inline constexpr int kLabelFieldSteps = 16;
+inline constexpr DistanceSteps kLabelFieldDistances{kLabelFieldSteps, kLabelFieldIsovalue};
 
 /// The field whose isosurface at kLabelFieldIsovalue is the smooth surface of one label. Voxels of
 /// the label are above the isovalue and all others below, so the surface crosses the lattice edges

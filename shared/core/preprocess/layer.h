@@ -33,10 +33,15 @@ inline LevelBox cell_slices(const LevelGrid& grid, int32_t first, int32_t count)
   return {{0, 0, first}, {grid.cells.x, grid.cells.y, count}};
 }
 
+/// The voxels before a block that coarsening it needs, along each axis.
+inline constexpr int32_t kVoxelsBefore = 2;
+
+class CoarseLevels;
+
 /// The part of a level that one or more blocks need: voxels, and at coarser levels cell intervals.
 /// Quantized values have `bits` bits; an interval is two quantized values, min and max. Borrows the
-/// memory. Gathering a block needs its voxels and cells. Coarsening it also needs the voxels before
-/// the block along each axis, if there are any.
+/// memory. Gathering a block needs its voxels and cells. Coarsening it also needs kVoxelsBefore
+/// voxels before the block along each axis, as far as there are any.
 struct Layer {
   LevelGrid grid;
   uint8_t bits = 16;
@@ -47,6 +52,7 @@ struct Layer {
   LevelBox cell_box = {};
   /// If set, cells that are not active at this quantized isovalue count as flat.
   std::optional<QuantizedValue> only_isovalue = {};
+  const CoarseLevels* coarse_levels = nullptr;  ///< null: averages (coarsen_block)
 };
 
 /// The memory for the part of the next coarser level that covers a layer, in the same form.
