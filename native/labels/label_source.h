@@ -14,8 +14,9 @@ enum class LabelSurface : uint8_t {
   raw      ///< of its indicator: kLabelFieldInside in its voxels, 0 elsewhere
 };
 
-/// The grid of a label's volume: its bounding box and kLabelFieldReach voxels around it, with their
-/// positions in the world. `grid`: of all labels.
+/// The grid of a label's volume: its bounding box and kLabelFieldReach voxels around it, or up to
+/// three more after it, so that the cells of level 2 fill the box. Positions are those in the
+/// world. `grid`: of all labels.
 VolumeGrid label_grid(const VolumeGrid& grid, const FoundLabel& label);
 
 /// A label as a volume of 8 bits on its label_grid(). Its isosurface at kLabelFieldIsovalue is that

@@ -118,12 +118,12 @@ TEST_F(CliLabels, EachLabelIsALayerWithItsVoxelsAndPosition) {
   }
   EXPECT_EQ(colours.size(), 4u);
   // The box of label 5: a ball of radius 8 around (20, 20, 21), from which label 7 has cut two
-  // voxels, and two voxels around it.
+  // voxels, and two voxels around it, up to a multiple of four cells.
   const auto file = SceneFile::open(output);
   const auto store = file->open_store(scene.layers[1].stores[0]);
   ASSERT_TRUE(store);
   const VolumeGrid& grid = (*store)->info().grid;
-  EXPECT_EQ(grid.voxels.x, 19);
+  EXPECT_EQ(grid.voxels.x, 21);
   EXPECT_EQ(grid.voxels.y, 21);
   EXPECT_DOUBLE_EQ(grid.origin.x, 10 + 0.5 * 12);
   EXPECT_DOUBLE_EQ(grid.origin.y, 20 + 1.0 * 10);
