@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "shared/core/codec/chunk_header.h"
 #include "shared/core/preprocess/coarse_voxels.h"
@@ -23,47 +24,47 @@ constexpr int32_t kUnits = 64;
 /// The distances of the voxels around a coarse voxel from the surface, in steps, x fastest.
 using Near = std::array<int32_t, kNear>;
 
-/// A voxel of Near: its weight in the average, and its distance from the middle in 1/64 voxel.
-struct NearVoxel {
-  int32_t weight;
-  int32_t distance;
-};
+/// What is the same around each coarse voxel.
+struct Surroundings {
+  /// Of each voxel of Near: its distance from the middle in 1/64 voxel.
+  std::array<int32_t, kNear> distance;
+  /// The 13 pairs of opposite neighbours: the first of each pair, and its weight in the average.
+  std::array<std::pair<size_t, int32_t>, 13> pairs;
 
-std::array<NearVoxel, kNear> near_voxels() {
-  std::array<NearVoxel, kNear> all;
-  size_t n = 0;
-  for (int32_t z = -kReach; z <= kReach; ++z) {
-    for (int32_t y = -kReach; y <= kReach; ++y) {
-      for (int32_t x = -kReach; x <= kReach; ++x) {
-        const auto along = [](int32_t i) { return std::max(2 - std::abs(i), 0); };
-        all[n++] = {along(x) * along(y) * along(z),
-                    static_cast<int32_t>(std::lround(kUnits * std::sqrt(x * x + y * y + z * z)))};
+  Surroundings() {
+    size_t n = 0, pair = 0;
+    for (int32_t z = -kReach; z <= kReach; ++z) {
+      for (int32_t y = -kReach; y <= kReach; ++y) {
+        for (int32_t x = -kReach; x <= kReach; ++x, ++n) {
+          distance[n] =
+              static_cast<int32_t>(std::lround(kUnits * std::sqrt(double(x * x + y * y + z * z))));
+          const auto along = [](int32_t i) { return std::max(2 - std::abs(i), 0); };
+          const int32_t weight = along(x) * along(y) * along(z);
+          if (n < kMiddle && weight > 0) pairs[pair++] = {n, weight};
+        }
       }
     }
   }
-  return all;
-}
+};
 
 /// The average around the middle, which is not at the limit.
-int32_t average(const Near& near, const std::array<NearVoxel, kNear>& voxels, int32_t limit) {
-  int32_t sum = voxels[kMiddle].weight * near[kMiddle];
-  for (size_t i = 0; i < kMiddle; ++i) {
+int32_t average(const Near& near, const Surroundings& around, int32_t limit) {
+  int32_t sum = 8 * near[kMiddle];
+  for (const auto& [i, weight] : around.pairs) {
     const int32_t a = near[i], b = near[kNear - 1 - i];
-    const bool is_limited = std::abs(a) >= limit || std::abs(b) >= limit;
-    sum += voxels[i].weight * (is_limited ? 2 * near[kMiddle] : a + b);
+    const bool is_limited = std::max(std::abs(a), std::abs(b)) >= limit;
+    sum += weight * (is_limited ? 2 * near[kMiddle] : a + b);
   }
   return sum;
 }
 
 /// The distance of the middle, which is at the limit, over the nearest voxel that is not.
-int32_t extended(const Near& near, const std::array<NearVoxel, kNear>& voxels,
-                 const DistanceSteps& steps) {
-  const int32_t side = near[kMiddle] < 0 ? -1 : 1;
-  int32_t least = 4 * steps.per_voxel * kUnits;
+int32_t extended(const Near& near, const Surroundings& around, const DistanceSteps& steps) {
+  const int32_t side = near[kMiddle] < 0 ? -1 : 1, most = 4 * steps.per_voxel * kUnits;
+  int32_t least = most;
   for (size_t i = 0; i < kNear; ++i) {
-    const int32_t distance = side * near[i];
-    if (distance >= steps.limit) continue;
-    least = std::min(least, kUnits * distance + voxels[i].distance * steps.per_voxel);
+    const int32_t over = kUnits * side * near[i] + around.distance[i] * steps.per_voxel;
+    least = std::min(least, side * near[i] < steps.limit ? over : most);
   }
   return side * std::max(least, kUnits * steps.limit);
 }
@@ -107,16 +108,15 @@ int32_t coarse_steps(int32_t distance, const DistanceSteps& steps) {
   return distance < 0 ? -rounded : rounded;
 }
 
-/// The distance of a coarse voxel in steps of kCoarseDistances.
-int32_t coarse_distance(const Near& near, const FacesNear& faces,
-                        const std::array<NearVoxel, kNear>& voxels, const DistanceSteps& steps) {
+/// The distance of a coarse voxel in steps of kCoarseDistances. deepest: the greatest of near.
+int32_t coarse_distance(const Near& near, int32_t deepest, const FacesNear& faces,
+                        const Surroundings& around, const DistanceSteps& steps) {
   const bool is_limited = std::abs(near[kMiddle]) >= steps.limit;
   int32_t distance =
-      is_limited ? extended(near, voxels, steps) : average(near, voxels, steps.limit);
+      is_limited ? extended(near, around, steps) : average(near, around, steps.limit);
   const int32_t own = is_limited ? distance : kUnits * near[kMiddle];
   // The half thickness of the structure near the coarse voxel. The lower bound is for structures
   // whose middle lies between the voxels.
-  const int32_t deepest = *std::max_element(near.begin(), near.end());
   const int32_t half = std::max(deepest, steps.per_voxel / 2);
   const auto thickened = [&](int32_t eighths) {
     return own + kUnits * (eighths * steps.per_voxel / 8 - half);
@@ -135,7 +135,7 @@ int32_t coarse_distance(const Near& near, const FacesNear& faces,
 
 void DistanceLevels::coarsen_voxels(const Layer& layer, const GatheredBlock& block,
                                     const CoarserLayer& coarser) const {
-  static const std::array<NearVoxel, kNear> kVoxels = near_voxels();
+  static const Surroundings kAround;
   const DistanceSteps& steps = layer.grid.level == 0 ? finest_ : kCoarseDistances;
   const int32_t isovalue = *layer.only_isovalue;
   const Index3 cells = layer.grid.cells, coarse = coarser.grid.cells;
@@ -160,12 +160,19 @@ void DistanceLevels::coarsen_voxels(const Layer& layer, const GatheredBlock& blo
     if (most - isovalue <= -steps.limit) return -kCoarseDistances.limit;
     if (least - isovalue >= steps.limit) return kCoarseDistances.limit;
     size_t n = 0;
-    for (const uint8_t* const row : rows) {
-      for (const int32_t x : x_at) near[n++] = row[x - first_x] - isovalue;
+    if (x_at.back() - x_at.front() == 2 * kReach) {
+      for (const uint8_t* const row : rows) {
+        const uint8_t* const from = row + (x_at.front() - first_x);
+        for (size_t x = 0; x < kAcross; ++x) near[n++] = from[x] - isovalue;
+      }
+    } else {
+      for (const uint8_t* const row : rows) {
+        for (const int32_t x : x_at) near[n++] = row[x - first_x] - isovalue;
+      }
     }
     const FacesNear faces{{at.x == 1, at.y == 1, at.z == 1},
                           {at.x + 1 == coarse.x, at.y + 1 == coarse.y, at.z + 1 == coarse.z}};
-    return coarse_distance(near, faces, kVoxels, steps);
+    return coarse_distance(near, most - isovalue, faces, kAround, steps);
   };
   for (int32_t k = zs.begin; k < zs.end; ++k) {
     const auto z_rows = finer_voxels<kReach>(k, cells.z);
