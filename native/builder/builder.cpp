@@ -7,7 +7,8 @@
 #include <thread>
 
 #include "native/builder/file_slices.h"
-#include "native/builder/refusals.h"
+#include "native/builder/kept_blocks.h"
+#include "native/builder/ranged_build.h"
 #include "native/builder/shared_bands.h"
 #include "native/builder/thread_executor.h"
 #include "native/files/output_file.h"
@@ -16,10 +17,6 @@
 
 namespace isosplat {
 namespace {
-
-unsigned thread_count(const BuildOptions& options) {
-  return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-}
 
 /// Distributes the blocks of a layer to several threads: begins and adds blocks of the build, and
 /// waits.
@@ -47,6 +44,22 @@ class LayerBlocks {
     changed_.notify_all();
   }
 
+  /// Loads the layer, unless it is. False after an error.
+  bool load() {
+    const std::lock_guard lock(mutex_);
+    // Layers whose statistics are not known are loaded before: load_layer() has counted them.
+    if (result_) result_ = build_.load_layer(false);
+    changed_.notify_all();
+    return result_.has_value();
+  }
+
+  /// Ends the build of the layer with an error.
+  void fail(const Error& error) {
+    const std::lock_guard lock(mutex_);
+    if (result_) result_ = tl::unexpected(error);
+    changed_.notify_all();
+  }
+
   /// Ends all waits, since no more blocks will be added.
   void stop() {
     const std::lock_guard lock(mutex_);
@@ -65,18 +78,41 @@ class LayerBlocks {
   Result<void> result_;
 };
 
-Result<void> build_layer(StoreBuild& build, std::vector<BlockEncoder>& encoders) {
+/// One thread's part of a layer.
+void build_blocks(StoreBuild& build, LayerBlocks& blocks, BandsEncoder& bands,
+                  BlockEncoder& encoder, KeptBlocks* kept, bool is_counted) {
+  std::vector<std::byte> buffer;
+  while (auto task = blocks.begin()) {
+    task->is_counted = is_counted;
+    EncodedBlock encoded;
+    bool is_taken = false;
+    if (kept) {
+      const auto taken = kept->take(build.layer(), build.coarser(), *task, buffer, encoded);
+      if (!taken) return blocks.fail(taken.error());
+      is_taken = *taken;
+      if (!is_taken && !blocks.load()) return;
+    }
+    if (!is_taken) {
+      encoder.encode(build.layer(), build.coarser(), *task, bands, encoded);
+      if (kept) {
+        const auto stored = kept->keep(build.layer(), build.coarser(), *task, encoded, buffer);
+        if (!stored) return blocks.fail(stored.error());
+      }
+    }
+    blocks.add(task->number, std::move(encoded));
+  }
+}
+
+/// is_counted: whether the statistics of the layer are known.
+Result<void> build_layer(StoreBuild& build, std::vector<BlockEncoder>& encoders, KeptBlocks* kept,
+                         bool is_counted) {
   const auto threads = static_cast<unsigned>(encoders.size());
   LayerBlocks blocks(build);
   SharedBands bands(threads);
   on_threads(threads, [&](unsigned thread) {
     BlockEncoder& encoder = encoders[thread];
     try {
-      while (const auto task = blocks.begin()) {
-        EncodedBlock encoded;
-        encoder.encode(build.layer(), build.coarser(), *task, bands, encoded);
-        blocks.add(task->number, std::move(encoded));
-      }
+      build_blocks(build, blocks, bands, encoder, kept, is_counted);
     } catch (...) {
       blocks.stop();  // other threads may wait there for this thread's block
       bands.help(encoder.chunk_encoder());
@@ -95,17 +131,48 @@ Result<BuildReport> build_on_threads(VolumeSource& source, ByteSink& sink,
   StoreBuild build(source, sink, options, executor, executor.threads(), &storage);
   if (auto begun = build.begin(); !begun) return tl::unexpected(begun.error());
   std::vector<BlockEncoder> encoders(executor.threads());
+  KeptBlocks* const kept = options.kept;
+  std::optional<VolumeStatistics> known;  // of the layers that are kept
+  if (kept) {
+    known.emplace();
+    const uint64_t blocks = level_grid(source.header().grid.voxels, 0).block_count();
+    if (auto begun = kept->begin(block_file_key(build, options), blocks, *known); !begun) {
+      return tl::unexpected(begun.error());
+    }
+  }
   for (;;) {
-    const auto has_layer = build.next_layer();
+    const auto has_layer = build.advance_layer();
     if (!has_layer) return tl::unexpected(has_layer.error());
     if (!*has_layer) break;
-    if (auto built = build_layer(build, encoders); !built) return tl::unexpected(built.error());
+    const bool is_finest = build.layer().grid.level == 0;
+    const bool is_known = kept && (!is_finest || kept->knows_layer(build.layer_z()));
+    if (!is_known) {
+      if (auto loaded = build.load_layer(true); !loaded) return tl::unexpected(loaded.error());
+    }
+    auto built = build_layer(build, encoders, kept, is_known);
+    if (!built) return tl::unexpected(built.error());
+    if (kept && is_finest && !is_known) {
+      VolumeStatistics of_layer;
+      build.take_values(of_layer);
+      for (BlockEncoder& encoder : encoders) {
+        of_layer.add(encoder.statistics);
+        encoder.statistics = VolumeStatistics();
+      }
+      known->add(of_layer);
+      auto stored = kept->keep_statistics(build.layer_z(), of_layer);
+      if (!stored) return tl::unexpected(stored.error());
+    }
   }
   for (size_t t = 1; t < encoders.size(); ++t) encoders[0].statistics.add(encoders[t].statistics);
+  if (known) encoders[0].statistics.add(*known);
   return build.finish(encoders[0].statistics);
 }
 
 }  // namespace
+
+unsigned thread_count(const BuildOptions& options) {
+  return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+}
 
 uint64_t min_memory(const VolumeSource& source, const BuildOptions& options) {
   return plan_memory(source.header(), source.resident_bytes(), thread_count(options), true,
@@ -122,16 +189,9 @@ Result<VoxelScan> scan_for_build(VolumeSource& source, const BuildOptions& optio
 }
 
 Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const BuildOptions& options) {
-  if (!options.range) {
-    return with_refusals([&] { return build_on_threads(source, sink, options); });
-  }
-  auto clamped = ClampedSource::create(source, *options.range);
-  if (!clamped) return tl::unexpected(clamped.error());
-  BuildOptions with_scan = options;
-  with_scan.scan = clamped->all_values();
-  auto report = with_refusals([&] { return build_on_threads(*clamped, sink, with_scan); });
-  if (options.clamped) *options.clamped = clamped->clamped();
-  return report;
+  return with_range(source, options, [&sink](VolumeSource& volume, const BuildOptions& ranged) {
+    return build_on_threads(volume, sink, ranged);
+  });
 }
 
 Result<BuildReport> build_store_file(VolumeSource& source, const std::filesystem::path& target,

@@ -6,9 +6,9 @@
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
 #include "native/cli/scene_building.h"
+#include "native/cli/store_building.h"
 #include "native/cli/terminal.h"
 #include "native/cli/thumbnail.h"
-#include "native/labels/looks_like_labels.h"
 #include "native/scene/scene_output.h"
 #include "shared/core/scene/bundle_header.h"
 
@@ -17,45 +17,11 @@ namespace {
 
 struct BuildCall {
   std::vector<std::string> volumes;
-  std::string store, steps, time_unit, labels, label_table;
+  std::string store, steps, time_unit, labels, label_table, part;
   VolumeFlags volume_flags;
   BuildFlags build_flags;
-  bool has_labels = false, quiet = false, force = false, no_thumbnail = false;
+  bool has_labels = false, quiet = false, force = false, no_thumbnail = false, resumes = false;
 };
-
-/// The default output: a store beside the volume.
-std::filesystem::path default_store(const std::filesystem::path& volume) {
-  const auto path = volume.has_filename() ? volume : volume.parent_path();
-  return path.parent_path() / (store_stem(volume) + ".isosplat");
-}
-
-/// The last component of a path: "scan" for "a/scan" and "a/scan/".
-std::string file_name(const std::filesystem::path& path) {
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
-}
-
-void print_result(const std::filesystem::path& store, const BuildReport& built) {
-  const StoreInfo& info = built.info;
-  const Index3 n = info.grid.voxels;
-  const double voxels = static_cast<double>(n.x) * n.y * n.z;
-  fmt::print(
-      "{}: {} × {} × {} voxels, {} ({:.2f} × the voxels), {} chunks, built in {} "
-      "({:.0f} million voxels/s)\n",
-      store.string(), n.x, n.y, n.z, format_bytes(info.file_bytes),
-      static_cast<double>(info.file_bytes) / static_cast<double>(built.raw_bytes),
-      with_commas(info.chunk_count), format_seconds(built.seconds),
-      voxels / std::max(built.seconds, 1e-9) / 1e6);
-  if (info.file_bytes > built.max_bytes) {
-    fmt::print(
-        "The store exceeds the size limit of {}: the volume is very small, or mostly noise, which "
-        "hardly compresses\n",
-        format_bytes(built.max_bytes));
-  }
-  if (info.missing_voxels > 0) {
-    fmt::print("{} voxels are missing, infinite or not a number: cells that touch them are empty\n",
-               with_commas(info.missing_voxels));
-  }
-}
 
 bool is_folder(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -184,6 +150,12 @@ int run(BuildCall& call) {
   if (call.volumes.empty() == call.steps.empty()) {
     return report({Status::invalid_argument, "expected volumes, or a list of them after --steps"});
   }
+  if ((call.has_labels || is_scene || has_steps) && (call.resumes || !call.part.empty())) {
+    return report({Status::invalid_argument,
+                   fmt::format("{}: expected one volume and a store, found a scene{}",
+                               call.resumes ? "--resume" : "--part",
+                               call.resumes ? ", which continues without it" : "")});
+  }
   if (call.has_labels) return run_labels(call, *import_options, *build_options);
   if (is_scene) return run_scene(call, *import_options, *build_options);
   if (has_steps) {
@@ -191,34 +163,24 @@ int run(BuildCall& call) {
                    "expected one volume for a store, found several steps: name a bundle with -o "
                    "NAME.isobundle, or a folder with -o NAME/"});
   }
-  const std::string& volume = call.volumes.front();
-  const std::filesystem::path store =
-      call.store.empty() ? default_store(volume) : std::filesystem::path(call.store);
-  const auto opened = import::open_volume(volume, *import_options);
-  if (!opened) return report(opened.error());
-  if (auto other = check_not_input(store, opened->source->files()); !other) {
-    return report(other.error());
+  StoreCall store;
+  store.volume = call.volumes.front();
+  store.store = call.store;
+  store.import = *import_options;
+  store.build = *build_options;
+  store.volume_key = call.volume_flags.key();
+  if (!call.part.empty()) {
+    store.part = parse_part(call.part);
+    if (!store.part) {
+      return report({Status::invalid_argument,
+                     fmt::format("--part: expected a part such as 3/16, found '{}'", call.part)});
+    }
   }
-  build_options->source_file = file_name(volume);
-  build_options->source_path_hash = source_path_hash(volume, store);
-  if (auto replaceable =
-          check_replaceable_store(store, build_options->source_path_hash, call.force);
-      !replaceable) {
-    return report(replaceable.error());
-  }
-  if (const auto labels = looks_like_labels(*opened->source); labels && *labels) {
-    note(
-        "the volume looks like a segmentation: --labels makes a scene with a smooth surface for "
-        "each of its labels");
-  }
-  const auto built = build_with_progress(*opened, store, *build_options);
-  if (!built) return report(built.error());
-  if (!call.quiet) print_result(store, *built);
-  if (!call.no_thumbnail) {
-    // The store is complete, and can be served without a picture.
-    if (auto drawn = draw_thumbnail(store); !drawn) note("no thumbnail: " + drawn.error().message);
-  }
-  return kSuccess;
+  store.resumes = call.resumes;
+  store.quiet = call.quiet;
+  store.force = call.force;
+  store.no_thumbnail = call.no_thumbnail;
+  return build_one_store(std::move(store));
 }
 
 }  // namespace
@@ -252,6 +214,17 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option("--label-table", call->label_table,
                       "Names and colours of labels: CSV (value,name,r,g,b,a), ITK-SNAP, FreeSurfer "
                       "or Workbench's XML (default: those in the volume's file)");
+  CLI::Option* part =
+      command
+          ->add_option("--part", call->part,
+                       "Build one of N parts of the store, on this or another machine, to the file "
+                       "STORE.part-I-of-N; isosplat join makes the store of them")
+          ->type_name("I/N");
+  command
+      ->add_flag("--resume", call->resumes,
+                 "Keep finished blocks in the file STORE.unfinished until the store is complete. "
+                 "After an interruption, the same command continues with them")
+      ->excludes(part);
   command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
   command->add_flag("--force", call->force,
                     "Replace the output file even if it is a store of another volume, or no store");
@@ -268,6 +241,9 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build step_*.nrrd -o run.isobundle --time-unit s\n"
       "  isosplat build cells.tif -o cells.isobundle\n"
       "  isosplat build organs.nii.gz --labels\n"
+      "  isosplat build huge.nrrd --resume\n"
+      "  isosplat build huge.nrrd --part 3/16     then, when all are built: isosplat join "
+      "huge.nrrd\n"
       "A scene has a layer for each channel and a store for each time step. The steps of a layer\n"
       "have the same quantized values. Call an interrupted build again to continue it. A later\n"
       "call can add steps to a folder.\n"

@@ -15,14 +15,18 @@
 
 namespace isosplat::cli {
 
-Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
-                                        const std::filesystem::path& store, BuildOptions options) {
-  if (auto other = check_not_input(store, volume.source->files()); !other) {
+namespace {
+
+/// Calls build(options) with the notes of the volume, and shows its progress.
+template <class Build>
+auto with_progress(const import::OpenVolume& volume, const std::filesystem::path& target,
+                   BuildOptions options, Build build) -> decltype(build(options)) {
+  if (auto other = check_not_input(target, volume.source->files()); !other) {
     return tl::unexpected(other.error());
   }
   options.notes = volume.notes;
   for (const std::string& text : options.notes) note(text);
-  ProgressLine line(fmt::format("Building {}", store.filename().string()));
+  ProgressLine line(fmt::format("Building {}", target.filename().string()));
   line.show(0, "opened");
   options.progress = [&](const BuildProgress& progress) {
     std::string detail = progress.phase;
@@ -36,10 +40,27 @@ Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
   };
   ClampedVoxels clamped;
   options.clamped = &clamped;
-  auto built = build_store_file(*volume.source, store, options);
+  auto built = build(options);
   line.clear();
   note_clamped(clamped);
   return built;
+}
+
+}  // namespace
+
+Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
+                                        const std::filesystem::path& store, BuildOptions options) {
+  return with_progress(volume, store, std::move(options), [&](const BuildOptions& all) {
+    return build_store_file(*volume.source, store, all);
+  });
+}
+
+Result<PartReport> build_part_with_progress(const import::OpenVolume& volume,
+                                            const std::filesystem::path& path, BuildOptions options,
+                                            Part part) {
+  return with_progress(volume, path, std::move(options), [&](const BuildOptions& all) {
+    return build_part_file(*volume.source, path, all, part);
+  });
 }
 
 void note_clamped(const ClampedVoxels& clamped) {

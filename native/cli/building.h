@@ -4,6 +4,7 @@
 #include <string>
 
 #include "native/builder/builder.h"
+#include "native/builder/part_build.h"
 #include "shared/import/open_volume.h"
 
 namespace isosplat::cli {
@@ -13,6 +14,11 @@ namespace isosplat::cli {
 /// overwrite one of the volume's files.
 Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
                                         const std::filesystem::path& store, BuildOptions options);
+
+/// As build_with_progress, for a part of a store: build_part_file.
+Result<PartReport> build_part_with_progress(const import::OpenVolume& volume,
+                                            const std::filesystem::path& path, BuildOptions options,
+                                            Part part);
 
 /// States how many voxels --range has changed, if there are any.
 void note_clamped(const ClampedVoxels& clamped);

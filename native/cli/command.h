@@ -18,6 +18,7 @@ void add_demo_command(CLI::App& program, int& exit_code);
 void add_extract_command(CLI::App& program, int& exit_code);
 void add_health_command(CLI::App& program, int& exit_code);
 void add_info_command(CLI::App& program, int& exit_code);
+void add_join_command(CLI::App& program, int& exit_code);
 void add_publish_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_serve_command(CLI::App& program, int& exit_code);

@@ -59,6 +59,7 @@ int main(int argc, char** argv) {
 
   int exit_code = isosplat::cli::kSuccess;
   isosplat::cli::add_build_command(program, exit_code);
+  isosplat::cli::add_join_command(program, exit_code);
   isosplat::cli::add_info_command(program, exit_code);
   isosplat::cli::add_serve_command(program, exit_code);
   isosplat::cli::add_health_command(program, exit_code);

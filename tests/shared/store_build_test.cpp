@@ -111,6 +111,30 @@ TEST(StoreBuild, MessagesStateThatAStoreIsForOneIsovalue) {
   EXPECT_NE(one.report.info.metadata.find("\"active_cells\":{\"low\":"), std::string::npos);
 }
 
+TEST(StoreBuild, BlocksEncodedInPlaceGiveTheSameMessages) {
+  Ball source(kVoxels);
+  MemorySink sink;
+  SerialExecutor executor;
+  const StoreOptions options;
+  StoreBuild build(source, sink, options, executor, 1, nullptr);
+  ASSERT_TRUE(build.begin());
+  BlockEncoder encoder;
+  while (*build.next_layer()) {
+    while (const auto task = build.begin_block()) {
+      std::vector<std::byte> message, answer, in_place;
+      write_task(build.layer(), build.coarser(), *task, kVoxels, message);
+      ASSERT_TRUE(encode_task(message, build.isovalue_distribution(), encoder, answer));
+      BandsEncoder bands;
+      EncodedBlock encoded;
+      encoder.encode(build.layer(), build.coarser(), *task, bands, encoded);
+      write_encoded(build.layer(), build.coarser(), task->number, encoded, in_place);
+      EXPECT_TRUE(in_place == answer) << task->number;
+      ASSERT_TRUE(is_result_of(encoded, *task));
+      ASSERT_TRUE(build.add_block(task->number, std::move(encoded)));
+    }
+  }
+}
+
 TEST(StoreBuild, MessagesOfAnyOtherSizeAreRefused) {
   Ball source(kVoxels);
   MemorySink sink;

@@ -25,6 +25,15 @@ void BandsEncoder::encode(ChunkEncoder& encoder, const BlockVoxels& voxels, cons
   }
 }
 
+bool is_result_of(const EncodedBlock& encoded, const BlockTask& task) {
+  if (encoded.task_weight != task.options.storage_weight) return false;
+  if (encoded.max_bytes == task.max_bytes) return true;
+  // The first plan is the same. It is kept if its chunks fit, or if no other plan is tried.
+  return encoded.storage_weight == encoded.task_weight &&
+         (static_cast<double>(encoded.bytes.size()) <= task.max_bytes ||
+          encoded.bands.size() <= 1 || encoded.storage_weight >= kMaxStorageWeight);
+}
+
 void BlockEncoder::encode(const Layer& layer, const CoarserLayer& coarser, const BlockTask& task,
                           BandsEncoder& bands, EncodedBlock& out) {
   gather_block(layer, task.index, block_);
@@ -35,7 +44,7 @@ void BlockEncoder::encode(const Layer& layer, const CoarserLayer& coarser, const
   find_row_intervals(block_);
   if (coarser.voxels) coarsen_block(layer, block_, coarser);
   planner_.count(block_.intervals);
-  if (layer.grid.level == 0) statistics.add_block(planner_, block_.intervals);
+  if (layer.grid.level == 0 && !task.is_counted) statistics.add_block(planner_, block_.intervals);
   out.interval = planner_.interval();
   const BlockVoxels voxels{block_.cells,
                            block_.voxels.data(),
@@ -43,6 +52,8 @@ void BlockEncoder::encode(const Layer& layer, const CoarserLayer& coarser, const
                            layer.grid.level > 0,
                            block_.row_intervals.data(),
                            layer.grid.level > 0 && levels && levels->corners_suffice()};
+  out.task_weight = task.options.storage_weight;
+  out.max_bytes = task.max_bytes;
   BandOptions chosen = task.options;
   for (;; chosen.storage_weight = std::min(kMaxStorageWeight, 3 * chosen.storage_weight)) {
     out.storage_weight = chosen.storage_weight;

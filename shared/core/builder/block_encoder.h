@@ -20,6 +20,7 @@ struct BlockTask {
   BandOptions options;
   /// While the chunks have more bytes, the bands are planned again with a greater λ.
   double max_bytes = std::numeric_limits<double>::infinity();
+  bool is_counted = false;  ///< whether the statistics of its cells are known already
 };
 
 /// One block's part of the store.
@@ -28,7 +29,13 @@ struct EncodedBlock {
   std::vector<BandChunk> bands;
   std::vector<std::byte> bytes;
   double storage_weight = 0;  ///< λ of the plan of its bands
+  double task_weight = 0;     ///< λ of the task; storage_weight is greater if it did not fit
+  double max_bytes = 0;       ///< of the task
 };
+
+/// Whether encoding the block of a task gives `encoded`, which was encoded from the same voxels,
+/// perhaps with another λ or size limit.
+bool is_result_of(const EncodedBlock& encoded, const BlockTask& task);
 
 /// Encodes the bands of a block. Other implementations share the bands among threads.
 class BandsEncoder {
@@ -52,7 +59,8 @@ BandChunk encode_band(ChunkEncoder& encoder, const BlockVoxels& voxels, const Ce
 class BlockEncoder {
  public:
   /// Encodes a block of the layer. Writes its part of `coarser`, unless `coarser.voxels` is null.
-  /// The bands are not planned with a greater λ than kMaxStorageWeight.
+  /// The bands are not planned with a greater λ than kMaxStorageWeight. `statistics` do not count a
+  /// task that is_counted.
   void encode(const Layer& layer, const CoarserLayer& coarser, const BlockTask& task,
               BandsEncoder& bands, EncodedBlock& out);
 

@@ -21,7 +21,7 @@ struct TaskHeader {
 constexpr uint32_t kAnyIsovalue = 65536;
 
 struct EncodedHeader {
-  double storage_weight;
+  double storage_weight, task_weight, max_bytes;
   uint32_t number;
   uint32_t min, max;
   uint32_t bands, bytes;
@@ -101,6 +101,13 @@ LevelBox coarse_voxels_of(const LevelGrid& grid, Index3 block) {
   return box;
 }
 
+/// The index of a block in its level, from its number in the layer of blocks.
+Index3 index_of(const Layer& layer, size_t number) {
+  const auto n = static_cast<int32_t>(number);
+  return {n % layer.grid.blocks.x, n / layer.grid.blocks.x,
+          (layer.voxel_box.first.z + kVoxelsBefore) / kBlockCells};
+}
+
 bool contains(const LevelBox& outer, const LevelBox& inner) {
   const auto along = [](int32_t first, int32_t size, int32_t in_first, int32_t in_size) {
     return in_first >= first && in_first + in_size <= first + size;
@@ -139,6 +146,22 @@ void place_box(const std::byte* from, size_t item_bytes, const LevelBox& box, st
   for_each_row(in, box, [&](size_t to, size_t at) {
     std::memcpy(items + to * item_bytes, from + at * item_bytes, row);
   });
+}
+
+/// Appends an encoded block without its part of the coarser level.
+void append_encoded(std::vector<std::byte>& to, size_t number, const EncodedBlock& encoded) {
+  const EncodedHeader header{encoded.storage_weight,
+                             encoded.task_weight,
+                             encoded.max_bytes,
+                             static_cast<uint32_t>(number),
+                             encoded.interval.min,
+                             encoded.interval.max,
+                             static_cast<uint32_t>(encoded.bands.size()),
+                             static_cast<uint32_t>(encoded.bytes.size()),
+                             0};
+  append(to, &header, 1);
+  append(to, encoded.bands.data(), encoded.bands.size());
+  append(to, encoded.bytes.data(), encoded.bytes.size());
 }
 
 bool is_valid(const TaskHeader& task) {
@@ -229,20 +252,24 @@ Result<void> encode_task(std::span<const std::byte> task,
   EncodedBlock encoded;
   encoder.encode(layer, coarser, block, bands, encoded);
 
-  const EncodedHeader result{encoded.storage_weight,
-                             header.number,
-                             encoded.interval.min,
-                             encoded.interval.max,
-                             static_cast<uint32_t>(encoded.bands.size()),
-                             static_cast<uint32_t>(encoded.bytes.size()),
-                             0};
   message.clear();
-  append(message, &result, 1);
-  append(message, encoded.bands.data(), encoded.bands.size());
-  append(message, encoded.bytes.data(), encoded.bytes.size());
+  append_encoded(message, header.number, encoded);
   append(message, coarse_voxels.data(), coarse_voxels.size());
   append(message, coarse_intervals.data(), coarse_intervals.size());
   return {};
+}
+
+void write_encoded(const Layer& layer, const CoarserLayer& coarser, size_t number,
+                   const EncodedBlock& encoded, std::vector<std::byte>& message) {
+  message.clear();
+  append_encoded(message, number, encoded);
+  if (!coarser.voxels) return;
+  const size_t value_bytes = layer.bits / 8;
+  const Index3 index = index_of(layer, number);
+  append_box(message, coarser.voxels, value_bytes, coarser.voxel_box,
+             coarse_voxels_of(layer.grid, index));
+  append_box(message, coarser.intervals, 2 * value_bytes, coarser.cell_box,
+             coarse_cells_of(layer.grid, index));
 }
 
 Result<size_t> read_encoded(std::span<const std::byte> message, const Layer& layer,
@@ -254,13 +281,13 @@ Result<size_t> read_encoded(std::span<const std::byte> message, const Layer& lay
   const Index3 blocks = layer.grid.blocks;
   const auto across = static_cast<uint32_t>(blocks.x);
   if (header.number >= across * static_cast<uint32_t>(blocks.y)) return invalid();
-  const Index3 index{static_cast<int32_t>(header.number % across),
-                     static_cast<int32_t>(header.number / across),
-                     (layer.voxel_box.first.z + kVoxelsBefore) / kBlockCells};
+  const Index3 index = index_of(layer, header.number);
   if (header.min > 65535 || header.max > 65535 || header.bands > 65536) return invalid();
   block.interval = {static_cast<QuantizedValue>(header.min),
                     static_cast<QuantizedValue>(header.max)};
   block.storage_weight = header.storage_weight;
+  block.task_weight = header.task_weight;
+  block.max_bytes = header.max_bytes;
   block.bands.resize(header.bands);
   if (!reader.copy(block.bands.data(), block.bands.size())) return invalid();
   const std::byte* bytes = reader.take(header.bytes);

@@ -1,6 +1,7 @@
 #include "shared/core/builder/store_build.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "shared/core/builder/sample_volume.h"
 #include "shared/core/builder/scan_volume.h"
 #include "shared/core/preprocess/isovalue_guess.h"
+#include "shared/core/store/checksum.h"
 
 namespace isosplat {
 namespace {
@@ -103,6 +105,34 @@ Result<void> StoreBuild::begin() {
   return {};
 }
 
+uint64_t StoreBuild::key() const {
+  StoreInfo info;
+  info.grid = header_.grid;
+  info.mapping = mapping_;
+  // The metadata contain the options and the volume's properties.
+  const std::string metadata = metadata_json(header_, options_, info, VolumeStatistics());
+  const VolumeGrid& grid = header_.grid;
+  const std::array numbers{static_cast<double>(grid.voxels.x),
+                           static_cast<double>(grid.voxels.y),
+                           static_cast<double>(grid.voxels.z),
+                           mapping_.offset,
+                           mapping_.scale,
+                           mapping_.max_error,
+                           static_cast<double>(mapping_.bits),
+                           static_cast<double>(mapping_.has_missing),
+                           options_.fetch_weight,
+                           options_.max_error,
+                           only_isovalue_ ? static_cast<double>(*only_isovalue_) : -1.0,
+                           options_.coarse_levels ? 1.0 : 0.0};
+  const std::array geometry{grid.spacing, grid.origin};
+  const std::array parts{checksum64(std::as_bytes(std::span(metadata))),
+                         checksum64(std::as_bytes(std::span(numbers))),
+                         checksum64(std::as_bytes(std::span(geometry))),
+                         checksum64(std::as_bytes(std::span(&grid.direction, 1))),
+                         checksum64(std::as_bytes(std::span(isovalue_distribution_)))};
+  return checksum64(std::as_bytes(std::span(parts)));
+}
+
 Result<void> StoreBuild::create_budget() {
   const auto sample = sample_volume(source_, quantization_, executor_);
   if (!sample) return tl::unexpected(sample.error());
@@ -160,6 +190,13 @@ Result<void> StoreBuild::end_layer() {
 }
 
 Result<bool> StoreBuild::next_layer() {
+  auto advanced = advance_layer();
+  if (!advanced || !*advanced) return advanced;
+  if (auto loaded = load_layer(true); !loaded) return tl::unexpected(loaded.error());
+  return true;
+}
+
+Result<bool> StoreBuild::advance_layer() {
   if (output_) {
     if (auto ended = end_layer(); !ended) return tl::unexpected(ended.error());
     if (++z_ == layer_.grid.blocks.z) {
@@ -175,23 +212,17 @@ Result<bool> StoreBuild::next_layer() {
   }
   layer_.only_isovalue = only_isovalue_;
   layer_.coarse_levels = options_.coarse_levels;
+  layer_.voxels = layer_.intervals = nullptr;
   if (z_ == 0) {
     if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());
   }
+  set_boxes();
   const LevelGrid& grid = layer_.grid;
-  const int32_t first_cell = z_ * kBlockCells;
-  const int32_t end_cell = std::min(first_cell + kBlockCells, grid.cells.z);
-  auto loaded =
-      grid.level == 0 ? read_layer(first_cell, end_cell) : load_layer(first_cell, end_cell);
-  if (!loaded) return tl::unexpected(loaded.error());
   if (grid.level + 1 < levels_) {
     PendingLevel& level = pending_[grid.level + 1];
-    const int32_t first = first_cell / 2, cells = (end_cell - first_cell + 1) / 2;
-    const int32_t voxels = cells + (z_ + 1 == grid.blocks.z ? 1 : 0);
-    coarser_.voxel_box = voxel_slices(coarser_.grid, first, voxels);
-    coarser_.cell_box = cell_slices(coarser_.grid, first, cells);
-    coarser_.voxels = level.voxels->prepare(first, voxels);
-    coarser_.intervals = level.intervals->prepare(first, cells);
+    coarser_.voxels = level.voxels->prepare(coarser_.voxel_box.first.z, coarser_.voxel_box.size.z);
+    coarser_.intervals =
+        level.intervals->prepare(coarser_.cell_box.first.z, coarser_.cell_box.size.z);
   }
   const bool is_limited = !budget_->is_ample();
   const uint64_t in_layer =
@@ -203,44 +234,111 @@ Result<bool> StoreBuild::next_layer() {
   return true;
 }
 
-Result<void> StoreBuild::read_layer(int32_t first_cell, int32_t end_cell) {
-  const size_t slice = voxel_slice_bytes(layer_.grid, mapping_.bits);
+void StoreBuild::set_boxes() {
+  const LevelGrid& grid = layer_.grid;
+  const int32_t first_cell = z_ * kBlockCells;
+  const int32_t end_cell = std::min(first_cell + kBlockCells, grid.cells.z);
   const int32_t first_voxel = std::max(first_cell - kVoxelsBefore, 0);
+  layer_.voxel_box = voxel_slices(grid, first_voxel, end_cell + 1 - first_voxel);
+  layer_.cell_box = cell_slices(grid, first_cell, end_cell - first_cell);
+  if (grid.level + 1 == levels_) return;
+  const int32_t first = first_cell / 2, cells = (end_cell - first_cell + 1) / 2;
+  const int32_t voxels = cells + (z_ + 1 == grid.blocks.z ? 1 : 0);
+  coarser_.voxel_box = voxel_slices(coarser_.grid, first, voxels);
+  coarser_.cell_box = cell_slices(coarser_.grid, first, cells);
+}
+
+Result<void> StoreBuild::load_layer(bool counts_values) {
+  if (layer_.voxels) return {};
+  return layer_.grid.level == 0 ? read_layer(counts_values) : load_coarse_layer();
+}
+
+Result<void> StoreBuild::read_layer(bool counts_values) {
+  const size_t slice = voxel_slice_bytes(layer_.grid, mapping_.bits);
+  const int32_t first = layer_.voxel_box.first.z, end = first + layer_.voxel_box.size.z;
   std::vector<std::byte>& buffer = layer_buffer_;
-  if (first_cell == 0) {
+  if (buffer.empty()) {
     buffer.resize(slice * static_cast<size_t>(
                               std::min(kBlockCells + 1 + kVoxelsBefore, layer_.grid.cells.z + 1)));
   }
-  // Layers overlap: the last three slices of the layer before are the first of this one.
-  const int32_t read_end = first_cell == 0 ? 0 : first_cell + 1;
-  const auto kept = static_cast<size_t>(read_end - first_voxel);
-  if (first_cell > 0) {
-    const auto buffered = static_cast<size_t>(read_end - layer_.voxel_box.first.z);
-    std::copy_n(buffer.data() + slice * (buffered - kept), slice * kept, buffer.data());
+  // Layers overlap: the last three slices of the layer before are the first of this one. Their
+  // values count for that layer.
+  const int32_t counted = z_ == 0 ? 0 : z_ * kBlockCells + 1;
+  if (z_ > 0 && buffered_z_ == z_ - 1) {
+    const int32_t before = std::max(first - kBlockCells, 0);
+    std::copy_n(buffer.data() + slice * static_cast<size_t>(first - before),
+                slice * static_cast<size_t>(counted - first), buffer.data());
+  } else if (z_ > 0) {
+    if (auto read = read_slices(first, counted, false); !read) return read;
   }
-  const auto count_values = [this](unsigned thread, const std::byte* quantized_values,
-                                   size_t voxels) {
-    values_[thread].add_values(quantized_values, voxels, mapping_.bits, mapping_.has_missing);
-  };
-  auto read =
-      reader_->read(read_end, end_cell + 1 - read_end, buffer.data() + slice * kept, count_values);
+  if (auto read = read_slices(counted, end, counts_values); !read) return read;
+  buffered_z_ = z_;
   layer_.voxels = buffer.data();
-  layer_.voxel_box = voxel_slices(layer_.grid, first_voxel, end_cell + 1 - first_voxel);
-  return read;
+  return {};
 }
 
-Result<void> StoreBuild::load_layer(int32_t first_cell, int32_t end_cell) {
+Result<void> StoreBuild::read_slices(int32_t first, int32_t end, bool counts_values) {
+  const auto count_values = [&](unsigned thread, const std::byte* quantized_values, size_t voxels) {
+    if (!counts_values) return;
+    values_[thread].add_values(quantized_values, voxels, mapping_.bits, mapping_.has_missing);
+  };
+  const auto at = static_cast<size_t>(first - layer_.voxel_box.first.z);
+  return reader_->read(first, end - first, layer_buffer_.data() + reader_->slice_bytes() * at,
+                       count_values);
+}
+
+Result<void> StoreBuild::load_coarse_layer() {
   PendingLevel& level = pending_[layer_.grid.level];
-  const int32_t first_voxel = std::max(first_cell - kVoxelsBefore, 0);
-  layer_.voxel_box = voxel_slices(layer_.grid, first_voxel, end_cell + 1 - first_voxel);
-  layer_.cell_box = cell_slices(layer_.grid, first_cell, end_cell - first_cell);
-  auto voxels = level.voxels->load(first_voxel, layer_.voxel_box.size.z);
+  auto voxels = level.voxels->load(layer_.voxel_box.first.z, layer_.voxel_box.size.z);
   if (!voxels) return tl::unexpected(voxels.error());
-  auto intervals = level.intervals->load(first_cell, layer_.cell_box.size.z);
+  auto intervals = level.intervals->load(layer_.cell_box.first.z, layer_.cell_box.size.z);
   if (!intervals) return tl::unexpected(intervals.error());
   layer_.voxels = *voxels;
   layer_.intervals = *intervals;
   return {};
+}
+
+Result<void> StoreBuild::begin_part_layer(int32_t z, bool counts_values) {
+  const Index3 n = header_.grid.voxels;
+  z_ = z;
+  layer_ = {level_grid(n, 0), mapping_.bits, mapping_.has_missing};
+  layer_.only_isovalue = only_isovalue_;
+  layer_.coarse_levels = options_.coarse_levels;
+  coarser_ = {};
+  if (levels_ > 1) coarser_.grid = level_grid(n, 1);
+  set_boxes();
+  if (levels_ > 1) {
+    part_voxels_.resize(coarser_.voxel_box.count() * (mapping_.bits / 8u));
+    part_intervals_.resize(coarser_.cell_box.count() * (mapping_.bits / 4u));
+    coarser_.voxels = part_voxels_.data();
+    coarser_.intervals = part_intervals_.data();
+  }
+  return read_layer(counts_values);
+}
+
+BlockTask StoreBuild::part_task(size_t number) const {
+  const auto n = static_cast<int32_t>(number);
+  BlockTask task;
+  task.number = number;
+  task.index = {n % layer_.grid.blocks.x, n / layer_.grid.blocks.x, z_};
+  task.options = band_options_;
+  task.options.storage_weight = budget_->grant().storage_weight;
+  return task;
+}
+
+void StoreBuild::report_part(size_t done, size_t blocks) {
+  const uint64_t cells = product(layer_.grid.cells);
+  work_total_ = range_work_ + cells;
+  const double share = static_cast<double>(done) / static_cast<double>(blocks);
+  work_done_ = range_work_ + static_cast<uint64_t>(share * static_cast<double>(cells));
+  report("level 0", 0);
+}
+
+void StoreBuild::take_values(VolumeStatistics& statistics) {
+  for (VolumeStatistics& values : values_) {
+    statistics.add(values);
+    values = VolumeStatistics();
+  }
 }
 
 Result<void> StoreBuild::add_block(size_t number, EncodedBlock&& encoded) {

@@ -52,6 +52,21 @@ class StoreBuild {
   /// there are no more. Requires layer_is_complete(). Errors: those of the source; io_error.
   Result<bool> next_layer();
 
+  /// next_layer() in two steps, for layers whose encoded blocks are known: load_layer() is needed
+  /// only before a block is encoded. Reads nothing if the layer is loaded. counts_values: whether
+  /// finish() shall count the voxels of the layer; else its caller knows them.
+  Result<bool> advance_layer();
+  Result<void> load_layer(bool counts_values);
+
+  /// Begins the layer z of level 0 for a part of a build, which encodes some of its blocks and
+  /// writes no store: all layers before may be left out, and neither begin_block() nor add_block()
+  /// may be called. As next_layer() otherwise; counts_values: as for load_layer().
+  Result<void> begin_part_layer(int32_t z, bool counts_values);
+  /// The task of a block of that layer. Its λ is that of a store whose size limit changes nothing.
+  BlockTask part_task(size_t number) const;
+  /// Reports the progress of a part with `blocks` blocks, of which `done` were encoded.
+  void report_part(size_t done, size_t blocks);
+
   const Layer& layer() const { return layer_; }
   const CoarserLayer& coarser() const { return coarser_; }
 
@@ -59,6 +74,8 @@ class StoreBuild {
   /// there may be one, unless layer_is_begun().
   std::optional<BlockTask> begin_block() { return output_->begin_block(); }
   bool layer_is_begun() const { return output_->is_begun(); }
+  /// Of the layer: its index along z, in blocks.
+  int32_t layer_z() const { return z_; }
   bool layer_is_complete() const { return !output_ || output_->is_complete(); }
 
   /// Adds an encoded block of the layer. Its part of coarser() must have been written. Errors:
@@ -68,6 +85,13 @@ class StoreBuild {
   /// Writes the directory and the header. statistics: of the cells of level 0, as the encoders have
   /// counted them. Errors: io_error.
   Result<BuildReport> finish(const VolumeStatistics& statistics);
+
+  /// Adds the counts of the voxels read so far to `statistics`, and begins to count anew.
+  void take_values(VolumeStatistics& statistics);
+
+  /// Identifies volume and options by the header, the metadata, the mapping and the sample, but not
+  /// by all voxels. Builds of a volume with equal keys give the same store. Call after begin().
+  uint64_t key() const;
 
   /// The distribution of isovalues that the tasks' options refer to. Set by begin().
   const std::vector<double>& isovalue_distribution() const { return isovalue_distribution_; }
@@ -81,11 +105,14 @@ class StoreBuild {
 
   Result<void> begin_level();
   Result<void> end_layer();
-  /// Sets the layer's slices of the cells [first_cell, end_cell), of level 0: reads them from the
-  /// source.
-  Result<void> read_layer(int32_t first_cell, int32_t end_cell);
+  /// Sets the boxes of the layer z_, and of its part of the coarser level.
+  void set_boxes();
+  /// Reads the slices of the layer, of level 0, from the source.
+  Result<void> read_layer(bool counts_values);
+  /// Reads slices to their position in the layer's buffer.
+  Result<void> read_slices(int32_t first, int32_t end, bool counts_values);
   /// The same for a coarse level, from where it is pending.
-  Result<void> load_layer(int32_t first_cell, int32_t end_cell);
+  Result<void> load_coarse_layer();
   Result<std::unique_ptr<SliceStore>> create_slices(uint32_t level, size_t slice_bytes,
                                                     int32_t slices);
   Result<void> create_budget();
@@ -118,6 +145,8 @@ class StoreBuild {
   Layer layer_;
   CoarserLayer coarser_;
   std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slices before it
+  int32_t buffered_z_ = -1;              // the layer of the buffer; −1: none
+  std::vector<std::byte> part_voxels_, part_intervals_;  // of a part: its part of level 1
   std::optional<LayerOutput> output_;
 
   Clock::time_point start_ = Clock::now(), encoding_start_ = start_, last_report_ = start_;

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "native/builder/part_build.h"
+#include "shared/import/open_volume.h"
+
+namespace isosplat::cli {
+
+/// A store to build from one volume: at once, in parts, or from parts.
+struct StoreCall {
+  std::string volume;
+  std::filesystem::path store;  ///< empty: default_store()
+  import::ImportOptions import;
+  BuildOptions build;
+  std::string volume_key;      ///< VolumeFlags::key()
+  std::optional<Part> part;    ///< build only this part, to part_path()
+  bool joins = false;          ///< take the encoded blocks of all parts
+  bool resumes = false;        ///< keep finished blocks in a file, and take them from it
+  bool removes_parts = false;  ///< remove the parts once the store is complete
+  bool quiet = false, force = false, no_thumbnail = false;
+};
+
+/// The default output: a store beside the volume.
+std::filesystem::path default_store(const std::filesystem::path& volume);
+
+/// The file of a part of a store, and of the finished blocks of a store that can be resumed: beside
+/// the store.
+std::filesystem::path part_path(const std::filesystem::path& store, Part part);
+std::filesystem::path unfinished_path(const std::filesystem::path& store);
+
+/// "3/16". No value for other texts, and if there is no such part.
+std::optional<Part> parse_part(std::string_view text);
+
+/// Builds, and prints the result or an error. Returns the exit code.
+int build_one_store(StoreCall call);
+
+}  // namespace isosplat::cli
