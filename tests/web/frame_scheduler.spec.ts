@@ -30,7 +30,7 @@ function streaming() {
   const tested: number[] = [];
   const drawnAt: number[] = [];
   let isDrawn = false;
-  let isPartial = false;
+  let missing = 0;
   const drawn = { kind: "quad", shading: "exact", programsLinked: 0 };
   const renderer = {
     picture: { setCamera: () => {}, setSplats: () => {} },
@@ -62,7 +62,7 @@ function streaming() {
       shading: defaultLook.shading,
       pictureSize: null,
     }),
-    isPartial: () => isPartial,
+    missingLayers: () => missing,
     guard: (action: (renderer: RendererModule) => void) => {
       action(renderer);
       return true;
@@ -73,15 +73,15 @@ function streaming() {
     fitCanvas: () => false,
     drawn: () => {},
     busyChanged: () => {},
-  } as unknown as FrameSchedulerHost);
+  } satisfies Record<keyof FrameSchedulerHost, unknown> as unknown as FrameSchedulerHost);
   const progress = { chunksToGo: 0, bytesToGo: 0, bytesFetched: 0, state: "refining" };
   scheduler.onProgress(progress as Parameters<FrameScheduler["onProgress"]>[0]);
   return {
     scheduler,
     tested,
     drawnAt,
-    setPartial: (value: boolean) => {
-      isPartial = value;
+    setMissing: (value: number) => {
+      missing = value;
     },
     /** Chunks of a layer have arrived, which are not drawn. */
     arrive: () => {
@@ -113,21 +113,21 @@ test("an occlusion query begins as soon as motion has ended, although more data 
 });
 
 test("the first picture waits for the first surfaces of all layers, and is then drawn at once", () => {
-  const { scheduler, drawnAt, setPartial, arrive } = streaming();
-  setPartial(true);
+  const { scheduler, drawnAt, setMissing, arrive } = streaming();
+  setMissing(1);
   scheduler.request();
   vi.advanceTimersByTime(50);
   arrive();
   vi.advanceTimersByTime(100);
   expect(drawnAt).toEqual([]);
   expect(scheduler.isBusy).toBe(true);
-  setPartial(false);
+  setMissing(0);
   const whole = arrive();
   vi.advanceTimersByTime(50);
   expect(drawnAt.length).toBe(1);
   expect((drawnAt[0] ?? 0) - whole).toBeLessThan(40);
   // A layer that is added later does not hold up the picture.
-  setPartial(true);
+  setMissing(1);
   const later = arrive();
   vi.advanceTimersByTime(50);
   expect((drawnAt[1] ?? 0) - later).toBeLessThan(40);
@@ -135,8 +135,8 @@ test("the first picture waits for the first surfaces of all layers, and is then 
 });
 
 test("the first picture waits for a missing layer for 0.3 s", () => {
-  const { scheduler, drawnAt, setPartial, arrive } = streaming();
-  setPartial(true);
+  const { scheduler, drawnAt, setMissing, arrive } = streaming();
+  setMissing(1);
   const begun = performance.now();
   vi.advanceTimersByTime(50);
   arrive();
