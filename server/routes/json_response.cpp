@@ -2,25 +2,19 @@
 
 #include <utility>
 
-#include "server/routes/gzip_response.h"
+#include "server/routes/compressible_response.h"
 
 namespace isosplat::server {
 
 Response json_response(const RouteCall& call, std::string text, const std::string& etag,
                        CachePolicy policy) {
-  const CompressibleBody body{.bytes = text.size(),
-                              .hash = etag_for(text),
-                              .read = [&text]() -> Result<std::string> { return text; }};
-  Response response;
-  if (auto compressed = gzip_response(call, etag, policy, body)) {
-    response = std::move(*compressed);
-  } else {
-    response = begin_response(call.request, etag, policy, call.is_private);
-    response.set("Vary", "Accept-Encoding");
-    if (!is_complete(response)) response.text = std::move(text);
-  }
-  if (!is_complete(response)) response.set("Content-Type", "application/json");
-  return response;
+  return compressible_response(
+      call, etag, policy,
+      {.type = "application/json",
+       .bytes = text.size(),
+       .hash = [&] { return etag_for(text); },
+       .compress = [&](const std::string& hash) { return call.compressor.compress(text, hash); },
+       .send = [&](Response& response) { response.text = std::move(text); }});
 }
 
 Response json_response(const RouteCall& call, std::string text) {

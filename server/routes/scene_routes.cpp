@@ -10,8 +10,8 @@
 #include "server/http/conditions.h"
 #include "server/http/streams.h"
 #include "server/routes/byte_range.h"
+#include "server/routes/compressible_response.h"
 #include "server/routes/content_routes.h"
-#include "server/routes/gzip_response.h"
 #include "server/routes/json_response.h"
 #include "server/routes/volume_routes.h"
 
@@ -44,25 +44,20 @@ Response scene_bootstrap_response(const RouteCall& call) {
   const std::shared_ptr<const ServedScene>& scene = call.scene->scene;
   const std::string etag = fmt::format("\"{}-bootstrap1\"", scene->facts.content);
   const uint64_t bytes = scene->bytes.first_bytes();
-  const auto read = [&]() -> Result<std::string> {
+  const auto compress = [&](const std::string& hash) -> Compressor::Compressed {
     std::string body(static_cast<size_t>(bytes), '\0');
-    if (auto done = scene->bytes.read(0, std::as_writable_bytes(std::span(body))); !done) {
-      return tl::unexpected(done.error());  // the uncompressed response reports it
-    }
-    return body;
+    // If this fails, so does the uncompressed response, which reports it.
+    const auto read = scene->bytes.read(0, std::as_writable_bytes(std::span(body)));
+    return read ? call.compressor.compress(body, hash) : nullptr;
   };
-  Response response;
-  if (auto compressed =
-          gzip_response(call, etag, CachePolicy::revalidated,
-                        {.bytes = bytes, .hash = etag, .is_on_disk = true, .read = read})) {
-    response = std::move(*compressed);
-  } else {
-    response = begin_response(call.request, etag, CachePolicy::revalidated, call.is_private);
-    response.set("Vary", "Accept-Encoding");
-    if (!is_complete(response)) response.stream = scene_stream(scene, 0, bytes);
-  }
-  if (!is_complete(response)) response.set("Content-Type", "application/octet-stream");
-  return response;
+  return compressible_response(
+      call, etag, CachePolicy::revalidated,
+      {.type = "application/octet-stream",
+       .bytes = bytes,
+       .is_on_disk = true,
+       .hash = [&] { return etag; },
+       .compress = compress,
+       .send = [&](Response& response) { response.stream = scene_stream(scene, 0, bytes); }});
 }
 
 Response scene_file_response(const RouteCall& call) {
