@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "shared/core/preprocess/coarse_voxels.h"
+
 namespace isosplat {
 namespace {
 
@@ -81,24 +83,6 @@ LevelBox voxels_of(const LevelGrid& grid, Index3 block) {
 LevelBox cells_of(const LevelGrid& grid, Index3 block) {
   return {{block.x * kBlockCells, block.y * kBlockCells, block.z * kBlockCells},
           block_cells(grid, block)};
-}
-
-/// The coarse cells that cover a block.
-LevelBox coarse_cells_of(const LevelGrid& grid, Index3 block) {
-  const Index3 cells = block_cells(grid, block);
-  constexpr int32_t kHalf = kBlockCells / 2;
-  return {{block.x * kHalf, block.y * kHalf, block.z * kHalf},
-          {(cells.x + 1) / 2, (cells.y + 1) / 2, (cells.z + 1) / 2}};
-}
-
-/// The coarse voxels that a block writes: the last one of an axis also writes the level's last
-/// voxel.
-LevelBox coarse_voxels_of(const LevelGrid& grid, Index3 block) {
-  LevelBox box = coarse_cells_of(grid, block);
-  box.size.x += block.x + 1 == grid.blocks.x;
-  box.size.y += block.y + 1 == grid.blocks.y;
-  box.size.z += block.z + 1 == grid.blocks.z;
-  return box;
 }
 
 /// The index of a block in its level, from its number in the layer of blocks.

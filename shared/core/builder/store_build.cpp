@@ -189,6 +189,13 @@ Result<void> StoreBuild::end_layer() {
   return level.intervals->commit();
 }
 
+Layer StoreBuild::layer_of(uint32_t level) const {
+  Layer layer{level_grid(header_.grid.voxels, level), mapping_.bits, mapping_.has_missing};
+  layer.only_isovalue = only_isovalue_;
+  layer.coarse_levels = options_.coarse_levels;
+  return layer;
+}
+
 Result<bool> StoreBuild::next_layer() {
   auto advanced = advance_layer();
   if (!advanced || !*advanced) return advanced;
@@ -205,14 +212,12 @@ Result<bool> StoreBuild::advance_layer() {
       layer_buffer_ = {};
       if (level + 1 == levels_) return false;
       z_ = 0;
-      layer_ = {level_grid(header_.grid.voxels, level + 1), mapping_.bits, mapping_.has_missing};
+      layer_ = layer_of(level + 1);
     }
+    layer_.voxels = layer_.intervals = nullptr;
   } else {
-    layer_ = {level_grid(header_.grid.voxels, 0), mapping_.bits, mapping_.has_missing};
+    layer_ = layer_of(0);
   }
-  layer_.only_isovalue = only_isovalue_;
-  layer_.coarse_levels = options_.coarse_levels;
-  layer_.voxels = layer_.intervals = nullptr;
   if (z_ == 0) {
     if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());
   }
@@ -299,13 +304,10 @@ Result<void> StoreBuild::load_coarse_layer() {
 }
 
 Result<void> StoreBuild::begin_part_layer(int32_t z, bool counts_values) {
-  const Index3 n = header_.grid.voxels;
   z_ = z;
-  layer_ = {level_grid(n, 0), mapping_.bits, mapping_.has_missing};
-  layer_.only_isovalue = only_isovalue_;
-  layer_.coarse_levels = options_.coarse_levels;
+  layer_ = layer_of(0);
   coarser_ = {};
-  if (levels_ > 1) coarser_.grid = level_grid(n, 1);
+  if (levels_ > 1) coarser_.grid = level_grid(header_.grid.voxels, 1);
   set_boxes();
   if (levels_ > 1) {
     part_voxels_.resize(coarser_.voxel_box.count() * (mapping_.bits / 8u));

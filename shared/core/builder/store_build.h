@@ -103,6 +103,8 @@ class StoreBuild {
     std::unique_ptr<SliceStore> voxels, intervals;
   };
 
+  /// A layer of a level, without its voxels.
+  Layer layer_of(uint32_t level) const;
   Result<void> begin_level();
   Result<void> end_layer();
   /// Sets the boxes of the layer z_, and of its part of the coarser level.

@@ -4,21 +4,26 @@
 #include <array>
 #include <cstdint>
 
-#include "shared/core/grid/grid.h"
+#include "shared/core/preprocess/layer.h"
 
 namespace isosplat {
 
-/// The coarse voxels that a block writes along one axis: [begin, end). The last block also writes
-/// the last voxel of the level.
-struct CoarseVoxels {
-  int32_t begin, end;
-};
+/// The coarse cells that cover a block.
+inline LevelBox coarse_cells_of(const LevelGrid& grid, Index3 block) {
+  const Index3 cells = block_cells(grid, block);
+  constexpr int32_t kHalf = kBlockCells / 2;
+  return {{block.x * kHalf, block.y * kHalf, block.z * kHalf},
+          {(cells.x + 1) / 2, (cells.y + 1) / 2, (cells.z + 1) / 2}};
+}
 
-inline CoarseVoxels coarse_voxels(int32_t block, int32_t block_cells, int32_t cells,
-                                  int32_t coarse_cells) {
-  const int32_t begin = block * (kBlockCells / 2);
-  const bool is_last = block * kBlockCells + block_cells == cells;
-  return {begin, is_last ? coarse_cells + 1 : begin + kBlockCells / 2};
+/// The coarse voxels that a block writes: the last one of an axis also writes the level's last
+/// voxel.
+inline LevelBox coarse_voxels_of(const LevelGrid& grid, Index3 block) {
+  LevelBox box = coarse_cells_of(grid, block);
+  box.size.x += block.x + 1 == grid.blocks.x;
+  box.size.y += block.y + 1 == grid.blocks.y;
+  box.size.z += block.z + 1 == grid.blocks.z;
+  return box;
 }
 
 /// The positions 2c − kReach to 2c + kReach of the finer level for coarse voxel c, clamped to

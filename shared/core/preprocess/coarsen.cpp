@@ -57,50 +57,49 @@ uint32_t sum_around(const RowSums<T>& sums, int32_t coarse, int32_t last, int32_
 
 template <class T>
 void average_voxels(const Layer& layer, const GatheredBlock& block, const CoarserLayer& coarser) {
-  const Index3 cells = layer.grid.cells, coarse = coarser.grid.cells;
+  const Index3 cells = layer.grid.cells;
   const auto* voxels = reinterpret_cast<const T*>(layer.voxels);
   auto* out = reinterpret_cast<T*>(coarser.voxels);
-  const CoarseVoxels xs = coarse_voxels(block.index.x, block.cells.x, cells.x, coarse.x);
-  const CoarseVoxels ys = coarse_voxels(block.index.y, block.cells.y, cells.y, coarse.y);
-  const CoarseVoxels zs = coarse_voxels(block.index.z, block.cells.z, cells.z, coarse.z);
+  const LevelBox written = coarse_voxels_of(layer.grid, block.index);
+  const Index3 first = written.first, end = written.end();
   // The fine positions along x that the row needs, clamped to the volume.
-  const int32_t first_x = std::max(2 * xs.begin - 1, 0);
-  const int32_t last_x = std::min(2 * (xs.end - 1) + 1, cells.x);
+  const int32_t first_x = std::max(2 * first.x - 1, 0);
+  const int32_t last_x = std::min(2 * (end.x - 1) + 1, cells.x);
   const auto count = static_cast<size_t>(last_x - first_x + 1);
   // The coarse voxels whose three positions are all inside the volume.
-  const int32_t begin = std::max(xs.begin, 1), end = std::min(xs.end, (cells.x + 1) / 2);
+  const int32_t inner = std::max(first.x, 1), inner_end = std::min(end.x, (cells.x + 1) / 2);
   RowSums<T> sums, weights;
-  for (int32_t k = zs.begin; k < zs.end; ++k) {
+  for (int32_t k = first.z; k < end.z; ++k) {
     const auto z_rows = finer_voxels<1>(k, cells.z);
-    for (int32_t j = ys.begin; j < ys.end; ++j) {
+    for (int32_t j = first.y; j < end.y; ++j) {
       const auto y_rows = finer_voxels<1>(j, cells.y);
       NineRows<T> rows;
       for (size_t r = 0; r < rows.size(); ++r) {
         rows[r] = voxels + layer.voxel_box.at({first_x, y_rows[r % 3], z_rows[r / 3]});
       }
-      T* const __restrict to = out + coarser.voxel_box.at({xs.begin, j, k});
+      T* const __restrict to = out + coarser.voxel_box.at({first.x, j, k});
       const auto around = [&](const RowSums<T>& of, int32_t i) {
         return sum_around<T>(of, i, cells.x, first_x);
       };
       if (layer.has_missing) {
         sum_present<T>(rows, count, sums, weights);
-        for (int32_t i = xs.begin; i < xs.end; ++i) {
+        for (int32_t i = first.x; i < end.x; ++i) {
           const uint32_t sum = around(sums, i), weight = around(weights, i);
-          to[i - xs.begin] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingVoxel);
+          to[i - first.x] = static_cast<T>(weight ? (sum + weight / 2) / weight : kMissingVoxel);
         }
         continue;
       }
       sum_rows<T>(rows, count, sums);
-      for (int32_t i = begin; i < end; ++i) {
+      for (int32_t i = inner; i < inner_end; ++i) {
         const Sum<T>* const three = &sums[static_cast<size_t>(2 * i - 1 - first_x)];
         const uint32_t sum = uint32_t{three[0]} + 2u * three[1] + three[2];
-        to[i - xs.begin] = static_cast<T>((sum + 32) >> 6);
+        to[i - first.x] = static_cast<T>((sum + 32) >> 6);
       }
-      for (int32_t i = xs.begin; i < begin; ++i) {
-        to[i - xs.begin] = static_cast<T>((around(sums, i) + 32) >> 6);
+      for (int32_t i = first.x; i < inner; ++i) {
+        to[i - first.x] = static_cast<T>((around(sums, i) + 32) >> 6);
       }
-      for (int32_t i = std::max(begin, end); i < xs.end; ++i) {
-        to[i - xs.begin] = static_cast<T>((around(sums, i) + 32) >> 6);
+      for (int32_t i = std::max(inner, inner_end); i < end.x; ++i) {
+        to[i - first.x] = static_cast<T>((around(sums, i) + 32) >> 6);
       }
     }
   }
@@ -139,15 +138,14 @@ void unite_intervals(const GatheredBlock& block, const CoarserLayer& coarser) {
 }  // namespace
 
 void coarsen_block(const Layer& layer, const GatheredBlock& block, const CoarserLayer& coarser) {
-  if (layer.bits == 8) {
-    layer.coarse_levels ? layer.coarse_levels->coarsen_voxels(layer, block, coarser)
-                        : average_voxels<uint8_t>(layer, block, coarser);
-    unite_intervals<uint8_t>(block, coarser);
+  const bool has_bytes = layer.bits == 8;
+  if (layer.coarse_levels) {
+    layer.coarse_levels->coarsen_voxels(layer, block, coarser);
   } else {
-    layer.coarse_levels ? layer.coarse_levels->coarsen_voxels(layer, block, coarser)
-                        : average_voxels<uint16_t>(layer, block, coarser);
-    unite_intervals<uint16_t>(block, coarser);
+    has_bytes ? average_voxels<uint8_t>(layer, block, coarser)
+              : average_voxels<uint16_t>(layer, block, coarser);
   }
+  has_bytes ? unite_intervals<uint8_t>(block, coarser) : unite_intervals<uint16_t>(block, coarser);
 }
 
 }  // namespace isosplat

@@ -141,11 +141,10 @@ void DistanceLevels::coarsen_voxels(const Layer& layer, const GatheredBlock& blo
   const Index3 cells = layer.grid.cells, coarse = coarser.grid.cells;
   const auto* voxels = reinterpret_cast<const uint8_t*>(layer.voxels);
   auto* out = reinterpret_cast<uint8_t*>(coarser.voxels);
-  const CoarseVoxels xs = coarse_voxels(block.index.x, block.cells.x, cells.x, coarse.x);
-  const CoarseVoxels ys = coarse_voxels(block.index.y, block.cells.y, cells.y, coarse.y);
-  const CoarseVoxels zs = coarse_voxels(block.index.z, block.cells.z, cells.z, coarse.z);
-  const int32_t first_x = std::max(2 * xs.begin - kReach, 0);
-  const int32_t last_x = std::min(2 * (xs.end - 1) + kReach, cells.x);
+  const LevelBox written = coarse_voxels_of(layer.grid, block.index);
+  const Index3 first = written.first, end = written.end();
+  const int32_t first_x = std::max(2 * first.x - kReach, 0);
+  const int32_t last_x = std::min(2 * (end.x - 1) + kReach, cells.x);
   const auto count = static_cast<size_t>(last_x - first_x + 1);
   std::array<const uint8_t*, kAcross * kAcross> rows;
   std::array<uint8_t, kBlockCells + 2 * kReach + 1> low, high;
@@ -174,9 +173,9 @@ void DistanceLevels::coarsen_voxels(const Layer& layer, const GatheredBlock& blo
                           {at.x + 1 == coarse.x, at.y + 1 == coarse.y, at.z + 1 == coarse.z}};
     return coarse_distance(near, most - isovalue, faces, kAround, steps);
   };
-  for (int32_t k = zs.begin; k < zs.end; ++k) {
+  for (int32_t k = first.z; k < end.z; ++k) {
     const auto z_rows = finer_voxels<kReach>(k, cells.z);
-    for (int32_t j = ys.begin; j < ys.end; ++j) {
+    for (int32_t j = first.y; j < end.y; ++j) {
       const auto y_rows = finer_voxels<kReach>(j, cells.y);
       low.fill(255);
       high.fill(0);
@@ -187,15 +186,15 @@ void DistanceLevels::coarsen_voxels(const Layer& layer, const GatheredBlock& blo
           high[x] = std::max(high[x], rows[r][x]);
         }
       }
-      uint8_t* const to = out + coarser.voxel_box.at({xs.begin, j, k});
-      for (int32_t i = xs.begin; i < xs.end; ++i) {
+      uint8_t* const to = out + coarser.voxel_box.at({first.x, j, k});
+      for (int32_t i = first.x; i < end.x; ++i) {
         const bool is_first = i == 0 || j == 0 || k == 0;
         const bool is_last = i == coarse.x || j == coarse.y || k == coarse.z;
         int32_t distance = distance_at({i, j, k});
         // The last voxel of an axis may lie within the last cell.
         if (is_last && distance > 0) distance = -kCoarseDistances.limit;
         if (is_first) distance = std::min(distance, -1);
-        to[i - xs.begin] = static_cast<uint8_t>(isovalue + distance);
+        to[i - first.x] = static_cast<uint8_t>(isovalue + distance);
       }
     }
   }

@@ -20,6 +20,8 @@ struct LevelBox {
                static_cast<size_t>(size.x) +
            static_cast<size_t>(q.x);
   }
+  /// The position behind the last one along each axis.
+  Index3 end() const { return {first.x + size.x, first.y + size.y, first.z + size.z}; }
   size_t count() const {
     return static_cast<size_t>(size.x) * static_cast<size_t>(size.y) * static_cast<size_t>(size.z);
   }
