@@ -15,12 +15,10 @@
 namespace isosplat::cli {
 namespace {
 
-struct BuildCall {
+struct BuildCall : StoreFlags {
   std::vector<std::string> volumes;
-  std::string store, steps, time_unit, labels, label_table, part;
-  VolumeFlags volume_flags;
-  BuildFlags build_flags;
-  bool has_labels = false, quiet = false, force = false, no_thumbnail = false, resumes = false;
+  std::string steps, time_unit, labels, label_table, part;
+  bool has_labels = false, resumes = false;
 };
 
 bool is_folder(const std::filesystem::path& path) {
@@ -139,11 +137,8 @@ int run(BuildCall& call) {
     call.volumes.insert(call.volumes.begin(), std::exchange(call.labels, {}));
   }
   if (call.quiet) set_quiet();
-  auto import_options = call.volume_flags.options();
-  if (!import_options) return report(import_options.error());
-  auto build_options = call.build_flags.options();
-  if (!build_options) return report(build_options.error());
-  import_options->memory_bytes = build_options->memory_bytes;
+  auto store = call.store_call();
+  if (!store) return report(store.error());
   const bool has_steps = call.volumes.size() != 1;
   const bool is_scene = !call.store.empty() &&
                         (SceneOutput::is_scene(call.store) || (has_steps && is_folder(call.store)));
@@ -156,31 +151,23 @@ int run(BuildCall& call) {
                                call.resumes ? "--resume" : "--part",
                                call.resumes ? ", which continues without it" : "")});
   }
-  if (call.has_labels) return run_labels(call, *import_options, *build_options);
-  if (is_scene) return run_scene(call, *import_options, *build_options);
+  if (call.has_labels) return run_labels(call, store->import, store->build);
+  if (is_scene) return run_scene(call, store->import, store->build);
   if (has_steps) {
     return report({Status::invalid_argument,
                    "expected one volume for a store, found several steps: name a bundle with -o "
                    "NAME.isobundle, or a folder with -o NAME/"});
   }
-  StoreCall store;
-  store.volume = call.volumes.front();
-  store.store = call.store;
-  store.import = *import_options;
-  store.build = *build_options;
-  store.volume_key = call.volume_flags.key();
+  store->volume = call.volumes.front();
+  store->resumes = call.resumes;
   if (!call.part.empty()) {
-    store.part = parse_part(call.part);
-    if (!store.part) {
+    store->part = parse_part(call.part);
+    if (!store->part) {
       return report({Status::invalid_argument,
                      fmt::format("--part: expected a part such as 3/16, found '{}'", call.part)});
     }
   }
-  store.resumes = call.resumes;
-  store.quiet = call.quiet;
-  store.force = call.force;
-  store.no_thumbnail = call.no_thumbnail;
-  return build_one_store(std::move(store));
+  return build_one_store(std::move(*store));
 }
 
 }  // namespace
@@ -225,14 +212,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
                  "Keep finished blocks in the file STORE.unfinished until the store is complete. "
                  "After an interruption, the same command continues with them")
       ->excludes(part);
-  command->add_flag("-q,--quiet", call->quiet, "Print nothing on success");
-  command->add_flag("--force", call->force,
-                    "Replace the output file even if it is a store of another volume, or no store");
-  command->add_flag(
-      "--no-thumbnail", call->no_thumbnail,
-      "Do not draw the thumbnail, STORE.png beside the store, which lists of volumes show");
-  call->build_flags.add_to(*command);
-  call->volume_flags.add_to(*command);
+  call->add_to(*command);
   command->footer(examples(
       "  isosplat build head.nii.gz\n"
       "  isosplat build scans/ct -o ct.isosplat --units HU\n"

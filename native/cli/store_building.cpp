@@ -94,6 +94,34 @@ Result<std::unique_ptr<KeptBlocks>> kept_blocks(const StoreCall& call,
 
 }  // namespace
 
+void StoreFlags::add_to(CLI::App& command) {
+  command.add_flag("-q,--quiet", quiet, "Print nothing on success");
+  command.add_flag("--force", force,
+                   "Replace the output file even if it is a store of another volume, or no store");
+  command.add_flag(
+      "--no-thumbnail", no_thumbnail,
+      "Do not draw the thumbnail, STORE.png beside the store, which lists of volumes show");
+  build_flags.add_to(command);
+  volume_flags.add_to(command);
+}
+
+Result<StoreCall> StoreFlags::store_call() const {
+  const auto import_options = volume_flags.options();
+  if (!import_options) return tl::unexpected(import_options.error());
+  const auto build_options = build_flags.options();
+  if (!build_options) return tl::unexpected(build_options.error());
+  StoreCall call;
+  call.store = store;
+  call.import = *import_options;
+  call.import.memory_bytes = build_options->memory_bytes;
+  call.build = *build_options;
+  call.volume_key = volume_flags.key();
+  call.quiet = quiet;
+  call.force = force;
+  call.no_thumbnail = no_thumbnail;
+  return call;
+}
+
 std::filesystem::path default_store(const std::filesystem::path& volume) {
   const auto path = volume.has_filename() ? volume : volume.parent_path();
   return path.parent_path() / (store_stem(volume) + ".isosplat");

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "native/builder/part_build.h"
+#include "native/cli/options.h"
 #include "shared/import/open_volume.h"
 
 namespace isosplat::cli {
@@ -21,6 +22,19 @@ struct StoreCall {
   bool resumes = false;        ///< keep finished blocks in a file, and take them from it
   bool removes_parts = false;  ///< remove the parts once the store is complete
   bool quiet = false, force = false, no_thumbnail = false;
+};
+
+/// The options of the commands that build a store.
+struct StoreFlags {
+  std::string store;
+  VolumeFlags volume_flags;
+  BuildFlags build_flags;
+  bool quiet = false, force = false, no_thumbnail = false;
+
+  /// Adds all of them except the store, which commands describe.
+  void add_to(CLI::App& command);
+  /// The call that they state, without a volume and parts. Errors: invalid_argument.
+  Result<StoreCall> store_call() const;
 };
 
 /// The default output: a store beside the volume.
