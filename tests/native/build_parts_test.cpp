@@ -79,10 +79,10 @@ struct Joined {
   std::string error;
 };
 
+/// Builds the store with kept blocks.
 template <class T>
-Joined join(const Volume<T>& volume, const std::vector<std::filesystem::path>& parts,
-            BuildOptions options = {}) {
-  auto kept = KeptBlocks::of_parts(parts);
+Joined build_with(const Volume<T>& volume, Result<std::unique_ptr<KeptBlocks>> kept,
+                  BuildOptions options) {
   if (!kept) return {"", 0, 0, kept.error().message};
   ArraySource<T> source = volume.source();
   MemorySink sink;
@@ -90,6 +90,12 @@ Joined join(const Volume<T>& volume, const std::vector<std::filesystem::path>& p
   const auto built = build_store(source, sink, options);
   if (!built) return {"", 0, 0, built.error().message};
   return {Volume<T>::text(sink.bytes), (*kept)->taken(), (*kept)->changed(), ""};
+}
+
+template <class T>
+Joined join(const Volume<T>& volume, const std::vector<std::filesystem::path>& parts,
+            const BuildOptions& options = {}) {
+  return build_with(volume, KeptBlocks::of_parts(parts), options);
 }
 
 constexpr Index3 kSizes[] = {{2, 3, 2}, {65, 64, 63}, {131, 67, 200}, {3, 129, 66}, {70, 70, 195}};
@@ -235,15 +241,8 @@ TEST(Parts, ThereIsNoPartZeroAndNoneAfterTheLast) {
 
 template <class T>
 Joined resume(const Volume<T>& volume, const std::filesystem::path& file,
-              BuildOptions options = {}) {
-  auto kept = KeptBlocks::of_interrupted(file);
-  if (!kept) return {"", 0, 0, kept.error().message};
-  ArraySource<T> source = volume.source();
-  MemorySink sink;
-  options.kept = kept->get();
-  const auto built = build_store(source, sink, options);
-  if (!built) return {"", 0, 0, built.error().message};
-  return {Volume<T>::text(sink.bytes), (*kept)->taken(), (*kept)->changed(), ""};
+              const BuildOptions& options = {}) {
+  return build_with(volume, KeptBlocks::of_interrupted(file), options);
 }
 
 TEST(Resume, ContinuesFromAnyLengthOfItsFile) {

@@ -94,6 +94,17 @@ Built build_store(bool as_messages, size_t encoders,
   return {std::move(sink.bytes), *report};
 }
 
+/// A build that has begun.
+struct BegunBuild {
+  Ball source{kVoxels};
+  MemorySink sink;
+  SerialExecutor executor;
+  const StoreOptions options;
+  StoreBuild build{source, sink, options, executor, 1, nullptr};
+
+  BegunBuild() { EXPECT_TRUE(build.begin()); }
+};
+
 TEST(StoreBuild, BlocksAsMessagesGiveTheSameStore) {
   const Built in_place = build_store(false, 1);
   EXPECT_GT(in_place.report.info.chunk_count, 30u);
@@ -112,12 +123,8 @@ TEST(StoreBuild, MessagesStateThatAStoreIsForOneIsovalue) {
 }
 
 TEST(StoreBuild, BlocksEncodedInPlaceGiveTheSameMessages) {
-  Ball source(kVoxels);
-  MemorySink sink;
-  SerialExecutor executor;
-  const StoreOptions options;
-  StoreBuild build(source, sink, options, executor, 1, nullptr);
-  ASSERT_TRUE(build.begin());
+  BegunBuild begun;
+  StoreBuild& build = begun.build;
   BlockEncoder encoder;
   while (*build.next_layer()) {
     while (const auto task = build.begin_block()) {
@@ -136,12 +143,8 @@ TEST(StoreBuild, BlocksEncodedInPlaceGiveTheSameMessages) {
 }
 
 TEST(StoreBuild, MessagesOfAnyOtherSizeAreRefused) {
-  Ball source(kVoxels);
-  MemorySink sink;
-  SerialExecutor executor;
-  const StoreOptions options;
-  StoreBuild build(source, sink, options, executor, 1, nullptr);
-  ASSERT_TRUE(build.begin());
+  BegunBuild begun;
+  StoreBuild& build = begun.build;
   ASSERT_TRUE(*build.next_layer());
   std::vector<std::byte> task, answer, unused;
   write_task(build.layer(), build.coarser(), *build.begin_block(), kVoxels, task);
