@@ -8,6 +8,11 @@ namespace isosplat {
 
 Result<VoxelScan> scan_volume(VolumeSource& source, Executor& executor, bool scan_all,
                               const std::function<void(uint64_t voxels)>& progress) {
+  return scan_slices(source, executor, 0, source.header().grid.voxels.z, scan_all, progress);
+}
+
+Result<VoxelScan> scan_slices(VolumeSource& source, Executor& executor, int32_t first, int32_t end,
+                              bool scan_all, const std::function<void(uint64_t voxels)>& progress) {
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
   const size_t row = static_cast<size_t>(n.x) * voxel_bytes(header.type);
@@ -23,9 +28,9 @@ Result<VoxelScan> scan_volume(VolumeSource& source, Executor& executor, bool sca
   };
   // Integers of up to 16 bits are nearly always settled after one or two slices.
   int32_t batch_slices = voxel_bytes(header.type) <= 2 ? 1 : max_batch;
-  for (int32_t z = 0; z < n.z && !is_settled();
+  for (int32_t z = first; z < end && !is_settled();
        batch_slices = std::min(2 * batch_slices, max_batch)) {
-    const int32_t count = std::min(batch_slices, n.z - z);
+    const int32_t count = std::min(batch_slices, end - z);
     voxels.resize(slice * static_cast<size_t>(count));
     if (auto read = source.read_slices(z, count, voxels); !read) {
       return tl::unexpected(read.error());
@@ -35,8 +40,8 @@ Result<VoxelScan> scan_volume(VolumeSource& source, Executor& executor, bool sca
     const size_t rows = static_cast<size_t>(n.y) * static_cast<size_t>(count);
     const size_t part = (rows + 4 * threads - 1) / (4 * threads);
     executor.run((rows + part - 1) / part, [&](unsigned thread, size_t i) {
-      const size_t first = i * part, last = std::min(rows, first + part);
-      scans[thread].add(std::span(voxels).subspan(first * row, (last - first) * row));
+      const size_t begin = i * part, last = std::min(rows, begin + part);
+      scans[thread].add(std::span(voxels).subspan(begin * row, (last - begin) * row));
     });
     progress(static_cast<uint64_t>(count) * static_cast<uint64_t>(n.x) *
              static_cast<uint64_t>(n.y));

@@ -20,4 +20,8 @@ inline bool scans_all(const VolumeHeader& header, double max_error) {
 Result<VoxelScan> scan_volume(VolumeSource& source, Executor& executor, bool scan_all,
                               const std::function<void(uint64_t voxels)>& progress);
 
+/// The same for the slices [first, end) of a volume, of which other processes scan the others.
+Result<VoxelScan> scan_slices(VolumeSource& source, Executor& executor, int32_t first, int32_t end,
+                              bool scan_all, const std::function<void(uint64_t voxels)>& progress);
+
 }  // namespace isosplat

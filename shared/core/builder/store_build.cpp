@@ -74,7 +74,6 @@ Result<void> StoreBuild::begin() {
   if (!plan) return tl::unexpected(plan.error());
   plan_ = std::move(*plan);
   pending_.resize(levels_);
-  values_.resize(executor_.threads());
   if (options_.scan && options_.scan->type() != header_.type) {
     return fail(Status::invalid_argument, "expected a scan of volumes of this volume's type");
   }
@@ -209,7 +208,7 @@ Result<bool> StoreBuild::advance_layer() {
     if (++z_ == layer_.grid.blocks.z) {
       const uint32_t level = layer_.grid.level;
       pending_[level] = {};
-      layer_buffer_ = {};
+      if (level == 0) reader_->release();
       if (level + 1 == levels_) return false;
       z_ = 0;
       layer_ = layer_of(level + 1);
@@ -243,8 +242,7 @@ void StoreBuild::set_boxes() {
   const LevelGrid& grid = layer_.grid;
   const int32_t first_cell = z_ * kBlockCells;
   const int32_t end_cell = std::min(first_cell + kBlockCells, grid.cells.z);
-  const int32_t first_voxel = std::max(first_cell - kVoxelsBefore, 0);
-  layer_.voxel_box = voxel_slices(grid, first_voxel, end_cell + 1 - first_voxel);
+  layer_.voxel_box = layer_voxels(grid, z_);
   layer_.cell_box = cell_slices(grid, first_cell, end_cell - first_cell);
   if (grid.level + 1 == levels_) return;
   const int32_t first = first_cell / 2, cells = (end_cell - first_cell + 1) / 2;
@@ -259,37 +257,10 @@ Result<void> StoreBuild::load_layer(bool counts_values) {
 }
 
 Result<void> StoreBuild::read_layer(bool counts_values) {
-  const size_t slice = voxel_slice_bytes(layer_.grid, mapping_.bits);
-  const int32_t first = layer_.voxel_box.first.z, end = first + layer_.voxel_box.size.z;
-  std::vector<std::byte>& buffer = layer_buffer_;
-  if (buffer.empty()) {
-    buffer.resize(slice * static_cast<size_t>(
-                              std::min(kBlockCells + 1 + kVoxelsBefore, layer_.grid.cells.z + 1)));
-  }
-  // Layers overlap: the last three slices of the layer before are the first of this one. Their
-  // values count for that layer.
-  const int32_t counted = z_ == 0 ? 0 : z_ * kBlockCells + 1;
-  if (z_ > 0 && buffered_z_ == z_ - 1) {
-    const int32_t before = std::max(first - kBlockCells, 0);
-    std::copy_n(buffer.data() + slice * static_cast<size_t>(first - before),
-                slice * static_cast<size_t>(counted - first), buffer.data());
-  } else if (z_ > 0) {
-    if (auto read = read_slices(first, counted, false); !read) return read;
-  }
-  if (auto read = read_slices(counted, end, counts_values); !read) return read;
-  buffered_z_ = z_;
-  layer_.voxels = buffer.data();
+  const auto voxels = reader_->read(z_, counts_values);
+  if (!voxels) return tl::unexpected(voxels.error());
+  layer_.voxels = *voxels;
   return {};
-}
-
-Result<void> StoreBuild::read_slices(int32_t first, int32_t end, bool counts_values) {
-  const auto count_values = [&](unsigned thread, const std::byte* quantized_values, size_t voxels) {
-    if (!counts_values) return;
-    values_[thread].add_values(quantized_values, voxels, mapping_.bits, mapping_.has_missing);
-  };
-  const auto at = static_cast<size_t>(first - layer_.voxel_box.first.z);
-  return reader_->read(first, end - first, layer_buffer_.data() + reader_->slice_bytes() * at,
-                       count_values);
 }
 
 Result<void> StoreBuild::load_coarse_layer() {
@@ -336,13 +307,6 @@ void StoreBuild::report_part(size_t done, size_t blocks) {
   report("level 0", 0);
 }
 
-void StoreBuild::take_values(VolumeStatistics& statistics) {
-  for (VolumeStatistics& values : values_) {
-    statistics.add(values);
-    values = VolumeStatistics();
-  }
-}
-
 Result<void> StoreBuild::add_block(size_t number, EncodedBlock&& encoded) {
   const Index3 blocks = layer_.grid.blocks;
   const auto n = static_cast<int32_t>(number);
@@ -354,7 +318,7 @@ Result<void> StoreBuild::add_block(size_t number, EncodedBlock&& encoded) {
 
 Result<BuildReport> StoreBuild::finish(const VolumeStatistics& of_cells) {
   VolumeStatistics statistics = of_cells;
-  for (const VolumeStatistics& values : values_) statistics.add(values);
+  reader_->take_values(statistics);
   StoreInfo info;
   info.grid = header_.grid;
   info.mapping = mapping_;

@@ -7,8 +7,8 @@
 
 #include "shared/core/builder/executor.h"
 #include "shared/core/builder/layer_output.h"
+#include "shared/core/builder/layer_reader.h"
 #include "shared/core/builder/memory_plan.h"
-#include "shared/core/builder/quantized_reader.h"
 #include "shared/core/builder/slice_store.h"
 #include "shared/core/builder/store_options.h"
 #include "shared/core/grid/volume_source.h"
@@ -87,7 +87,7 @@ class StoreBuild {
   Result<BuildReport> finish(const VolumeStatistics& statistics);
 
   /// Adds the counts of the voxels read so far to `statistics`, and begins to count anew.
-  void take_values(VolumeStatistics& statistics);
+  void take_values(VolumeStatistics& statistics) { reader_->take_values(statistics); }
 
   /// Identifies volume and options by the header, the metadata, the mapping and the sample, but not
   /// by all voxels. Builds of a volume with equal keys give the same store. Call after begin().
@@ -111,8 +111,6 @@ class StoreBuild {
   void set_boxes();
   /// Reads the slices of the layer, of level 0, from the source.
   Result<void> read_layer(bool counts_values);
-  /// Reads slices to their position in the layer's buffer.
-  Result<void> read_slices(int32_t first, int32_t end, bool counts_values);
   /// The same for a coarse level, from where it is pending.
   Result<void> load_coarse_layer();
   Result<std::unique_ptr<SliceStore>> create_slices(uint32_t level, size_t slice_bytes,
@@ -139,15 +137,12 @@ class StoreBuild {
   uint64_t max_bytes_ = 0;  // of the store
   std::optional<SizeForecast> forecast_;
   std::optional<SizeBudget> budget_;
-  std::optional<QuantizedReader> reader_;
-  std::vector<VolumeStatistics> values_;  // per thread of the executor: of quantized values
-  std::vector<PendingLevel> pending_;     // per level
+  std::optional<LayerReader> reader_;
+  std::vector<PendingLevel> pending_;  // per level
 
   int32_t z_ = 0;  // of the current layer, in blocks
   Layer layer_;
   CoarserLayer coarser_;
-  std::vector<std::byte> layer_buffer_;  // level 0: a layer's slices, and the slices before it
-  int32_t buffered_z_ = -1;              // the layer of the buffer; −1: none
   std::vector<std::byte> part_voxels_, part_intervals_;  // of a part: its part of level 1
   std::optional<LayerOutput> output_;
 

@@ -29,6 +29,13 @@ class DistinctValues {
     }
   }
 
+  /// As if more than kMax numbers had been added.
+  void give_up() {
+    has_too_many_ = true;
+    slots_ = {};
+    count_ = 0;
+  }
+
   /// Whether there were more than kMax. Then sorted() is empty.
   bool has_too_many() const { return has_too_many_; }
 
@@ -67,12 +74,6 @@ class DistinctValues {
     for (const double value : before) {
       if (value == value) insert(value);
     }
-  }
-
-  void give_up() {
-    has_too_many_ = true;
-    slots_ = {};
-    count_ = 0;
   }
 
   std::vector<double> slots_;  ///< a hash table; its size is a power of two, free slots are NaN

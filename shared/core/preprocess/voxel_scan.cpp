@@ -1,6 +1,7 @@
 #include "shared/core/preprocess/voxel_scan.h"
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -11,6 +12,13 @@ namespace {
 bool is_signed(VoxelType type) {
   return with_voxel_type(type, []<class T>(T) { return std::is_signed_v<T>; });
 }
+
+/// The message of a scan. Its distinct numbers follow.
+struct ScanMessage {
+  uint32_t type = 0, is_empty = 0, has_too_many = 0, distinct = 0;
+  uint64_t missing = 0, low = 0, high = 0, step = 0;
+  double min = 0, max = 0;
+};
 
 uint64_t distance(uint64_t a, uint64_t b) {
   return std::max(a, b) - std::min(a, b);
@@ -102,6 +110,51 @@ void VoxelScan::add(const VoxelScan& other) {
   min_ = std::min(min_, other.min_), max_ = std::max(max_, other.max_);
   is_empty_ = false;
   distinct_.add(other.distinct_);
+}
+
+std::vector<std::byte> VoxelScan::bytes() const {
+  const std::vector<double> distinct = distinct_.sorted();
+  const ScanMessage head{static_cast<uint32_t>(type_),
+                         is_empty_,
+                         distinct_.has_too_many(),
+                         static_cast<uint32_t>(distinct.size()),
+                         missing_,
+                         low_,
+                         high_,
+                         step_,
+                         min_,
+                         max_};
+  std::vector<std::byte> message(sizeof head + distinct.size() * sizeof(double));
+  std::memcpy(message.data(), &head, sizeof head);
+  if (!distinct.empty()) {
+    std::memcpy(message.data() + sizeof head, distinct.data(), distinct.size() * sizeof(double));
+  }
+  return message;
+}
+
+Result<void> VoxelScan::add_message(std::span<const std::byte> bytes) {
+  ScanMessage head;
+  const bool has_head = bytes.size() >= sizeof head;
+  if (has_head) std::memcpy(&head, bytes.data(), sizeof head);
+  if (!has_head || head.type != static_cast<uint32_t>(type_) ||
+      head.distinct > DistinctValues::kMax ||
+      bytes.size() != sizeof head + head.distinct * sizeof(double)) {
+    return fail(Status::invalid_argument,
+                "expected a scan of voxels of this volume's type, found another message");
+  }
+  VoxelScan other(type_);
+  other.is_empty_ = head.is_empty != 0;
+  other.missing_ = head.missing;
+  other.low_ = head.low, other.high_ = head.high, other.step_ = head.step;
+  other.min_ = head.min, other.max_ = head.max;
+  for (size_t i = 0; i < head.distinct; ++i) {
+    double value = 0;
+    std::memcpy(&value, bytes.data() + sizeof head + i * sizeof value, sizeof value);
+    other.distinct_.add(value);
+  }
+  if (head.has_too_many) other.distinct_.give_up();
+  add(other);
+  return {};
 }
 
 }  // namespace isosplat

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
+#include "shared/core/base/status.h"
 #include "shared/core/grid/voxel_type.h"
 #include "shared/core/preprocess/distinct_values.h"
 
@@ -20,6 +22,11 @@ class VoxelScan {
 
   /// Adds the voxels of another scan of the same type.
   void add(const VoxelScan& other);
+
+  /// Writes the scan as a message, and adds the scan of a message. Numbers are little-endian.
+  /// Errors: invalid_argument (not such a message, or one of another type of voxels).
+  std::vector<std::byte> bytes() const;
+  Result<void> add_message(std::span<const std::byte> bytes);
 
   VoxelType type() const { return type_; }
 
