@@ -8,10 +8,10 @@
 
 #include "native/builder/file_slices.h"
 #include "native/builder/kept_blocks.h"
+#include "native/builder/output_build.h"
 #include "native/builder/ranged_build.h"
 #include "native/builder/shared_bands.h"
 #include "native/builder/thread_executor.h"
-#include "native/files/output_file.h"
 #include "shared/core/builder/scan_volume.h"
 #include "shared/core/builder/store_build.h"
 
@@ -196,16 +196,9 @@ Result<BuildReport> build_store(VolumeSource& source, ByteSink& sink, const Buil
 
 Result<BuildReport> build_store_file(VolumeSource& source, const std::filesystem::path& target,
                                      const BuildOptions& options) {
-  auto file = OutputFile::create(target);
-  if (!file) return tl::unexpected(file.error());
-  BuildOptions with_folder = options;
-  if (with_folder.temporary_folder.empty()) {
-    with_folder.temporary_folder = target.has_parent_path() ? target.parent_path() : ".";
-  }
-  auto report = build_store(source, *file, with_folder);
-  if (!report) return report;
-  if (auto published = file->publish(); !published) return tl::unexpected(published.error());
-  return report;
+  return build_output_file(target, options, [&](ByteSink& sink, const BuildOptions& with_folder) {
+    return build_store(source, sink, with_folder);
+  });
 }
 
 }  // namespace isosplat

@@ -99,4 +99,12 @@ ClampedVoxels ClampedSource::clamped() const {
   return all;
 }
 
+void ClampedSource::add_slices(std::span<const ClampedVoxels> of_slices) {
+  // Several processes may have read a slice. Their counts of it are equal.
+  for (size_t z = 0; z < std::min(of_slices_.size(), of_slices.size()); ++z) {
+    of_slices_[z].below = std::max(of_slices_[z].below, of_slices[z].below);
+    of_slices_[z].above = std::max(of_slices_[z].above, of_slices[z].above);
+  }
+}
+
 }  // namespace isosplat

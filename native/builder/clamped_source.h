@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "shared/core/base/status.h"
@@ -38,6 +39,10 @@ class ClampedSource : public VolumeSource {
 
   /// Of the slices that were read, each once.
   ClampedVoxels clamped() const;
+  /// The same for each slice; those that were not read have none.
+  const std::vector<ClampedVoxels>& of_slices() const { return of_slices_; }
+  /// Adds what another process has counted of this volume, as of_slices().
+  void add_slices(std::span<const ClampedVoxels> of_slices);
 
  private:
   ClampedSource(VolumeSource& volume, double low, double high);

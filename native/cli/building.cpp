@@ -49,9 +49,10 @@ auto with_progress(const import::OpenVolume& volume, const std::filesystem::path
 }  // namespace
 
 Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
-                                        const std::filesystem::path& store, BuildOptions options) {
+                                        const std::filesystem::path& store, BuildOptions options,
+                                        const StoreBuilder& builder) {
   return with_progress(volume, store, std::move(options), [&](const BuildOptions& all) {
-    return build_store_file(*volume.source, store, all);
+    return builder(*volume.source, store, all);
   });
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "native/builder/builder.h"
@@ -9,11 +10,16 @@
 
 namespace isosplat::cli {
 
+/// Builds a store file: build_store_file, or with several processes.
+using StoreBuilder = std::function<Result<BuildReport>(
+    VolumeSource& source, const std::filesystem::path& target, const BuildOptions& options)>;
+
 /// Builds the store of an open volume. The store keeps the volume's notes. Prints notes and
-/// progress on stderr. Errors: those of build_store_file, and invalid_argument if the store would
+/// progress on stderr. Errors: those of the builder, and invalid_argument if the store would
 /// overwrite one of the volume's files.
 Result<BuildReport> build_with_progress(const import::OpenVolume& volume,
-                                        const std::filesystem::path& store, BuildOptions options);
+                                        const std::filesystem::path& store, BuildOptions options,
+                                        const StoreBuilder& builder = build_store_file);
 
 /// As build_with_progress, for a part of a store: build_part_file.
 Result<PartReport> build_part_with_progress(const import::OpenVolume& volume,

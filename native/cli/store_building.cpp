@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "native/builder/kept_blocks.h"
-#include "native/cli/building.h"
 #include "native/cli/command.h"
 #include "native/cli/input_version.h"
 #include "native/cli/numbers.h"
@@ -176,7 +175,7 @@ int build_one_store(StoreCall call) {
   const auto kept = kept_blocks(call, parts);
   if (!kept) return report(kept.error());
   options.kept = kept->get();
-  const auto built = build_with_progress(*opened, store, options);
+  const auto built = build_with_progress(*opened, store, options, call.builder);
   if (!built) return report(built.error());
   std::error_code ignored;
   if (call.resumes) std::filesystem::remove(unfinished_path(store), ignored);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "native/builder/part_build.h"
+#include "native/cli/building.h"
 #include "native/cli/options.h"
 #include "shared/import/open_volume.h"
 
@@ -22,6 +23,7 @@ struct StoreCall {
   bool resumes = false;        ///< keep finished blocks in a file, and take them from it
   bool removes_parts = false;  ///< remove the parts once the store is complete
   bool quiet = false, force = false, no_thumbnail = false;
+  StoreBuilder builder = build_store_file;  ///< builds the store, unless it is a part
 };
 
 /// The options of the commands that build a store.

@@ -29,6 +29,7 @@ struct Call {
   uint64_t file_limit = 0;      ///< largest file that it may write, in bytes; 0: no limit
   std::string cache{};          ///< XDG_CACHE_HOME
   bool ignores_hangup = false;  ///< as after nohup
+  std::string program = ISOSPLAT_PROGRAM;
 };
 
 /// Starts the program with its output in two files.
@@ -47,7 +48,7 @@ inline pid_t start(const Call& call, const std::string& out, const std::string& 
   if (call.ignores_hangup) ::signal(SIGHUP, SIG_IGN);
   if (!call.cache.empty()) setenv("XDG_CACHE_HOME", call.cache.c_str(), 1);
   std::vector<char*> arguments;
-  std::string program = ISOSPLAT_PROGRAM;
+  std::string program = call.program;
   arguments.push_back(program.data());
   std::vector<std::string> copies = call.arguments;
   for (std::string& argument : copies) arguments.push_back(argument.data());
