@@ -144,11 +144,11 @@ describe("folders", () => {
     expect(found(cpp.filter(isBinding), system).length).toBeGreaterThan(0);
   });
 
-  it("of native/ but the program use nothing of the server", () => {
+  it("of native/ but the programs use nothing of the server", () => {
     const native = [...folders].filter((folder) => folder.startsWith("native/"));
     const rooms = [...folders].filter((folder) => /^server(\/|$)/.test(folder));
     const users = native.filter((folder) => rooms.some((room) => leads(folder, room)));
-    expect(users).toEqual(["native/cli"]);
+    expect(users).toEqual(["native/cli", "native/mpi"]);
   });
 
   it.each([
