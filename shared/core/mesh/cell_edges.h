@@ -49,6 +49,13 @@ constexpr uint32_t faces_of_edge(int edge) {
   return faces;
 }
 
+/// Bit i: corner i is above the isovalue.
+using CornerSigns = uint8_t;
+
+constexpr bool is_above(CornerSigns signs, int corner) {
+  return signs >> corner & 1;
+}
+
 /// The edge between two neighbouring corners.
 constexpr CellEdge edge_between(int a, int b) {
   for (int edge = 0; edge < kCellEdges; ++edge) {

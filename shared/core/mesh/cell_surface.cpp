@@ -4,89 +4,22 @@
 #include <bit>
 #include <optional>
 
+#include "shared/core/mesh/cell_loops.h"
 #include "shared/core/mesh/interior_regions.h"
 
 namespace isosplat {
 namespace {
 
-using Loop = std::vector<CellEdge>;
-
-bool is_above(CornerSigns signs, int corner) {
-  return signs >> corner & 1;
-}
-
-/// Whether the corners of a face have alternating signs.
-bool is_ambiguous(CornerSigns signs, int face) {
-  const auto c = corners_of_face(face);
-  return is_above(signs, c[0]) != is_above(signs, c[1]) &&
-         is_above(signs, c[0]) == is_above(signs, c[2]) &&
-         is_above(signs, c[1]) == is_above(signs, c[3]);
-}
-
-/// For each cut edge, the next edge of its loop.
-struct NextEdges {
-  std::array<CellEdge, kCellEdges> next;
-  NextEdges() { next.fill(kCellEdges); }
-
-  /// Adds the line on a face between two edges, from the one where the upper corner is on the right
-  /// seen from outside: loops are then counter-clockwise seen from the side of lower values.
-  void add(CornerSigns signs, int face, int a, int b) {
-    const int axis = face >> 1, u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const auto middle = [](int edge, int along) {
-      return along == axis_of(edge) ? 1 : 2 * (low_corner(edge) >> along & 1);
-    };
-    const int upper = is_above(signs, low_corner(a)) ? low_corner(a) : high_corner(a);
-    const auto from_a = [&](int along) { return 2 * (upper >> along & 1) - middle(a, along); };
-    const auto line = [&](int along) { return middle(b, along) - middle(a, along); };
-    const int left = line(u) * from_a(v) - line(v) * from_a(u);
-    const bool is_right = face & 1 ? left < 0 : left > 0;
-    next[size_t(is_right ? a : b)] = static_cast<CellEdge>(is_right ? b : a);
-  }
-};
-
-/// The loops in which the surface meets the cell's faces. joined: bit f: the upper corners of the
-/// ambiguous face f are connected.
-std::vector<Loop> loops_of(CornerSigns signs, uint32_t joined) {
-  NextEdges edges;
-  for (int face = 0; face < kCellFaces; ++face) {
-    const auto c = corners_of_face(face);
-    const auto edge = [&c](size_t i) { return edge_between(c[i % 4], c[(i + 1) % 4]); };
-    if (is_ambiguous(signs, face)) {
-      // A line around each corner that is alone.
-      const bool alone = !(joined >> face & 1);
-      for (size_t i = 0; i < 4; ++i) {
-        if (is_above(signs, c[i]) == alone) edges.add(signs, face, edge(i + 3), edge(i));
-      }
-      continue;
-    }
-    std::vector<int> cut;
-    for (size_t i = 0; i < 4; ++i) {
-      if (is_above(signs, c[i]) != is_above(signs, c[(i + 1) % 4])) cut.push_back(edge(i));
-    }
-    if (!cut.empty()) edges.add(signs, face, cut[0], cut[1]);
-  }
-  std::vector<Loop> loops;
-  std::array<bool, kCellEdges> seen{};
-  for (CellEdge first = 0; first < kCellEdges; ++first) {
-    if (edges.next[first] == kCellEdges || seen[first]) continue;
-    Loop& loop = loops.emplace_back();
-    for (CellEdge edge = first; !seen[edge]; edge = edges.next[edge]) {
-      seen[edge] = true;
-      loop.push_back(edge);
-    }
-  }
-  return loops;
-}
-
 /// For each corner, a number of the part of the cell's faces that contains it.
 std::array<int, 8> face_regions(CornerSigns signs, uint32_t joined) {
   SmallSets<8> sets;
+  const uint32_t ambiguous = ambiguous_faces(signs);
   for (int edge = 0; edge < kCellEdges; ++edge) {
     const int a = low_corner(edge), b = high_corner(edge);
     if (is_above(signs, a) == is_above(signs, b)) sets.unite(a, b);
   }
   for (int face = 0; face < kCellFaces; ++face) {
-    if (!is_ambiguous(signs, face)) continue;
+    if (!(ambiguous >> face & 1)) continue;
     const auto c = corners_of_face(face);
     const size_t first = is_above(signs, c[0]) == bool(joined >> face & 1) ? 0 : 1;
     sets.unite(c[first], c[first + 2]);
@@ -109,7 +42,7 @@ void append(const CellTriangles& more, CellTriangles& surface) {
 
 /// The surfaces of cells with the same loops.
 struct LoopCase {
-  std::vector<Loop> loops;
+  std::vector<CellLoop> loops;
   std::array<int, 8> regions{};  ///< face_regions
   CellTriangles disks;           ///< each loop is filled by a disk
   struct Tunnel {
@@ -121,10 +54,10 @@ struct LoopCase {
 
 LoopCase make_case(CornerSigns signs, uint32_t joined) {
   LoopCase result;
-  result.loops = loops_of(signs, joined);
+  result.loops = cell_loops(signs, joined);
   result.regions = face_regions(signs, joined);
   const auto& loops = result.loops;
-  for (const Loop& loop : loops) append(fill_loop(loop), result.disks);
+  for (const CellLoop& loop : loops) append(fill_loop(loop), result.disks);
   for (size_t a = 0; a < loops.size(); ++a) {
     for (size_t b = a + 1; b < loops.size(); ++b) {
       // The ring of a tunnel needs few vertices if it follows the smaller loop.
@@ -137,13 +70,6 @@ LoopCase make_case(CornerSigns signs, uint32_t joined) {
     }
   }
   return result;
-}
-
-uint32_t ambiguous_faces(CornerSigns signs) {
-  uint32_t faces = 0;
-  for (int face = 0; face < kCellFaces; ++face)
-    faces |= uint32_t{is_ambiguous(signs, face)} << face;
-  return faces;
 }
 
 /// Gathers the bits of `bits` at the positions of the set bits of `mask`.
@@ -214,7 +140,7 @@ struct LoopPair {
 /// The loops between two regions of the faces, if there are exactly two.
 std::optional<LoopPair> loops_between(const LoopCase& found, CornerSigns signs, int from, int to) {
   const auto region = [&](int corner) { return found.regions[size_t(corner)]; };
-  const auto has_side = [&](const Loop& loop, bool above, int wanted) {
+  const auto has_side = [&](const CellLoop& loop, bool above, int wanted) {
     const int low = low_corner(loop[0]), high = high_corner(loop[0]);
     return region(is_above(signs, low) == above ? low : high) == wanted;
   };

@@ -3,12 +3,10 @@
 #include <array>
 #include <cstdint>
 
+#include "shared/core/mesh/cell_edges.h"
 #include "shared/core/mesh/loop_triangles.h"
 
 namespace isosplat {
-
-/// Bit i: corner i is above the isovalue.
-using CornerSigns = uint8_t;
 
 /// The surface of a cell with these signs. Null if a face or the interior is ambiguous.
 const CellTriangles* simple_cell_surface(CornerSigns signs);
