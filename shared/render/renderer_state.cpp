@@ -320,7 +320,16 @@ void Renderer::State::start_still_programs() {
                      .still = Lighting::has_occlusion(settings.light),
                      .many_surfaces = settings.isosurfaces.size() > size_t{kMaxIsosurfaces}});
   if (lit) {
-    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = cuts_of(settings) > 0});
+    const bool clipped = cuts_of(settings) > 0;
+    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = clipped});
+    const auto is_triangles = [&](const DrawItem& item) {
+      return is_drawn_as_triangles(item, settings);
+    };
+    for (const DrawnVolume& each : drawn) {
+      const auto& items = each.volume->list.items();
+      if (std::none_of(items.begin(), items.end(), is_triangles)) continue;
+      programs.prepare({.pass = SplatPass::triangles, .pulled = true, .clipped = clipped});
+    }
   }
   if (!has_smooth_normals()) return;
   for (const DrawnVolume& each : drawn) {

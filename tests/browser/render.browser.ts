@@ -26,6 +26,8 @@ const kinds = [
   "quad, lit at once",
   "exact, at rest",
   "exact with caps, at rest",
+  "triangles",
+  "triangles, lit at once",
 ];
 
 let folder = "";
@@ -130,8 +132,9 @@ test("draws what the native renderer draws, before and after a lost context", as
         m._free(drawn);
       };
       add();
-      m._isosplat_renderer_set_camera(
-        records(layouts.cameraBytes, layouts.writeCamera, cameraRecord),
+      const near = { ...cameraRecord, distance: cameraRecord.distance / 2 };
+      const cameras = [cameraRecord, near].map((camera) =>
+        records(layouts.cameraBytes, layouts.writeCamera, camera),
       );
       const isosurfaces = records(
         layouts.isosurfaceBytes,
@@ -151,10 +154,11 @@ test("draws what the native renderer draws, before and after a lost context", as
       const differing = async () => {
         const shares: number[] = [];
         for (let kind = 0; kind < kindCount; ++kind) {
-          const atOnce = kind === 4;
-          const atRest = kind >= 5;
+          const atOnce = kind === 4 || kind === 8;
+          const atRest = kind === 5 || kind === 6;
+          m._isosplat_renderer_set_camera(cameras[kind >= 7 ? 1 : 0]);
           clip(kind === 6 ? 1 : 0);
-          m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2, 2][kind], kind === 3 ? 1 : 0);
+          m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2, 2, 0, 0][kind], kind === 3 ? 1 : 0);
           m._isosplat_renderer_set_isosurfaces(0, isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
             colourLow: 0,

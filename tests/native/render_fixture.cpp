@@ -54,19 +54,20 @@ int main(int argc, char** argv) {
   settings.clip_box_high.x = 0.8;
   constexpr SplatKind kKinds[] = {SplatKind::quad,  SplatKind::ellipse, SplatKind::exact,
                                   SplatKind::exact, SplatKind::quad,    SplatKind::exact,
-                                  SplatKind::exact};
-  for (int kind = 0; kind < 7; ++kind) {
+                                  SplatKind::exact, SplatKind::quad,    SplatKind::quad};
+  for (int kind = 0; kind < 9; ++kind) {
     settings.kind = kKinds[kind];
     settings.shading = kind == 3 ? Shading::exact : Shading::smooth;
-    if (kind == 4) {  // squares that are lit as they are drawn
-      settings.isosurfaces.resize(1);
-      settings.eye_dome = 0;
-    }
-    const bool is_still = kind >= 5;  // with all that accumulates at rest
+    const bool lit_at_once = kind == 4 || kind == 8;
+    const bool is_still = kind == 5 || kind == 6;  // with all that accumulates at rest
     settings.clip_caps = kind == 6;
-    if (is_still) {
-      settings.isosurfaces = both;
-      settings.eye_dome = RenderSettings{}.eye_dome;
+    settings.isosurfaces = both;
+    if (lit_at_once) settings.isosurfaces.resize(1);
+    settings.eye_dome = lit_at_once ? 0 : RenderSettings{}.eye_dome;
+    if (kind >= 7) {  // triangles
+      Camera near = camera;
+      near.distance /= 2;
+      (*renderer)->set_camera(near);
     }
     (*renderer)->set_settings(settings);
     const auto image = draw_image(**renderer, 256, 256, nullptr, is_still);

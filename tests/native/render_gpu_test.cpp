@@ -351,8 +351,8 @@ TEST_F(RenderGpu, ThinVesselsStayConnected) {
 
 // One layer of cells with random corners. Most contain several sheets, or one that a plane cannot
 // approximate, and nothing behind them hides holes. Pixels within 2 px of the reference's outline
-// are not counted. At most 0.03 % may be holes (0.3 % are if each quad is as large as the part of
-// the tangent plane in the cell).
+// are not counted. At most 0.06 % may be holes: triangles are the chords of curved outlines (0.3 %
+// of quads are holes if each is as large as the part of the tangent plane in the cell).
 TEST_F(RenderGpu, SquaresCoverCellsWithSeveralSheets) {
   uint32_t state = 1;
   const TestVolume volume = sampled_volume({64, 64, 2}, {1, 1, 1}, [&](Vec3d) {
@@ -373,7 +373,7 @@ TEST_F(RenderGpu, SquaresCoverCellsWithSeveralSheets) {
   keep(*image, "sheets-quad");
   const Difference d = compare(volume, 90.5, 600, 600);
   EXPECT_GT(d.reference, 20000);
-  EXPECT_LT(d.holes, 0.0003 * d.reference);
+  EXPECT_LT(d.holes, 0.0006 * d.reference);
 }
 
 // If points cannot be as large as the splats, triangles draw the same picture: at most 0.2 % of

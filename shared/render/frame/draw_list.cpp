@@ -130,6 +130,19 @@ uint64_t DrawList::estimate_visibility(const Frame& frame, float quantized_isova
   return occluded_samples;
 }
 
+void DrawList::drop_occluded(const Frame& frame, std::span<const float> depths) {
+  occluders_.set_drawn(depths);
+  for (const DrawItem& item : items_) {
+    for (size_t i = 0; i < item.chunk->clusters.size(); ++i) {
+      ClusterVisibility& visibility = visibilities_[item.first_cluster + i];
+      if (visibility == ClusterVisibility::occluded &&
+          occluders_.occlude(cluster_box(frame, item, item.chunk->clusters[i]))) {
+        visibility = ClusterVisibility::absent;
+      }
+    }
+  }
+}
+
 void DrawList::find_contributors(const Frame& frame) {
   occluders_.begin(frame.block());
   find_visible([&](const DrawItem& item, const SampleCluster& cluster) {

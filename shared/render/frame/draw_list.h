@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "shared/render/frame/frame.h"
@@ -39,6 +40,11 @@ class DrawList {
   /// Estimates, for one isosurface, which clusters are in the image and which of them are occluded
   /// by others. Returns the number of samples in the occluded ones.
   uint64_t estimate_visibility(const Frame& frame, float quantized_isovalue);
+
+  /// After estimate_visibility(): of the clusters that it found occluded, keeps those that are not
+  /// behind the depths drawn so far: the farthest one of each square of OCCLUDER_PX, from the
+  /// bottom row of the image on.
+  void drop_occluded(const Frame& frame, std::span<const float> depths);
 
   /// An alternative to estimate_visibility(): finds all clusters whose cells may contribute to the
   /// normals of surfaces in the image.

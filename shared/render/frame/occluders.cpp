@@ -82,6 +82,15 @@ void Occluders::add(const Box& box, float area) {
   }
 }
 
+void Occluders::set_drawn(std::span<const float> depths) {
+  const auto [offset, per_distance] = frame_.depth_terms;  // as distance_of in frame.glsl
+  for (size_t i = 0; i < std::min(depths.size(), distances_.size()); ++i) {
+    const float z = 2 * (depths[i] + 1e-6f) - 1 - offset;
+    const float distance = is_orthographic() ? z / per_distance : per_distance / z;
+    distances_[i] = depths[i] < 1 ? distance : kFarthest;
+  }
+}
+
 bool Occluders::is_in_image(const Box& box, float margin_px) const {
   const Bounds b = bounds(box);
   if (is_cut(b)) return true;

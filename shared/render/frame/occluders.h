@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "shared/core/base/vec3.h"
@@ -23,6 +24,10 @@ class Occluders {
   /// Adds a part of a surface in the box, at the depth of the box's centre. It covers a square of
   /// this area (frame units²) that faces the eye, but not more than the box covers.
   void add(const Box& box, float area);
+
+  /// Replaces the image by the farthest depths that the GPU has drawn in each texel, from the
+  /// bottom row on. occlude() is then true only for boxes that are occluded.
+  void set_drawn(std::span<const float> depths);
 
   /// Whether the box is in the image, or within `margin_px` of it.
   bool is_in_image(const Box& box, float margin_px) const;

@@ -1,5 +1,7 @@
 #include "shared/render/passes/depth_tiles.h"
 
+#include <cstring>
+
 #include "shared/render/shaders/shader_constants.h"
 
 namespace isosplat::render {
@@ -25,6 +27,17 @@ void DepthTiles::update(const SplatTarget& target, GLuint empty_vertex_array) {
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+}
+
+const std::vector<float>& DepthTiles::read_farthest() {
+  const auto tiles = static_cast<size_t>(tiles_.width()) * static_cast<size_t>(tiles_.height());
+  texels_.resize(4 * tiles);
+  farthest_.resize(tiles);
+  glBindFramebuffer(GL_FRAMEBUFFER, tiles_.framebuffer());
+  glReadPixels(0, 0, tiles_.width(), tiles_.height(), GL_RGBA_INTEGER, GL_UNSIGNED_INT,
+               texels_.data());
+  for (size_t i = 0; i < tiles; ++i) std::memcpy(&farthest_[i], &texels_[4 * i], sizeof(float));
+  return farthest_;
 }
 
 void DepthTiles::release() {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "shared/render/gl/gl_program.h"
 #include "shared/render/gl/image_target.h"
 #include "shared/render/passes/surface_targets.h"
@@ -17,6 +20,10 @@ class DepthTiles {
   /// changes viewport, program and vertex array.
   void update(const SplatTarget& target, GLuint empty_vertex_array);
 
+  /// Reads the farthest depth of each tile back, row by row from the bottom. Waits for the GPU, and
+  /// leaves the tiles' framebuffer bound.
+  const std::vector<float>& read_farthest();
+
   /// RGBA32UI: see shaders/depth_tiles.frag.glsl.
   GLuint texture() const { return tiles_.texture(); }
   uint64_t bytes() const { return tiles_.bytes(); }
@@ -27,6 +34,8 @@ class DepthTiles {
 
  private:
   GlProgram program_;
+  std::vector<uint32_t> texels_;  // reused between frames, as the next one
+  std::vector<float> farthest_;
   ImageTarget tiles_{GL_RGBA32UI, "for the depths of tiles"};
 };
 

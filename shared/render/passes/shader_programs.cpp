@@ -104,7 +104,7 @@ GlProgram ShaderPrograms::start_image(
 }
 
 GlProgram ShaderPrograms::start(SplatVariant variant) const {
-  static constexpr int kKind[kSplatPasses] = {KIND_QUAD,  KIND_ELLIPSE, KIND_EXACT,
+  static constexpr int kKind[kSplatPasses] = {KIND_QUAD,  KIND_ELLIPSE, KIND_EXACT, KIND_EXACT,
                                               KIND_EXACT, KIND_EXACT,   KIND_EXACT};
   std::string defines =
       "#define KIND " + std::to_string(kKind[static_cast<size_t>(variant.pass)]) + "\n";
@@ -131,6 +131,12 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
         {"frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl", "block.glsl", "splat.glsl",
          "slice.glsl", "slice_cells.vert.glsl"},
         {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "slice.glsl", "slice_cells.frag.glsl"});
+  }
+  if (variant.pass == SplatPass::triangles) {
+    return GlProgram::start(defines,
+                            {"frame.glsl", "gamma.glsl", "light.glsl", "cell.glsl", "block.glsl",
+                             "triangles.vert.glsl"},
+                            {"frame.glsl", "surface_pixel.glsl", "triangles.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
     return GlProgram::start(
@@ -172,11 +178,11 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   glUseProgram(program.name());
   if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);
   glUniform1i(program.uniform("u_positions"), 2);
+  if (variant.pass == SplatPass::triangles) glUniform1i(program.uniform("u_cases"), 2);
   if (variant.pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
-  } else {
-    glUniform1i(program.uniform("u_drawn"), 1);
   }
+  glUniform1i(program.uniform("u_drawn"), 1);
   splat.is_ready = true;
   ++linked_count_;
   return &splat;

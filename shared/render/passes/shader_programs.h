@@ -19,10 +19,18 @@ inline constexpr GLuint kFrameBinding = 0;
 /// The lines that precede the files of programs with frame.glsl if the camera is orthographic.
 inline constexpr std::string_view kOrthographicDefine = "#define ORTHOGRAPHIC\n";
 
-/// Passes that draw splats: three kinds of surfaces, the gradients of smooth normals, the cells at
-/// cut faces, and those in slices.
-enum class SplatPass : uint8_t { quad, ellipse, exact, gradients, cut_cells, slice_cells };
-inline constexpr size_t kSplatPasses = 6;
+/// Passes that draw samples: three kinds of splats, triangles, the gradients of smooth normals, the
+/// cells at cut faces, and those in slices.
+enum class SplatPass : uint8_t {
+  quad,
+  ellipse,
+  exact,
+  triangles,  ///< always pulled
+  gradients,
+  cut_cells,
+  slice_cells,
+};
+inline constexpr size_t kSplatPasses = 7;
 
 /// A program of a splat pass.
 struct SplatVariant {

@@ -13,6 +13,8 @@ namespace {
 /// thread runs the next vertex shaders.
 constexpr uint32_t kSamplesPerFlush = 1u << 14;
 
+static_assert(OCCLUDER_PX == HIDING_TILE_PX);  // for DrawList::drop_occluded
+
 constexpr uint32_t kUnset = std::numeric_limits<uint32_t>::max();
 
 SplatPass pass_of(SplatKind kind) {
@@ -121,13 +123,15 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
     const auto& surface = context.settings.isosurfaces[static_cast<size_t>(pass.isosurface)];
     context.lighting.apply(program.program, context.settings, {&surface, 1});
   }
+  if (variant == SplatPass::triangles) triangle_cases_.bind(GL_TEXTURE2);
   if (pulled) {
     glViewport(0, 0, width, height);
     glBindVertexArray(context.empty_vertex_array);
-    return;
+    if (variant != SplatPass::triangles) return;
+  } else {
+    const auto guard = static_cast<GLint>(context.limits.guard_px);
+    glViewport(-guard, -guard, width + 2 * guard, height + 2 * guard);
   }
-  const auto guard = static_cast<GLint>(context.limits.guard_px);
-  glViewport(-guard, -guard, width + 2 * guard, height + 2 * guard);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D,
                 variant == SplatPass::quad ? drawn_depths_.texture() : depth_tiles_.texture());
@@ -139,12 +143,16 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   const ChunkStore::Chunk& chunk = *item.chunk;
   const bool is_gradients = pass.pass == SplatPass::gradients;
   const float largest_px = is_gradients ? item.largest_support_px : item.largest_px;
-  const bool pulled = largest_px > context.limits.offered.max_point_size;
-  const bool large = context.settings.projected && largest_px > float(LARGE_SPLAT_PX) &&
+  const bool triangles =
+      pass.pass == SplatPass::quad && is_drawn_as_triangles(item, context.settings);
+  const bool pulled = triangles || largest_px > context.limits.offered.max_point_size;
+  const bool large = !triangles && context.settings.projected &&
+                     largest_px > float(LARGE_SPLAT_PX) &&
                      (pass.pass == SplatPass::quad || pass.pass == SplatPass::ellipse);
   // Large splats are few: they are not culled, but drawn with the first subset.
-  if ((pulled || large) && subset == ClusterSubset::likely_occluded) return {};
-  const SplatPass variant = large ? SplatPass::exact : pass.pass;
+  const bool culled = triangles || !(pulled || large);
+  if (!culled && subset == ClusterSubset::likely_occluded) return {};
+  const SplatPass variant = triangles ? SplatPass::triangles : large ? SplatPass::exact : pass.pass;
   const bool is_surface = !is_gradients && pass.pass != SplatPass::cut_cells;
   const bool clipped = pass.splats.frame.clipped() && is_surface;
   const auto program = context.programs.splat({variant, pulled, clipped, pass.splats.lit});
@@ -164,24 +172,26 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   }
   glUniform4fv(bound.program->block, 1, item.block.data());
   const SampleRange& range = chunk.range;
-  if (pulled) {
-    sample_texture_.load(pass.splats.buffers, range);
-  } else if (range.buffer != bound.buffer) {
-    bound.buffer = range.buffer;
-    glBindVertexArray(pass.splats.buffers.vertex_array(range.buffer));
-  }
   uint32_t samples = 0;
+  const uint32_t vertices = triangles ? TRIANGLE_SLOTS : 6;  // 6: two triangles per sample
   const auto add_range = [&](uint32_t first, uint32_t count) {
     if (pulled) {
-      runs_.add(6 * first, 6 * count);  // two triangles per sample
+      runs_.add(vertices * first, vertices * count);
     } else {
       runs_.add(range.first + first, count);
     }
     samples += count;
   };
-  pass.splats.list.for_each_range(item, pulled || large ? ClusterSubset::all : subset, add_range);
+  pass.splats.list.for_each_range(item, culled ? subset : ClusterSubset::all, add_range);
+  if (pulled && samples > 0) {
+    sample_texture_.load(pass.splats.buffers, range);
+  } else if (!pulled && range.buffer != bound.buffer) {
+    bound.buffer = range.buffer;
+    glBindVertexArray(pass.splats.buffers.vertex_array(range.buffer));
+  }
   FrameStatistics& statistics = context.statistics;
-  statistics.draw_calls += runs_.draw(pulled ? GL_TRIANGLES : GL_POINTS, context.limits.multi_draw);
+  const GLenum mode = triangles ? GL_TRIANGLE_STRIP : pulled ? GL_TRIANGLES : GL_POINTS;
+  statistics.draw_calls += runs_.draw(mode, context.limits.multi_draw);
   if (is_surface) {
     statistics.samples_drawn += samples;
     if (subset != ClusterSubset::likely_occluded) ++statistics.chunks_drawn;
@@ -222,10 +232,20 @@ Result<void> SplatPasses::draw_with_occlusion_culling(const Pass& pass, const Sp
   const auto pixels = uint64_t(targets.width()) * uint64_t(targets.height());
   if (occluded_samples < pixels / 64) return draw_subset(pass, ClusterSubset::all);
   if (auto ok = draw_subset(pass, ClusterSubset::likely_visible); !ok) return ok;
-  if (pass.pass == SplatPass::quad) {
-    drawn_depths_.copy_from(target);
-  } else {
+  const auto& items = pass.splats.list.items();
+  const auto is_triangles = [&](const DrawItem& item) {
+    return pass.pass == SplatPass::quad && is_drawn_as_triangles(item, pass.context.settings);
+  };
+  const auto triangles = std::count_if(items.begin(), items.end(), is_triangles);
+  const bool all = triangles == std::ssize(items);
+  if (pass.pass == SplatPass::quad && !all) drawn_depths_.copy_from(target);
+  if (pass.pass != SplatPass::quad || triangles > 0) {
     depth_tiles_.update(target, pass.context.empty_vertex_array);
+  }
+  if (triangles > 0 && pass.context.limits.on_cpu) {
+    // The vertex shaders of many vertices would wait for the depths as well.
+    pass.splats.list.drop_occluded(pass.splats.frame, depth_tiles_.read_farthest());
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
   }
   return draw_subset(pass, ClusterSubset::likely_occluded);
 }
@@ -357,13 +377,14 @@ Result<GLuint> SplatPasses::farthest_depths(const DrawContext& context) {
 
 uint64_t SplatPasses::bytes() const {
   return drawn_depths_.bytes() + depth_tiles_.bytes() + sample_texture_.bytes() +
-         smooth_normals_.bytes();
+         triangle_cases_.bytes() + smooth_normals_.bytes();
 }
 
 void SplatPasses::abandon() {
   drawn_depths_.abandon();
   depth_tiles_.abandon();
   sample_texture_.abandon();
+  triangle_cases_.abandon();
   smooth_normals_.abandon();
 }
 

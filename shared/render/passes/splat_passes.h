@@ -9,6 +9,7 @@
 #include "shared/render/passes/draw_context.h"
 #include "shared/render/passes/drawn_depths.h"
 #include "shared/render/passes/smooth_normals.h"
+#include "shared/render/passes/triangle_cases.h"
 #include "shared/render/samples/sample_texture.h"
 
 namespace isosplat::render {
@@ -81,6 +82,7 @@ class SplatPasses {
   DrawnDepths drawn_depths_;
   DepthTiles depth_tiles_;
   SampleTexture sample_texture_;
+  TriangleCases triangle_cases_;
   SmoothNormals smooth_normals_;
   VertexRuns runs_;  // reused between chunks, to avoid allocations
 };

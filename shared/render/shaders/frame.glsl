@@ -43,6 +43,7 @@ layout(std140) uniform Frame {
 // The divisor of image positions and sizes: the homogeneous coordinate w.
 float w_at(float z) { return 1.0; }
 float depth_in_clip_space(float z) { return u_depth_terms.x + u_depth_terms.y * z; }
+float homogeneous_depth(float z) { return u_depth_terms.x + u_depth_terms.y * z; }
 float distance_of(float depth) { return (2.0 * depth - 1.0 - u_depth_terms.x) / u_depth_terms.y; }
 // One unit along the view, on the ray through the point e at this distance.
 vec3 ray_to(vec3 e, float z) { return u_step_forward.xyz; }
@@ -62,6 +63,8 @@ float log_distance(float z) { return z * u_log_distance_per_unit; }
 #else
 float w_at(float z) { return z; }
 float depth_in_clip_space(float z) { return u_depth_terms.x + u_depth_terms.y / z; }
+// The same times w, which is defined beside and behind the eye as well.
+float homogeneous_depth(float z) { return u_depth_terms.x * z + u_depth_terms.y; }
 float distance_of(float depth) { return u_depth_terms.y / (2.0 * depth - 1.0 - u_depth_terms.x); }
 vec3 ray_to(vec3 e, float z) { return e / z; }
 vec2 aside_of(vec3 e, float z) { return vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) / z; }
@@ -99,6 +102,13 @@ vec3 ascent_of(vec3 gradient) {
 // The image position of a point at distance z along the view.
 vec2 to_px(vec3 e, float z) {
   return u_image_middle + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * (u_focal_px / w_at(z));
+}
+
+// Homogeneous coordinates of a point, for triangles that GL clips.
+vec4 in_clip_space(vec3 e) {
+  float z = dot(e, u_forward.xyz), w = w_at(z);
+  vec2 px = u_image_middle * w + vec2(dot(e, u_right.xyz), dot(e, u_up.xyz)) * u_focal_px;
+  return vec4(2.0 * px / u_image_size - w, homogeneous_depth(z), w);
 }
 
 // Half the extent in px of a box with centre e and half sizes h. Conservative: never too small.

@@ -48,6 +48,13 @@
 // approximation would be visible, and few splats of this size fit on the screen.
 #define LARGE_SPLAT_PX 24.0
 
+// Cells of level 0 whose side may be larger than this, in px, are drawn as triangles instead of
+// squares. SLOTS: vertices of a cell in the strip of triangles. MAX_TILES: cells that span more
+// tiles along an axis of the image are not tested for occlusion.
+#define TRIANGLE_SIDE_PX 8.0
+#define TRIANGLE_MAX_TILES 8
+#define TRIANGLE_SLOTS 16
+
 // Ellipses. Largest distance of a fragment from the surface, in cells; largest distance of a
 // fragment from the cell, in cells; smallest cosine between the normal and the ray that is used.
 #define ELLIPSE_TOLERANCE_CELLS 0.02
