@@ -3,10 +3,12 @@
  * no GPU.
  */
 import { beforeEach, expect, test, vi } from "vitest";
-import { FrameScheduler, type FrameSchedulerHost } from "../../web/viewer/frame_scheduler.ts";
+import type { Progress } from "../../web/stream/index.ts";
+import { FrameScheduler } from "../../web/viewer/frame_scheduler.ts";
+import type { FrameSchedulerHost } from "../../web/viewer/frame_scheduler_host.ts";
 import type { RendererModule } from "../../web/viewer/renderer_module.ts";
 import { identity } from "../../web/viewer/transform.ts";
-import { defaultLook } from "../../web/viewer/types.ts";
+import { defaultLook, type Splats } from "../../web/viewer/types.ts";
 import { fakeClock } from "./fake_clock.ts";
 
 fakeClock();
@@ -31,16 +33,20 @@ function streaming() {
   const drawnAt: number[] = [];
   let isDrawn = false;
   let missing = 0;
-  const drawn = { kind: "quad", shading: "exact", programsLinked: 0 };
+  let splats: Splats = { kind: "quad", shading: "exact" };
+  const setSplats = (next: Splats): void => {
+    isDrawn &&= next.kind === splats.kind && next.shading === splats.shading;
+    splats = next;
+  };
   const renderer = {
-    picture: { setCamera: () => {}, setSplats: () => {} },
+    picture: { setCamera: () => {}, setSplats },
     camera: { viewProjection: () => new Float32Array(16) },
     needsRedraw: () => !isDrawn,
     canRefine: () => false,
     draw: () => {
       isDrawn = true;
       drawnAt.push(performance.now());
-      return drawn;
+      return { ...splats, programsLinked: 0 };
     },
     checkGpu: () => {},
     beginOcclusionQuery: () => void tested.push(performance.now()),
@@ -74,12 +80,14 @@ function streaming() {
     drawn: () => {},
     busyChanged: () => {},
   } satisfies Record<keyof FrameSchedulerHost, unknown> as unknown as FrameSchedulerHost);
-  const progress = { chunksToGo: 0, bytesToGo: 0, bytesFetched: 0, state: "refining" };
-  scheduler.onProgress(progress as Parameters<FrameScheduler["onProgress"]>[0]);
+  const progress = (state: string): void =>
+    scheduler.onProgress({ chunksToGo: 0, bytesToGo: 0, bytesFetched: 0, state } as Progress);
+  progress("refining");
   return {
     scheduler,
     tested,
     drawnAt,
+    progress,
     setMissing: (value: number) => {
       missing = value;
     },
@@ -103,12 +111,45 @@ function streaming() {
 test("an occlusion query begins as soon as motion has ended, although more data are expected", () => {
   const { scheduler, tested, move } = streaming();
   vi.advanceTimersByTime(100);
+  move();
+  vi.advanceTimersByTime(100);
   const moved = move();
   vi.advanceTimersByTime(200);
   expect(tested).toEqual([]);
   vi.advanceTimersByTime(100);
   expect(tested.length).toBeGreaterThan(0);
   expect((tested[0] ?? 0) - moved).toBeLessThan(270);
+  scheduler.stop();
+});
+
+test("a single change is drawn and tested at once", () => {
+  const { scheduler, tested, drawnAt, move } = streaming();
+  vi.advanceTimersByTime(100);
+  const moved = move();
+  vi.advanceTimersByTime(50);
+  expect((drawnAt.at(-1) ?? 0) - moved).toBeLessThan(20);
+  expect((tested[0] ?? Number.POSITIVE_INFINITY) - moved).toBeLessThan(50);
+  scheduler.stop();
+});
+
+test("marks the finished picture at rest of a view for which nothing more will arrive, once", () => {
+  const mark = vi.spyOn(performance, "mark");
+  const finals = () => mark.mock.calls.filter(([name]) => name === "isosplat:final").length;
+  const { scheduler, move, progress } = streaming();
+  vi.advanceTimersByTime(3000);
+  move();
+  vi.advanceTimersByTime(3000);
+  expect(finals(), "data are still being fetched").toBe(0);
+  progress("complete");
+  vi.advanceTimersByTime(3000);
+  expect(finals()).toBe(1);
+  move();
+  progress("refining");
+  vi.advanceTimersByTime(20);
+  progress("complete");
+  expect(finals(), "the picture is not finished").toBe(1);
+  vi.advanceTimersByTime(3000);
+  expect(finals()).toBe(2);
   scheduler.stop();
 });
 

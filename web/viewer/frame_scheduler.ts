@@ -3,7 +3,9 @@ import type { Progress } from "../stream/types.ts";
 import { Arrivals } from "./arrivals.ts";
 import { cameraOfPicture } from "./camera_views.ts";
 import { Fade } from "./fade.ts";
+import { FinalPicture } from "./final_picture.ts";
 import { FrameLoop } from "./frame_loop.ts";
+import type { FrameSchedulerHost, Upload } from "./frame_scheduler_host.ts";
 import { GpuPulse, GpuTimer } from "./gpu_timer.ts";
 import { OcclusionTester } from "./occlusion_tester.ts";
 import { PictureSplats } from "./picture_splats.ts";
@@ -12,7 +14,7 @@ import type { DrawStatistics, RendererModule } from "./renderer_module.ts";
 import { RestClock } from "./rest_clock.ts";
 import { isStreaming, type Scene } from "./scene.ts";
 import { viewProjectionOf } from "./transform.ts";
-import type { FrameReport, PictureSize, Splats } from "./types.ts";
+import type { Splats } from "./types.ts";
 
 /**
  * A still view gets smooth edges, ambient occlusion and shadows if its picture at rest took no longer
@@ -25,32 +27,6 @@ const longestContinued = 600;
 const shortestWait = 8;
 /** New chunks fade in if a picture takes no longer than this (ms). */
 const longestFaded = 50;
-
-/** A chunk whose samples were uploaded, and the number of its volume in the renderer. */
-export interface Upload {
-  volume: number;
-  id: number;
-}
-
-/** The functions that the scheduler needs from its viewer. */
-export interface FrameSchedulerHost {
-  /** Null while there is no volume or no renderer. */
-  scene(): Scene | null;
-  /** The number of visible layers whose first surface is still to arrive. */
-  missingLayers(): number;
-  /** Runs an action of the renderer; returns whether it succeeded. */
-  guard(action: (renderer: RendererModule) => void): boolean;
-  /** Checks that these uploads, and all before, have succeeded. */
-  checkGpu(uploads: readonly Upload[]): void;
-  /** The view that is drawn: world to clip space, column by column. `isMoving`: not at rest. */
-  viewed(viewProjection: Float64Array, viewport: PictureSize, isMoving: boolean): void;
-  isContextLost(): boolean;
-  /** Sets the size of the canvas; returns whether it has changed. */
-  fitCanvas(): boolean;
-  drawn(report: FrameReport): void;
-  /** `FrameScheduler.isBusy` may have changed. */
-  busyChanged(): void;
-}
 
 /**
  * Decides when a canvas is drawn, and in which quality: fast splats while something moves; the exact
@@ -68,6 +44,7 @@ export class FrameScheduler {
   readonly #visibility: OcclusionTester;
   readonly #arrivals: Arrivals;
   readonly #rest = new RestClock();
+  readonly #final = new FinalPicture();
   #restTimer = 0;
   #drawTimer = 0;
   /** When the timer ends. */
@@ -75,6 +52,8 @@ export class FrameScheduler {
   #shaderTimer = 0;
   /** Whether the last frame was at rest: nothing has moved or arrived since. */
   #isResting = false;
+  /** The view has changed since the last picture was drawn. */
+  #isChanged = false;
   /** Whether another frame follows the last one at once. */
   #isFollowed = false;
   /** Whether the present picture has ambient occlusion and shadows, if these are on. */
@@ -136,7 +115,9 @@ export class FrameScheduler {
   /** The camera, the surfaces or their look has changed. */
   onCameraChange(): void {
     this.#rest.moved(performance.now());
+    this.#isChanged = true;
     this.#isResting = false;
+    this.#final.changed();
     this.request();
   }
 
@@ -151,6 +132,7 @@ export class FrameScheduler {
     this.#arrivals.begin(now);
     this.#rest.arrived(now);
     this.#isResting = false;
+    this.#final.changed();
     // The chunks of many layers arrive one after the other. A frame that does not draw them would take time.
     if (this.#rest.isMoving(now) || this.#mayDraw(now)) this.request();
     else this.#owner.busyChanged();
@@ -163,6 +145,7 @@ export class FrameScheduler {
     const isEmpty = !this.isBegun && progress.state !== "opening";
     const wasStreaming = this.#rest.isStreaming;
     this.#rest.isStreaming = isStreaming(progress);
+    this.#final.streams(this.#rest.isStreaming);
     const hasEnded = wasStreaming && !this.#rest.isStreaming;
     if (isEmpty) this.#arrivals.begin(now);
     // The first picture may have waited for a layer that turns out to have no surface.
@@ -288,12 +271,14 @@ export class FrameScheduler {
     const wasFading = this.#fade.isRunning;
     const isBegun = this.isBegun && this.#isOver(now, this.#arrivals.waitOfFirst(now));
     if (isBegun && renderer.needsRedraw(width, height)) {
-      if (isMoving || isResized || (!isTesting && this.#mayDraw(now))) {
-        if (isMoving || isResized) this.#fade.forget();
+      const isOther = isMoving || isResized || this.#isChanged;
+      if (isOther || (!isTesting && this.#mayDraw(now))) {
+        if (isOther) this.#fade.forget();
         this.#owner.guard(() => this.#fade.beforeDraw(now));
         this.#draw(scene, () => renderer.draw(width, height));
         this.#isOccluded = false;
-        if (isMoving || !this.#splats.isFast(longestFaded, splats)) this.#fade.forget();
+        this.#isChanged = false;
+        if (isOther || !this.#splats.isFast(longestFaded, splats)) this.#fade.forget();
         else this.#owner.guard(() => this.#fade.afterDraw(now, this.#arrivals.areExpected));
       }
     } else if (wasFading) {
@@ -373,9 +358,11 @@ export class FrameScheduler {
       report = drawn;
       this.#arrivals.pictureDrawn();
       this.#splats.drawn(scene, drawn);
+      const view = this.#isResting ? this.#final.view : undefined;
       this.#timer.measure(startedAt, (milliseconds) => {
         this.#splats.measured(scene, drawn, milliseconds);
         this.#arrivals.drawn(performance.now(), milliseconds);
+        this.#final.finished(view);
         this.#settled();
       });
     });

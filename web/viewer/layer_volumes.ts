@@ -1,4 +1,4 @@
-import type { Upload } from "./frame_scheduler.ts";
+import type { Upload } from "./frame_scheduler_host.ts";
 import { type LayerEntry, type LayerList, placedOf, volumesOf } from "./layer_list.ts";
 import type { OpenVolume } from "./open_volume.ts";
 import { RendererError } from "./renderer_error.ts";

@@ -1,5 +1,10 @@
-/** The view is at rest when nothing has moved or arrived for this time (ms). */
-const restAfter = 220;
+/** A movement ends when nothing has changed for this time (ms). Changes that are further apart are single. */
+const movementGap = 220;
+/**
+ * After a single change, and after the last arrival, the view is at rest when nothing has changed for this
+ * time (ms). A gesture continues earlier.
+ */
+const restAfter = 60;
 /**
  * The same while more data are in flight, or may be needed (ms). Otherwise a slow GPU would draw
  * the exact picture several times, and software renderers would take the time that decoding needs.
@@ -10,11 +15,14 @@ const restWhileStreaming = { afterMotion: 500, afterArrival: 1500 };
 export class RestClock {
   #lastMotion = Number.NEGATIVE_INFINITY;
   #lastArrival = Number.NEGATIVE_INFINITY;
+  /** Whether the last change belongs to a movement. */
+  #isMovement = false;
   /** Data of the present view are in flight, or will be requested. */
   isStreaming = false;
 
   /** The camera, the surfaces or their look has changed. */
   moved(now: number): void {
+    this.#isMovement = now < this.#lastMotion + movementGap;
     this.#lastMotion = now;
   }
 
@@ -42,14 +50,15 @@ export class RestClock {
     return now < this.movesUntil;
   }
 
-  /** The time when `isMoving` ends if nothing moves until then. */
+  /** The time when `isMoving` ends if nothing moves until then. A single change is no movement. */
   get movesUntil(): number {
-    return this.#lastMotion + restAfter;
+    return this.#lastMotion + (this.#isMovement ? movementGap : 0);
   }
 
   /** The time when the view rests if nothing moves or arrives until then. */
   get restsAt(): number {
-    const always = { afterMotion: restAfter, afterArrival: restAfter };
+    const afterChange = this.#isMovement ? movementGap : restAfter;
+    const always = { afterMotion: afterChange, afterArrival: restAfter };
     const { afterMotion, afterArrival } = this.isStreaming ? restWhileStreaming : always;
     return Math.max(this.#lastMotion + afterMotion, this.#lastArrival + afterArrival);
   }
