@@ -12,7 +12,7 @@ import { join } from "node:path";
 import { expect, test } from "@playwright/test";
 import { maxWholeBytes } from "../../web/stream/whole_file.ts";
 import { nginx } from "../support/nginx.ts";
-import { slideTo } from "./support/in_page.ts";
+import { saveData, slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
 import { complete } from "./support/view.ts";
@@ -24,6 +24,8 @@ test.beforeAll(async () => {
 });
 test.afterAll(() => server.stop());
 test.use({ viewport: { width: 800, height: 500 } });
+// A store that was read as a whole would not show the faults of its source.
+test.beforeEach(({ page }) => page.addInitScript(saveData));
 
 test("the list of volumes fails, then loads", async ({ page }) => {
   let isGone = true;

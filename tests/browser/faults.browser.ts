@@ -15,11 +15,13 @@ import { expect, type Page, test } from "@playwright/test";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { type Nginx, nginx } from "../support/nginx.ts";
 import { damagedChunks } from "./support/damage.ts";
-import { loseContext, restoreContext, slideTo } from "./support/in_page.ts";
+import { loseContext, restoreContext, saveData, slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 test.use({ viewport: { width: 800, height: 500 } });
+// A store that was read as a whole would not show the faults of its source.
+test.beforeEach(({ page }) => page.addInitScript(saveData));
 // Slow retries take long, more so on a slow machine.
 test.describe.configure({ timeout: 240_000 });
 /** Time for two slow retries on a slow machine. */

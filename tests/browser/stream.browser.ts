@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { expect, test } from "@playwright/test";
 import { Visitor } from "../bench/stream/visit.ts";
 import { chunksOf } from "./support/chunks.ts";
-import { dragOverRange, slideTo } from "./support/in_page.ts";
+import { dragOverRange, saveData, slideTo } from "./support/in_page.ts";
 import { settled } from "./support/view.ts";
 
 const built = (path: string): string =>
@@ -67,18 +67,22 @@ test("a session fetches few bytes, in few requests, and nothing twice", async ({
   expect(prepared.bytesReceived - complete.bytesReceived).toBeLessThan(
     0.3 * statSync(store).size + 10_000,
   );
-  await expectCounted(visitor, prepared.bytesReceived);
-  expect(visitor.data.bytes).toBeLessThan(prepared.bytesReceived * 1.1 + 10_000);
 
-  // Within the resident bands: no requests.
+  // Then the rest of the store, because it is small.
+  await visitor.mark("isosplat:kept");
+  const kept = await visitor.markDetail("isosplat:kept");
+  expect(kept.bytesReceived).toBeGreaterThan(0.95 * statSync(store).size);
+  expect(kept.bytesReceived).toBeLessThan(1.05 * statSync(store).size + 10_000);
+  await expectCounted(visitor, kept.bytesReceived);
+  expect(visitor.data.bytes).toBeLessThan(kept.bytesReceived * 1.1 + 10_000);
+
+  // No isovalue makes a request any more.
   const before = visitor.urls.length;
   await page.evaluate(slideTo, 101.5);
   await settled(page);
+  await page.evaluate(dragOverRange, 3);
+  await settled(page);
   expect(visitor.urls.slice(before)).toEqual([]);
-
-  // Dragging over the whole range in 3 s makes at most ten requests a second.
-  const seconds = await page.evaluate(dragOverRange, 3);
-  expect(visitor.urls.length - before).toBeLessThanOrEqual(10 * Math.ceil(seconds));
 
   const fetched = chunksOf(visitor.urls);
   expect(fetched.length).toBeGreaterThan(0);
@@ -89,10 +93,8 @@ test("a session fetches few bytes, in few requests, and nothing twice", async ({
 
 test("a reload is served by the browser's cache", async ({ browser }) => {
   const visitor = await Visitor.arrive(browser);
-  // Otherwise a complete view fetches coarse levels for other isovalues, and requests differ by time.
-  await visitor.page.addInitScript(() => {
-    Object.defineProperty(navigator, "connection", { value: { saveData: true } });
-  });
+  // Otherwise a complete view fetches other isovalues, and requests differ by time.
+  await visitor.page.addInitScript(saveData);
   const address = `${url}?volume=fixture&isovalue=100.5`;
   await visitor.page.goto(address);
   await visitor.mark("isosplat:complete");
@@ -107,9 +109,24 @@ test("a reload is served by the browser's cache", async ({ browser }) => {
   await visitor.leave();
 });
 
+test("with the data saver on, a drag over the range makes few requests", async ({ browser }) => {
+  const visitor = await Visitor.arrive(browser);
+  const { page } = visitor;
+  await page.addInitScript(saveData);
+  await page.goto(`${url}?volume=fixture&isovalue=100.5`);
+  await visitor.mark("isosplat:complete");
+  const before = visitor.urls.length;
+  const seconds = await page.evaluate(dragOverRange, 3);
+  expect(visitor.urls.length - before).toBeLessThanOrEqual(10 * Math.ceil(seconds));
+  const fetched = chunksOf(visitor.urls);
+  expect(new Set(fetched).size).toBe(fetched.length);
+  await visitor.leave();
+});
+
 test("offline, then online: the coarse surface stays, and is refined", async ({ browser }) => {
   const visitor = await Visitor.arrive(browser);
   const { page } = visitor;
+  await page.addInitScript(saveData);
   await page.goto(`${url}?volume=fixture&isovalue=100.5`);
   await visitor.mark("isosplat:complete");
   await page.context().setOffline(true);

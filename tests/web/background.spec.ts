@@ -3,10 +3,11 @@ import { existsSync, readFileSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test, vi } from "vitest";
 import type { Chunk, Core } from "../../web/core/index.ts";
-import { type CameraView, ServerSource, type StreamOptions } from "../../web/stream/index.ts";
+import { ServerSource, type StreamOptions } from "../../web/stream/index.ts";
 import { chunksOf } from "../browser/support/chunks.ts";
 import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
 import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
+import { parallelView as view } from "./demo_view.ts";
 import { clockThatJumps, passTime } from "./fake_clock.ts";
 import { core as load, openWhole } from "./fixture.ts";
 import { Harness } from "./stream_harness.ts";
@@ -37,22 +38,6 @@ afterEach(async () => {
   harness.close();
   await server.stop();
 });
-
-/** A parallel view of all 256³ cells along y. A cell of level 0 has size/256 pixels. */
-function view(isovalue: number, size = 64): CameraView {
-  const scale = 2 / 256;
-  return {
-    viewProjection: [
-      ...[scale, 0, 0, 0],
-      ...[0, 0, scale, 0],
-      ...[0, scale, 0, 0],
-      ...[-1, -1, -1, 1],
-    ],
-    viewport: { width: size, height: size },
-    isovalues: [isovalue],
-    moving: false,
-  };
-}
 
 /** Opens the volume and waits until a view is complete whose cells of level 2 are a pixel large. */
 async function open(options: Partial<StreamOptions>) {

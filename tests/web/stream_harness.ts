@@ -45,6 +45,8 @@ export class Harness {
   takes: (id: number) => boolean = () => true;
   /** Whether the viewer answers occlusion queries: nothing is occluded. Set it before open(). */
   answersOcclusion = false;
+  /** Occlusion queries that the session has made. */
+  queries = 0;
   visible: number[] = [];
   progress: Progress | undefined;
   maxResident = 0;
@@ -59,6 +61,7 @@ export class Harness {
       decoder: new InlineDecoder(core),
       // Only tests of the background loader set another value.
       backgroundBytes: 0,
+      readAheadBytes: 0,
       ...options,
       events: {
         samples: (id, place, samples) => {
@@ -103,6 +106,7 @@ export class Harness {
     setTimeout(() => {
       const query = this.session?.occlusionQuery(true);
       if (!query) return;
+      ++this.queries;
       // For each chunk: its handle, the tested regions, and the visible ones.
       const answers = new Uint32Array(visibilityWords * query.ids.length).fill(~0);
       query.ids.forEach((id, i) => {

@@ -14,7 +14,7 @@ import { MergedRanges } from "./merged_ranges.ts";
 export interface BundleFile
   extends Pick<
     Source,
-    "name" | "address" | "concurrency" | "fresh" | "range" | "bypassCaches" | "forget"
+    "name" | "address" | "isLocal" | "concurrency" | "fresh" | "range" | "bypassCaches" | "forget"
   > {
   /** The first bytes: at least `count`, unless the file is shorter. */
   firstBytes(count: number, signal: AbortSignal): Promise<Uint8Array>;

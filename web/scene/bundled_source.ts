@@ -41,6 +41,10 @@ export class BundledSource extends RangeSource {
     return store ? { offset: store.bootstrapOffset, bytes: store.bootstrapBytes } : undefined;
   }
 
+  get isLocal(): boolean {
+    return this.#bundle.file.isLocal ?? false;
+  }
+
   get concurrency(): number {
     const { least, most } = rangesWaiting;
     const ranges = Math.min(Math.max(least, this.#layers), most);

@@ -3,8 +3,16 @@ import type { Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
 import type { DecodedChunk } from "../core/types.ts";
 import type { Decoder } from "./decoder.ts";
-import { PartError, type Source } from "./source.ts";
-import { StreamError } from "./types.ts";
+import {
+  addPages,
+  bandDistance,
+  damagedChunk,
+  fetchInGroups,
+  missingPages,
+  type Preparation,
+} from "./fetch_ahead.ts";
+import { IdleWork } from "./idle_work.ts";
+import type { Source } from "./source.ts";
 
 /** The default limit of bytes, and the largest share of the store. */
 const maxBytes = 4e6;
@@ -13,21 +21,6 @@ const maxBytes = 4e6;
  * stores.
  */
 const maxShare = 0.3;
-/**
- * Loading starts when a view has been complete for this time (ms), so that it does not compete with a
- * gesture.
- */
-const startDelay = 500;
-/** After a fault, nothing is fetched for this time (ms), and then only when a view is complete. */
-const faultPause = 12_000;
-/** Number of concurrent requests. */
-const maxConcurrency = 4;
-
-/** Bytes fetched for other isovalues so far, and bytes planned in all. */
-export interface Preparation {
-  bytes: number;
-  bytesPlanned: number;
-}
 
 export interface BackgroundLoaderEvents {
   /** Whether a chunk is resident, so that it need not be fetched. */
@@ -75,10 +68,12 @@ export class BackgroundLoader {
   /** Chunks being decoded, by handle. */
   readonly #decoding = new Map<number, Promise<void>>();
   readonly #closing = new AbortController();
-  #running: AbortController | undefined;
+  readonly #work = new IdleWork(() => {
+    if (this.#isDone) this.#events.ended();
+    this.#events.changed();
+  });
   #bytes = 0;
   #bytesPlanned = 0;
-  #notBefore = Number.NEGATIVE_INFINITY;
   #isDone: boolean;
 
   /** `budget`: limit of bytes to fetch while the volume is open, including directory pages. */
@@ -103,8 +98,13 @@ export class BackgroundLoader {
    * `start`.
    */
   get preparation(): Preparation | null {
-    if (!this.#running) return null;
+    if (!this.#work.isRunning) return null;
     return { bytes: this.#bytes, bytesPlanned: this.#bytesPlanned };
+  }
+
+  /** Nothing is left to be fetched. */
+  get isDone(): boolean {
+    return this.#isDone;
   }
 
   /** All chunks that the budget and memory allow are resident. */
@@ -122,39 +122,24 @@ export class BackgroundLoader {
    * resident.
    */
   start(isovalues: readonly number[], finestLoaded: number): void {
-    if (this.#isDone || this.#running || performance.now() < this.#notBefore) return;
-    const running = new AbortController();
-    this.#running = running;
+    if (this.#isDone) return;
     const quantized = isovalues.map((isovalue) => this.#store.quantizedIsovalue(isovalue));
-    void this.#run(quantized, finestLoaded - 1, running.signal)
-      .catch(() => {
-        // The cause of a fault is reported when a view needs the missing chunk.
-        if (!running.signal.aborted) this.#notBefore = performance.now() + faultPause;
-      })
-      .finally(() => {
-        if (this.#running !== running) return;
-        this.#running = undefined;
-        if (this.#closing.signal.aborted) return;
-        if (this.#isDone) this.#events.ended();
-        this.#events.changed();
-      });
+    this.#work.start((signal) => this.#run(quantized, finestLoaded - 1, signal));
   }
 
   /** A view needs other chunks. Cancels requests; chunks that have arrived are still decoded. */
   stop(): void {
-    this.#running?.abort(new DOMException("a view needs other data", "AbortError"));
-    this.#running = undefined;
+    this.#work.stop();
   }
 
   /** The volume is closed. No event follows. */
   close(): void {
     this.#isDone = true;
-    this.stop();
+    this.#work.close();
     this.#closing.abort(new DOMException("the volume was closed", "AbortError"));
   }
 
   async #run(isovalues: readonly number[], finest: number, signal: AbortSignal): Promise<void> {
-    await delay(startDelay, signal);
     for (let level = finest; level > 0; --level) {
       if (!(await this.#addPages(level, signal))) break;
       this.#plan(level);
@@ -171,16 +156,12 @@ export class BackgroundLoader {
 
   /** Returns false if the budget does not suffice. */
   async #addPages(level: number, signal: AbortSignal): Promise<boolean> {
-    const missing = new Set(this.#store.missingPages(level, ...this.#store.info.range));
-    const pages = this.#store.pages().filter(({ index }) => missing.has(index));
+    const pages = missingPages(this.#store, level);
     if (pages.length === 0) return true;
     const bytes = pages.reduce((sum, page) => sum + page.bytes, 0);
     if (this.#bytes + bytes > this.#budget) return false;
-    const arrived = new Map<number, Uint8Array>();
-    await this.#source.pages(pages, signal, (index, page) => arrived.set(index, page));
-    signal.throwIfAborted();
+    await addPages(this.#source, this.#store, pages, signal);
     this.#bytes += bytes;
-    for (const [index, page] of arrived) this.#store.addPage(index, page);
     return true;
   }
 
@@ -202,22 +183,13 @@ export class BackgroundLoader {
   }
 
   /** Returns false if memory does not suffice. */
-  async #fetchAll(chunks: readonly Chunk[], signal: AbortSignal): Promise<boolean> {
-    const groups = this.#source.group(chunks);
-    const concurrency = Math.min(maxConcurrency, this.#source.concurrency);
-    let hasRoom = true;
-    const fetchNext = async (): Promise<void> => {
-      for (let group = groups.shift(); group && hasRoom; group = groups.shift()) {
-        const admitted = group.filter((chunk) => this.#events.admit(chunk));
-        hasRoom = hasRoom && admitted.length === group.length;
-        if (admitted.length > 0) await this.#fetch(admitted, signal);
-      }
-    };
-    await Promise.all(Array.from({ length: concurrency }, fetchNext));
-    // A source may return groups that do not cover all chunks.
-    const rest = chunks.filter(({ handle }) => !this.#seen.has(handle));
-    if (!hasRoom || rest.length === chunks.length) return hasRoom && rest.length === 0;
-    return rest.length === 0 || (await this.#fetchAll(rest, signal));
+  #fetchAll(chunks: readonly Chunk[], signal: AbortSignal): Promise<boolean> {
+    const isFetched = ({ handle }: Chunk): boolean => this.#seen.has(handle);
+    return fetchInGroups(this.#source, chunks, isFetched, async (group) => {
+      const admitted = group.filter((chunk) => this.#events.admit(chunk));
+      if (admitted.length > 0) await this.#fetch(admitted, signal);
+      return admitted.length === group.length;
+    });
   }
 
   async #fetch(chunks: readonly Chunk[], signal: AbortSignal): Promise<void> {
@@ -230,10 +202,7 @@ export class BackgroundLoader {
         this.#decoding.set(chunk.handle, this.#decode(chunk, bytes));
       });
     } catch (error) {
-      const damaged = error instanceof PartError ? error.handle : undefined;
-      const isAlone = chunks.length === 1 && error instanceof StreamError;
-      if (damaged === undefined && !(isAlone && error.kind === "damaged-part")) throw error;
-      this.#seen.add(damaged ?? chunks[0]?.handle ?? -1);
+      this.#seen.add(damagedChunk(chunks, error));
     } finally {
       for (const chunk of underway) this.#events.released(chunk);
     }
@@ -264,7 +233,7 @@ export class BackgroundLoader {
   #plan(level: number): void {
     let bytes = this.#bytes;
     for (let l = level; l > 0; --l) {
-      if (this.#store.missingPages(l, ...this.#store.info.range).length > 0) {
+      if (missingPages(this.#store, l).length > 0) {
         bytes = this.#budget;
         break;
       }
@@ -275,19 +244,9 @@ export class BackgroundLoader {
   }
 }
 
-/** Orders chunks by the distance of their bands from the nearest isovalue, in quantized values. */
+/** Orders chunks by the distance of their bands from the nearest isovalue. */
 function byDistance(chunks: readonly Chunk[], isovalues: readonly number[]): Chunk[] {
-  const distance = ({ bandBegin, bandEnd }: Chunk): number =>
-    Math.min(...isovalues.map((isovalue) => Math.max(bandBegin - isovalue, isovalue - bandEnd, 0)));
+  const distance = (chunk: Chunk): number =>
+    Math.min(...isovalues.map((isovalue) => Math.abs(bandDistance(chunk, isovalue))));
   return [...chunks].sort((a, b) => distance(a) - distance(b));
-}
-
-function delay(milliseconds: number, signal: AbortSignal): Promise<void> {
-  return new Promise((resolve, reject) => {
-    const timer = setTimeout(resolve, milliseconds);
-    signal.addEventListener("abort", () => {
-      clearTimeout(timer);
-      reject(signal.reason);
-    });
-  });
 }

@@ -14,6 +14,7 @@ export class BlobSource implements Source {
   readonly name: string;
   readonly concurrency = 2;
   readonly fresh = false;
+  readonly isLocal = true;
   readonly #blob: Blob;
   #requests = 0;
   #bytesReceived = 0;

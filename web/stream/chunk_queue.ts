@@ -323,8 +323,8 @@ export class ChunkQueue {
 
   /** The bytes do not match the chunk's checksum. They are fetched once more, bypassing the caches. */
   #refuse(entry: Entry, error: StreamError): void {
+    this.#source.bypassCaches();
     if (++entry.refused === 1) {
-      this.#source.bypassCaches();
       entry.state = "queued";
     } else {
       this.#fail(entry, error);

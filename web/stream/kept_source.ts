@@ -1,5 +1,5 @@
 import type { KeptBytes } from "./kept_bytes.ts";
-import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
+import type { ChunkPlaceInFile, FileRange, PagePlace, Source } from "./source.ts";
 import { joined } from "./transfer.ts";
 
 /** A source that keeps its bytes after their arrival. Reading kept bytes makes no request. */
@@ -19,6 +19,14 @@ export class KeptSource implements Source {
 
   get address(): string | undefined {
     return this.#source.address;
+  }
+
+  get ready(): FileRange | undefined {
+    return this.#source.ready;
+  }
+
+  get isLocal(): boolean {
+    return this.#source.isLocal ?? false;
   }
 
   get concurrency(): number {
@@ -130,7 +138,15 @@ export class KeptSource implements Source {
     this.#kept.forget(this);
   }
 
+  /** Chunks that are kept form a group of their own, which makes no request. */
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    return this.#source.group(chunks);
+    const kept = chunks.filter((chunk) => this.has(chunk));
+    if (kept.length === 0) return this.#source.group(chunks);
+    return [kept, ...this.#source.group(chunks.filter((chunk) => !this.has(chunk)))];
+  }
+
+  /** Whether reading this range makes no request. */
+  has({ offset, bytes }: FileRange): boolean {
+    return this.#kept.has(this, offset, bytes);
   }
 }

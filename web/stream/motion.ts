@@ -27,6 +27,7 @@ export class Motion {
   #isovalueChanged = Number.NEGATIVE_INFINITY;
   #isovalueMoves = false;
   #cameraMoves = false;
+  #direction = 0;
   /** The latest of the movement's isovalues, and when they were set. */
   #trail: { at: number; isovalues: readonly number[] }[] = [];
   #lastAhead = Number.NEGATIVE_INFINITY;
@@ -45,6 +46,11 @@ export class Motion {
   /** Whether the isovalue changes repeatedly, as with a slider. A single change is no movement. */
   get isovalueMoves(): boolean {
     return this.#isovalueMoves;
+  }
+
+  /** The direction of the isovalues' last change: −1 or 1; 0 before the first, or if it is unclear. */
+  get direction(): number {
+    return this.#direction;
   }
 
   get cameraMoves(): boolean {
@@ -71,6 +77,7 @@ export class Motion {
       const gap = now - this.#isovalueChanged;
       this.#isovalueMoves = gap < movementGap;
       this.#isovalueChanged = now;
+      this.#direction = directionOf(before.isovalues, view.isovalues);
       const goesOn = this.#isovalueMoves && before.isovalues.length === view.isovalues.length;
       const trail = goesOn ? this.#trail.filter(({ at }) => now - at <= speedSpan.max) : [];
       this.#trail = [...trail, { at: now, isovalues: [...view.isovalues] }];
@@ -132,6 +139,12 @@ export class Motion {
       this.#rested();
     }, movementGap);
   }
+}
+
+/** The sign of the sum of all changes; 0 if isovalues were added or removed. */
+function directionOf(before: readonly number[], after: readonly number[]): number {
+  if (before.length !== after.length) return 0;
+  return Math.sign(after.reduce((sum, value, i) => sum + value - (before[i] ?? value), 0));
 }
 
 function copyOf(view: CameraView): CameraView {

@@ -1,8 +1,8 @@
 import type { CoreSelection } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
-import type { Preparation } from "./background_loader.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
 import type { ChunkUploads } from "./chunk_uploads.ts";
+import type { Preparation } from "./fetch_ahead.ts";
 import type { Motion } from "./motion.ts";
 import type { OcclusionQueries } from "./occlusion_queries.ts";
 import type { PageLoader } from "./page_loader.ts";
@@ -19,6 +19,8 @@ export interface ProgressInputs {
   occlusion: OcclusionQueries;
   /** The last selection. */
   selection: CoreSelection | undefined;
+  /** See SelectionLoop.isHere. */
+  isHere: boolean;
   /** Another selection is requested. */
   isSelectionPending: boolean;
   isLoadingCoarse: boolean;
@@ -85,12 +87,12 @@ function remainingWork(inputs: ProgressInputs): RemainingWork {
 }
 
 function stateOf(
-  { selection, motion, isLoadingCoarse }: ProgressInputs,
+  { selection, isHere, motion, isLoadingCoarse }: ProgressInputs,
   { isSettled, isDone, isFull }: RemainingWork,
   sourceFault: StreamError | undefined,
   limitedByBudget: boolean,
 ): Progress["state"] {
-  const isMoving = motion.isovalueMoves || motion.cameraMoves;
+  const isMoving = (motion.isovalueMoves && !isHere) || motion.cameraMoves;
   const isDrawn = (selection?.finestLevel ?? -1) >= 0;
   const missing = (selection?.load.length ?? 0) + (selection?.pages.length ?? 0);
   if (sourceFault) return sourceFault.retrying ? "offline" : "incomplete";

@@ -36,6 +36,8 @@ export interface SelectionParts {
   sourceCheck: SourceCheck;
   backoff: Backoff;
   viewer: StreamEvents;
+  /** Whether the chunk can be read without a request. Undefined if no chunk can. */
+  isKept: ((chunk: Chunk) => boolean) | undefined;
   /** Sets a mark on the browser's timeline. */
   mark(name: string): void;
 }
@@ -58,6 +60,7 @@ export class SelectionLoop {
   #selection: CoreSelection | undefined;
   #visible: Uint32Array = new Uint32Array();
   #regions: Uint32Array = new Uint32Array();
+  #isHere = false;
 
   constructor(parts: SelectionParts, cellPixels: CellPixels) {
     this.#parts = parts;
@@ -68,6 +71,11 @@ export class SelectionLoop {
   /** The last selection. */
   get selection(): CoreSelection | undefined {
     return this.#selection;
+  }
+
+  /** Whether no chunk of the last selection needs a request, so that movement does not delay it. */
+  get isHere(): boolean {
+    return this.#isHere;
   }
 
   /**
@@ -82,22 +90,43 @@ export class SelectionLoop {
 
   /** Throws the errors of the core. */
   run(cameraView: CameraView): void {
-    const { store, uploads, motion, queue, pages } = this.#parts;
-    const view = this.#selectionView(cameraView);
-    const selection = store.select(view);
+    const { uploads, motion, queue, pages } = this.#parts;
+    const { view, selection, isHere } = this.#select(cameraView);
     this.#selection = selection;
+    this.#isHere = isHere;
     uploads.residency.use(selection.drawn, selection.keep, this.#visible);
     this.#show(selection);
     this.#requestOcclusionQuery(selection, view.occlusion ?? false);
     pages.need(this.#pagesToFetch(selection));
     const needed = selection.load.filter((chunk) => this.#isToBeFetched(chunk));
-    if (motion.isovalueMoves) {
+    if (motion.isovalueMoves && !isHere) {
       const ahead = this.#selectAhead(view);
       queue.need(this.#prefetch.select(needed, queue.underway(), ahead));
     } else {
       this.#prefetch.end();
       queue.need(needed);
     }
+  }
+
+  /**
+   * Selects all chunks of the view if no request is needed for them (`isHere`), because decoding takes less time
+   * than occlusion queries. Otherwise selects only chunks that are not occluded.
+   */
+  #select(cameraView: CameraView): {
+    view: SelectionView;
+    selection: CoreSelection;
+    isHere: boolean;
+  } {
+    const { store, isKept } = this.#parts;
+    const view = this.#selectionView(cameraView);
+    if (isKept && cameraView.stepCellPixels === undefined) {
+      const whole = { ...view, occlusion: false };
+      const selection = store.select(whole);
+      const { limitedByBudget, load, pages } = selection;
+      const isHere = !limitedByBudget && pages.length === 0 && load.every(isKept);
+      if (isHere) return { view: whole, selection, isHere };
+    }
+    return { view, selection: store.select(view), isHere: false };
   }
 
   /** Whether the last selection would be the same with this sample budget. */

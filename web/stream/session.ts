@@ -1,13 +1,14 @@
 import type { Core, Store } from "../core/core.ts";
-import type { Chunk } from "../core/records.ts";
 import type { Points, StoreInfo } from "../core/types.ts";
 import { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
+import { type LevelCost, levelCosts } from "./level_cost.ts";
 import type { OcclusionQuery } from "./occlusion_queries.ts";
 import { openStore } from "./open_store.ts";
 import { progressOf } from "./progress.ts";
 import { markTimeline, ProgressReporter } from "./progress_reporter.ts";
+import { keptSource } from "./read_ahead.ts";
 import {
   makeSessionParts,
   type SessionOptions,
@@ -80,7 +81,8 @@ export class StreamSession {
     try {
       const store = await openStore(source, core, backoff, signal);
       signal.throwIfAborted();
-      session = new StreamSession(source, store, backoff, options);
+      const kept = keptSource(source, store, options.readAheadBytes);
+      session = new StreamSession(kept, store, backoff, options);
       const opened = session;
       signal.addEventListener("abort", () => opened.close(), { once: true });
       session.#loadCoarse(options.firstIsovalues);
@@ -96,7 +98,7 @@ export class StreamSession {
     if (this.isClosed) return;
     if (!this.#parts.motion.changed(cameraView)) return;
     this.#parts.occlusion.viewChanged();
-    this.#parts.background.stop();
+    this.#stopReadingAhead();
     this.#select();
   }
 
@@ -144,23 +146,12 @@ export class StreamSession {
 
   /** The cost of these isovalues at each level whose directory has been fetched. */
   levelCosts(isovalues: readonly number[]): LevelCost[] {
-    if (this.isClosed) return [];
-    return Array.from({ length: this.info.levels }, (_, level) => level).flatMap((level) => {
-      const isKnown = isovalues.every(
-        (isovalue) => this.#store.missingPages(level, isovalue).length === 0,
-      );
-      return isKnown ? [costOf(level, this.#chunksOf(level, isovalues))] : [];
-    });
+    return this.isClosed ? [] : levelCosts(this.#store, isovalues);
   }
 
   /** The finest level that a view shows, among the levels whose directory has been fetched. */
   finestLevelOf(view: CameraView): number {
     return this.isClosed ? 0 : this.#parts.selectionLoop.finestLevelOf(view);
-  }
-
-  #chunksOf(level: number, isovalues: readonly number[]): Chunk[] {
-    const chunks = isovalues.flatMap((isovalue) => this.#store.chunksFor(level, isovalue));
-    return [...new Map(chunks.map((chunk) => [chunk.handle, chunk])).values()];
   }
 
   /** Access to the store for readers other than the view, such as web/mesh. */
@@ -274,6 +265,7 @@ export class StreamSession {
     this.#parts.queue.close();
     this.#parts.pages.close();
     this.#parts.background.close();
+    this.#parts.readAhead.close();
     this.#parts.uploads.close();
     this.#backoff.close();
     if (this.#ownsDecoder) this.#decoder.close();
@@ -352,11 +344,18 @@ export class StreamSession {
 
   /** Chunks that the view needs come before chunks that a later view may need. */
   #prepareOtherIsovalues(): void {
-    const isovalues = this.#parts.motion.view?.isovalues;
+    const { background, readAhead, motion } = this.#parts;
+    const isovalues = motion.view?.isovalues;
     const isFailing =
       this.#parts.sourceCheck.isReplaced || this.#backoff.trouble || this.#parts.uploads.overflow;
-    if (!isovalues || isFailing || !this.#isComplete) this.#parts.background.stop();
-    else this.#parts.background.start(isovalues, this.#parts.coarse.finestLevel);
+    if (!isovalues || isFailing || !this.#isComplete) this.#stopReadingAhead();
+    else if (background.isDone) readAhead.start(isovalues, motion.direction);
+    else background.start(isovalues, this.#parts.coarse.finestLevel);
+  }
+
+  #stopReadingAhead(): void {
+    this.#parts.background.stop();
+    this.#parts.readAhead.stop();
   }
 
   #currentProgress() {
@@ -364,9 +363,10 @@ export class StreamSession {
       ...this.#parts,
       source: this.source,
       selection: this.#parts.selectionLoop.selection,
+      isHere: this.#parts.selectionLoop.isHere,
       isSelectionPending: this.#selecting.isRequested,
       isLoadingCoarse: this.#parts.coarse.isLoading,
-      preparation: this.#parts.background.preparation,
+      preparation: this.#parts.background.preparation ?? this.#parts.readAhead.preparation,
       sourceFault: this.#backoff.trouble,
     });
   }
@@ -374,16 +374,4 @@ export class StreamSession {
   #mark(name: string): void {
     markTimeline(name, this.source, this.#parts.uploads.residency);
   }
-}
-
-/** The cost of surfaces at one level: all chunks that they need, from any view. */
-export interface LevelCost {
-  level: number;
-  bytes: number;
-  cells: number;
-}
-
-function costOf(level: number, chunks: readonly Chunk[]): LevelCost {
-  const bytes = chunks.reduce((sum, chunk) => sum + chunk.bytes, 0);
-  return { level, bytes, cells: chunks.reduce((sum, chunk) => sum + chunk.cells, 0) };
 }

@@ -8,9 +8,11 @@ import { ChunkUploads } from "./chunk_uploads.ts";
 import { CoarseLoader } from "./coarse_loader.ts";
 import type { Decoder } from "./decoder.ts";
 import { defaultSampleBudget } from "./device.ts";
+import { KeptSource } from "./kept_source.ts";
 import { Motion } from "./motion.ts";
 import { OcclusionQueries } from "./occlusion_queries.ts";
 import { PageLoader } from "./page_loader.ts";
+import { defaultReadAheadBytes, ReadAhead } from "./read_ahead.ts";
 import type { RequestLimit } from "./request_limit.ts";
 import { SelectionLoop, type SelectionParts } from "./selection_loop.ts";
 import type { Source } from "./source.ts";
@@ -53,6 +55,7 @@ export interface SessionPartsHost {
 }
 
 export interface SessionParts extends SelectionParts {
+  readAhead: ReadAhead;
   selectionLoop: SelectionLoop;
 }
 
@@ -123,8 +126,15 @@ export function makeSessionParts(
     ),
     backoff,
     viewer,
+    isKept: source instanceof KeptSource ? (chunk) => source.has(chunk) : undefined,
     mark: (name) => host.mark(name),
   };
   const { targetCellPixels: target = 1, movingCellPixels: moving = 5 } = options;
-  return { ...parts, selectionLoop: new SelectionLoop(parts, { target, moving }) };
+  const { readAheadBytes = defaultReadAheadBytes } = options;
+  const isReadAhead = store.info.fileBytes <= readAheadBytes && !savesData();
+  const readAhead = new ReadAhead(source, store, isReadAhead, {
+    changed: () => host.advanced(),
+    ended: () => host.mark("isosplat:kept"),
+  });
+  return { ...parts, readAhead, selectionLoop: new SelectionLoop(parts, { target, moving }) };
 }

@@ -54,6 +54,8 @@ export interface Source {
    * surface is drawn from it before more is fetched.
    */
   readonly ready?: FileRange | undefined;
+  /** Whether the bytes are on this device, so that reading them needs no connection. */
+  readonly isLocal?: boolean;
   /** The useful number of concurrent calls of `chunks`. */
   readonly concurrency: number;
   /** Requests made and payload bytes received so far. */
@@ -90,7 +92,10 @@ export interface Source {
     signal: AbortSignal,
     arrived: (chunk: C, bytes: Uint8Array) => void,
   ): Promise<void>;
-  /** From now on every request bypasses the caches, because they hold wrong bytes. */
+  /**
+   * From now on every request bypasses the caches, because they hold wrong bytes. Called for each part whose
+   * bytes are wrong.
+   */
   bypassCaches(): void;
   /** Requests bypass the caches. */
   readonly fresh: boolean;

@@ -67,7 +67,7 @@ export interface Progress {
   /** Whether `state` is complete. */
   complete: boolean;
   /**
-   * Coarse levels are being fetched for other isovalues (`StreamOptions.backgroundBytes`): bytes
+   * Other isovalues are being fetched (`StreamOptions.backgroundBytes`, `readAheadBytes`): bytes
    * fetched so far, and planned. Null while none are being fetched; a complete view then makes no requests.
    */
   preparation: { bytes: number; bytesPlanned: number } | null;
@@ -146,6 +146,12 @@ export interface StreamOptions {
    * saver is on (`navigator.connection.saveData`).
    */
   backgroundBytes?: number;
+  /**
+   * A store of at most this many bytes is read as a whole while a view is complete, and kept encoded in memory,
+   * so that another isovalue makes no request. Default: 16 MB. Nothing is read ahead from this device, nor if
+   * the browser's data saver is on.
+   */
+  readAheadBytes?: number;
   /**
    * Most bytes of the coarse levels that are fetched for every isovalue when a store is opened. With 0, only the
    * levels that the first surface needs are fetched. Default: 160 KB.

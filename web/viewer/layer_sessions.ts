@@ -1,4 +1,5 @@
 import type { Decoder } from "../stream/decoder.ts";
+import { defaultReadAheadBytes } from "../stream/read_ahead.ts";
 import { RequestLimit } from "../stream/request_limit.ts";
 import type { SessionOptions } from "../stream/session_parts.ts";
 import { WorkerPool } from "../stream/worker_pool.ts";
@@ -30,7 +31,7 @@ export class LayerSessions {
     sampleBudget: number,
     layers: number,
   ): Omit<SessionOptions, "events" | "signal"> {
-    const { targetCellPixels, backgroundBytes } = this.#options;
+    const { targetCellPixels, backgroundBytes, readAheadBytes } = this.#options;
     const firstIsovalues = hasSurfaces ? layer.surfaces.map(({ isovalue }) => isovalue) : [];
     return {
       decoder: this.decoder,
@@ -39,8 +40,11 @@ export class LayerSessions {
       ...(firstIsovalues.length > 0 ? { firstIsovalues } : {}),
       ...(targetCellPixels ? { targetCellPixels } : {}),
       ...(backgroundBytes === undefined ? {} : { backgroundBytes }),
+      readAheadBytes: (readAheadBytes ?? defaultReadAheadBytes) / layers,
       // Instead of other isovalues, other steps are fetched in advance.
-      ...(steps || layers > manyLayers ? { backgroundBytes: 0, coarseBytes: 0 } : {}),
+      ...(steps || layers > manyLayers
+        ? { backgroundBytes: 0, readAheadBytes: 0, coarseBytes: 0 }
+        : {}),
       // A step that is fetched in advance must not delay the present one.
       ...(steps ? { pausesOthers: false } : {}),
     };

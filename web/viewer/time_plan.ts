@@ -1,4 +1,4 @@
-import type { LevelCost } from "../stream/session.ts";
+import type { LevelCost } from "../stream/level_cost.ts";
 
 /** The detail in which steps play, as the size up to which cells are not refined (device pixels). */
 export const playCellPixels: readonly number[] = [1, 2, 4, 8, 16, 32, 64];

@@ -51,6 +51,8 @@ export interface ViewerOptions {
   sampleBudget?: number;
   /** Most bytes fetched for other isovalues while a view is complete: see StreamOptions. */
   backgroundBytes?: number;
+  /** Stores up to this size are read as a whole while a view is complete: see StreamOptions. Default: 16 MB of all layers. */
+  readAheadBytes?: number;
   /** Cells larger than this on the screen, in pixels, are refined. Default 1. */
   targetCellPixels?: number;
   /** The largest number of device pixels per CSS pixel. Default 2. */

@@ -67,6 +67,7 @@ export async function visit(
     decoder: new InlineDecoder(core),
     // Fetch only the bytes of this view.
     backgroundBytes: 0,
+    readAheadBytes: 0,
     firstIsovalues: [isovalue],
     // This suffices for all volumes, so that the budget of a device does not limit the growth.
     sampleBudget: 2 ** 30,

@@ -50,3 +50,8 @@ export function rendererName(): string {
   const info = gl?.getExtension("WEBGL_debug_renderer_info");
   return String(gl?.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? 0));
 }
+
+/** Turns the browser's data saver on, so that nothing is fetched ahead. */
+export function saveData(): void {
+  Object.defineProperty(navigator, "connection", { value: { saveData: true } });
+}
