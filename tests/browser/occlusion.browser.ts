@@ -8,11 +8,13 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { chunksOf } from "./support/chunks.ts";
-import { slideTo } from "./support/in_page.ts";
+import { saveData, slideTo } from "./support/in_page.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { compare, complete, savedPicture, settled } from "./support/view.ts";
 
 test.use({ viewport: { width: 800, height: 520 } });
+// A store that was read as a whole needs no occlusion queries.
+test.beforeEach(({ page }) => page.addInitScript(saveData));
 
 const volume = "mandelbulb";
 const isovalue = 226.5;
