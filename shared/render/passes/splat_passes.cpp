@@ -127,7 +127,6 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
   if (pulled) {
     glViewport(0, 0, width, height);
     glBindVertexArray(context.empty_vertex_array);
-    if (variant != SplatPass::triangles) return;
   } else {
     const auto guard = static_cast<GLint>(context.limits.guard_px);
     glViewport(-guard, -guard, width + 2 * guard, height + 2 * guard);
@@ -149,8 +148,8 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   const bool large = !triangles && context.settings.projected &&
                      largest_px > float(LARGE_SPLAT_PX) &&
                      (pass.pass == SplatPass::quad || pass.pass == SplatPass::ellipse);
-  // Large splats are few: they are not culled, but drawn with the first subset.
-  const bool culled = triangles || !(pulled || large);
+  // Those of the squares' pass are few: they are not culled, but drawn with the first subset.
+  const bool culled = pass.pass != SplatPass::quad || triangles || !(pulled || large);
   if (!culled && subset == ClusterSubset::likely_occluded) return {};
   const SplatPass variant = triangles ? SplatPass::triangles : large ? SplatPass::exact : pass.pass;
   const bool is_surface = !is_gradients && pass.pass != SplatPass::cut_cells;
@@ -159,7 +158,7 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
     const bool depth_tested = subset == ClusterSubset::likely_occluded || is_gradients;
-    use_program(pass, variant, pulled, depth_tested && !large, **program);
+    use_program(pass, variant, pulled, depth_tested && culled, **program);
     bound.program = *program;
     bound.level = bound.buffer = kUnset;
   }
@@ -233,17 +232,19 @@ Result<void> SplatPasses::draw_with_occlusion_culling(const Pass& pass, const Sp
   if (occluded_samples < pixels / 64) return draw_subset(pass, ClusterSubset::all);
   if (auto ok = draw_subset(pass, ClusterSubset::likely_visible); !ok) return ok;
   const auto& items = pass.splats.list.items();
-  const auto is_triangles = [&](const DrawItem& item) {
-    return pass.pass == SplatPass::quad && is_drawn_as_triangles(item, pass.context.settings);
+  const bool squares = pass.pass == SplatPass::quad;
+  const auto has_tiles = [&](const DrawItem& item) {
+    return !squares || is_drawn_as_triangles(item, pass.context.settings);
   };
-  const auto triangles = std::count_if(items.begin(), items.end(), is_triangles);
-  const bool all = triangles == std::ssize(items);
-  if (pass.pass == SplatPass::quad && !all) drawn_depths_.copy_from(target);
-  if (pass.pass != SplatPass::quad || triangles > 0) {
-    depth_tiles_.update(target, pass.context.empty_vertex_array);
-  }
-  if (triangles > 0 && pass.context.limits.on_cpu) {
-    // The vertex shaders of many vertices would wait for the depths as well.
+  const auto with_tiles = std::count_if(items.begin(), items.end(), has_tiles);
+  if (with_tiles < std::ssize(items)) drawn_depths_.copy_from(target);
+  if (with_tiles > 0) depth_tiles_.update(target, pass.context.empty_vertex_array);
+  const auto is_close = [](const DrawItem& item) {
+    return item.largest_side_px > float(TRIANGLE_SIDE_PX);
+  };
+  if (with_tiles > 0 && pass.context.limits.on_cpu &&
+      std::any_of(items.begin(), items.end(), is_close)) {
+    // The vertex shaders would wait for the depths as well.
     pass.splats.list.drop_occluded(pass.splats.frame, depth_tiles_.read_farthest());
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
   }

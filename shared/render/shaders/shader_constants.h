@@ -31,9 +31,10 @@
 // values are higher: beside an outline they may face either way.
 #define QUAD_SIDE_FACING 0.2
 
-// Side of a tile of the farthest depths, in px. Splats that span more than three tiles are not
-// tested.
+// Side of a tile of the farthest depths, in px. MAX_TILES: splats that span more tiles along an
+// axis are not tested.
 #define HIDING_TILE_PX 8
+#define HIDING_MAX_TILES 12
 
 // Largest distance between the points at which a square is tested for occlusion, in px.
 #define QUAD_PROBE_PX 5
@@ -49,10 +50,8 @@
 #define LARGE_SPLAT_PX 24.0
 
 // Cells of level 0 whose side may be larger than this, in px, are drawn as triangles instead of
-// squares. SLOTS: vertices of a cell in the strip of triangles. MAX_TILES: cells that span more
-// tiles along an axis of the image are not tested for occlusion.
+// squares. SLOTS: vertices of a cell in the strip of triangles.
 #define TRIANGLE_SIDE_PX 8.0
-#define TRIANGLE_MAX_TILES 8
 #define TRIANGLE_SLOTS 16
 
 // Ellipses. Largest distance of a fragment from the surface, in cells; largest distance of a
@@ -81,7 +80,7 @@
 // Smooth normals. REACH_CELLS: distance from its centre, in cells, up to which a cell contributes.
 // MAX_TILES: splats that span more tiles are not tested for occlusion.
 #define SMOOTH_REACH_CELLS 1.5
-#define SMOOTH_MAX_TILES 6
+#define SMOOTH_MAX_TILES 24
 
 // Bits of a surface pixel's fourth channel: isosurface, side.
 #define ISOSURFACE_SHIFT 2

@@ -11,7 +11,8 @@ uniform float u_quantized_isovalue;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;          // weights of 1, gradient length, projection error
 
-#ifndef PULLED
+#if KIND != KIND_QUAD || !defined(PULLED)
+#define TESTED_FOR_OCCLUSION
 uniform bool u_drops_hidden;          // drops samples that are occluded by u_drawn
 #if KIND == KIND_QUAD
 uniform highp sampler2D u_drawn;      // depths drawn so far
@@ -119,7 +120,7 @@ float scalar_of(Trilinear f, vec3 place, float steepness) {
   return dot(u_scalar, vec3(1.0, steepness, error));
 }
 
-#ifndef PULLED
+#ifdef TESTED_FOR_OCCLUSION
 #if KIND == KIND_QUAD
 // Tests points at most QUAD_PROBE_PX apart. Only a narrow visible part of the square can be missed.
 bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
@@ -154,12 +155,12 @@ bool is_hidden(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   return window_depth(max(nearest, u_near_plane)) > surfaces.y + 1e-6 ||
          window_depth(max(farthest, u_near_plane)) < surfaces.x - 1e-6;
 #else
-  if (any(greaterThan(high - low, ivec2(2)))) return false;
+  if (any(greaterThanEqual(high - low, ivec2(HIDING_MAX_TILES)))) return false;
   uint drawn = 0u;
   for (int y = low.y; y <= high.y; ++y) {
     for (int x = low.x; x <= high.x; ++x) drawn = max(drawn, texelFetch(u_drawn, ivec2(x, y), 0).x);
   }
-  return window_depth(nearest) > uintBitsToFloat(drawn) + 1e-6;
+  return window_depth(max(nearest, u_near_plane)) > uintBitsToFloat(drawn) + 1e-6;
 #endif
 }
 #endif
@@ -184,6 +185,8 @@ void place_splat(vec2 centre_px, vec2 half_px, float nearest, float farthest) {
   }
 #ifndef PULLED
   half_px = vec2(max(half_px.x, half_px.y));
+#endif
+#ifdef TESTED_FOR_OCCLUSION
   if (u_drops_hidden && is_hidden(centre_px, half_px, nearest, farthest)) {
     drop();
     return;

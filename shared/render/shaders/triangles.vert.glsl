@@ -28,7 +28,7 @@ bool is_hidden(vec3 e, vec3 h) {
   vec2 last = u_image_size - 1.0;
   ivec2 low = ivec2(clamp(low_px, vec2(0.0), last)) / HIDING_TILE_PX;
   ivec2 high = ivec2(clamp(high_px, vec2(0.0), last)) / HIDING_TILE_PX;
-  if (!u_drops_hidden || any(greaterThan(high - low, ivec2(TRIANGLE_MAX_TILES - 1)))) return false;
+  if (!u_drops_hidden || any(greaterThanEqual(high - low, ivec2(HIDING_MAX_TILES)))) return false;
   uint drawn = 0u;
   for (int y = low.y; y <= high.y; ++y) {
     for (int x = low.x; x <= high.x; ++x) drawn = max(drawn, texelFetch(u_drawn, ivec2(x, y), 0).x);
