@@ -44,6 +44,12 @@ BlockTask task_of(const TaskOrder& order, int32_t blocks_x);
 /// Identifies size and type of a volume, to detect ranks that have opened another one.
 uint64_t volume_digest(const VolumeHeader& header);
 
+/// The rank that reads a layer of level 0. Rank 0 has the second layer, not the first one: it reads
+/// the sample of the volume before it reads layers.
+inline int layer_reader_of(int32_t z, int ranks) {
+  return (z + 1) % ranks;
+}
+
 template <class T>
 std::vector<std::byte> packed(const T& content) {
   static_assert(std::is_trivially_copyable_v<T>);

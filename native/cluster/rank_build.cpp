@@ -25,15 +25,14 @@ Result<BuildReport> build_on_ranks(VolumeSource& source, ByteSink& sink, BuildOp
     if (!scan) return tl::unexpected(scan.error());
     options.scan = std::move(*scan);
   }
+  coordinator.quantize(*options.scan);
   ThreadExecutor executor(thread_count(options));
   FileSliceStorage storage(options.temporary_folder.empty() ? std::filesystem::temp_directory_path()
                                                             : options.temporary_folder);
   StoreBuild build(source, sink, options, executor, executor.threads() + kMessageEncoders,
                    &storage);
   if (auto begun = build.begin(); !begun) return tl::unexpected(begun.error());
-  if (auto begun = coordinator.begin(build, *options.scan); !begun) {
-    return tl::unexpected(begun.error());
-  }
+  coordinator.begin(build, *options.scan);
   for (;;) {
     const auto has_layer = build.advance_layer();
     if (!has_layer) return tl::unexpected(has_layer.error());

@@ -10,11 +10,11 @@ namespace isosplat {
 // One build by several processes, the ranks 0 to n − 1. All of them open the same volume with the
 // same options. Rank 0 calls build_store_on_ranks, and then stop_ranks; the others call serve_rank.
 //
-// Rank 0 runs the StoreBuild and writes the store. Layer z of level 0 is read by rank z mod n, and
-// coarser levels are in rank 0's memory or temporary file. The rank that has the voxels of a block
-// sends them to the rank that encodes it. This rank sends the encoded block, and its part of the
-// coarser level, to rank 0. Rank 0 gives out each block with the λ and the size limit that it has
-// in any build, so the store has the same bytes.
+// Rank 0 runs the StoreBuild and writes the store. Layer z of level 0 is read by rank (z + 1) mod
+// n, and coarser levels are in rank 0's memory or temporary file. The rank that has the voxels of a
+// block sends them to the rank that encodes it. This rank sends the encoded block, and its part of
+// the coarser level, to rank 0. Rank 0 gives out each block with the λ and the size limit that it
+// has in any build, so the store has the same bytes.
 
 /// Builds a store into a sink: build_store with the threads of all ranks. options.threads and
 /// options.memory_bytes are those of this rank. options.kept, only_isovalue and coarse_levels must

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "native/cluster/rank_pause.h"
 #include "shared/core/builder/block_transfer.h"
 #include "shared/core/builder/scan_volume.h"
 
@@ -38,6 +37,7 @@ Result<void> RankCoordinator::receive(const std::function<Result<void>(const Mes
         return tl::unexpected(std::move(error));
       }
       case MessageKind::scan:
+      case MessageKind::quantize:
       case MessageKind::begin:
       case MessageKind::order:
       case MessageKind::task:
@@ -49,7 +49,7 @@ Result<void> RankCoordinator::receive(const std::function<Result<void>(const Mes
   }
   const auto sent = worker_.send_finished();
   if (!sent) return tl::unexpected(sent.error());
-  if (!message && !*sent) worker_.wait(pause_of(transport_));
+  if (!message && !*sent) worker_.wait();
   return {};
 }
 
@@ -108,13 +108,19 @@ Result<std::shared_ptr<const VoxelScan>> RankCoordinator::scan() {
   return scan;
 }
 
-Result<void> RankCoordinator::begin(const StoreBuild& build, const VoxelScan& scan) {
-  const auto message =
-      packed_parts(scan.bytes(), std::as_bytes(std::span(build.isovalue_distribution())));
-  for (int rank = 0; rank < transport_.ranks(); ++rank) {
-    transport_.send(rank, MessageKind::begin, message);
+void RankCoordinator::quantize(const VoxelScan& scan) {
+  const auto message = scan.bytes();
+  for (int rank = 1; rank < transport_.ranks(); ++rank) {
+    transport_.send(rank, MessageKind::quantize, message);
   }
-  return {};
+}
+
+void RankCoordinator::begin(const StoreBuild& build, const VoxelScan& scan) {
+  transport_.send(0, MessageKind::quantize, scan.bytes());
+  const auto distribution = std::as_bytes(std::span(build.isovalue_distribution()));
+  for (int rank = 0; rank < transport_.ranks(); ++rank) {
+    transport_.send(rank, MessageKind::begin, {distribution.begin(), distribution.end()});
+  }
 }
 
 int RankCoordinator::free_rank(int owner) const {
@@ -148,7 +154,7 @@ bool RankCoordinator::give_out(StoreBuild& build, int owner) {
 
 Result<void> RankCoordinator::build_layer(StoreBuild& build) {
   const bool is_finest = build.layer().grid.level == 0;
-  const int owner = is_finest ? build.layer_z() % transport_.ranks() : 0;
+  const int owner = is_finest ? layer_reader_of(build.layer_z(), transport_.ranks()) : 0;
   if (!is_finest) {
     if (auto loaded = build.load_layer(false); !loaded) return loaded;
   }

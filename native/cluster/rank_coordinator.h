@@ -25,8 +25,12 @@ class RankCoordinator {
   /// Errors: those of the source.
   Result<std::shared_ptr<const VoxelScan>> scan();
 
-  /// Tells all ranks how to quantize voxels. Call it after StoreBuild::begin().
-  Result<void> begin(const StoreBuild& build, const VoxelScan& scan);
+  /// Tells all other ranks how to quantize voxels, so that they begin to read their layers.
+  void quantize(const VoxelScan& scan);
+
+  /// Tells rank 0's worker the same, and all ranks the distribution of isovalues. Call it after
+  /// StoreBuild::begin(), which reads the source.
+  void begin(const StoreBuild& build, const VoxelScan& scan);
 
   /// Builds the layer of the build, which advance_layer() has begun.
   Result<void> build_layer(StoreBuild& build);

@@ -6,10 +6,12 @@
 
 namespace isosplat {
 
-/// How long a rank that has nothing to do may wait until it looks for messages again. Waiting in
-/// the transport would occupy a core, which the rank's encoders need.
+/// How long a rank that has nothing to do waits until it looks for messages again. Waiting in the
+/// transport would occupy a core, which the rank's encoders need.
+inline constexpr std::chrono::microseconds kShortPause{100}, kPause{1000};
+
 inline std::chrono::microseconds pause_of(const Transport& transport) {
-  return std::chrono::microseconds(transport.is_busy() ? 100 : 1000);
+  return transport.is_busy() ? kShortPause : kPause;
 }
 
 }  // namespace isosplat

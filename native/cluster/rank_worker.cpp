@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "native/builder/refusals.h"
+#include "native/cluster/rank_pause.h"
 #include "shared/core/builder/block_transfer.h"
 #include "shared/core/builder/scan_volume.h"
 
@@ -35,7 +36,11 @@ Result<void> RankWorker::handle(Message&& message) {
       ScanOrder order;
       return unpack(message.content, order) ? scan(order) : malformed_message();
     }
-    if (message.kind == MessageKind::begin) return begin(message.content);
+    if (message.kind == MessageKind::quantize) return quantize(message.content);
+    if (message.kind == MessageKind::begin) {
+      begin(message.content);
+      return {};
+    }
     const std::lock_guard lock(mutex_);
     if (message.kind == MessageKind::task) {
       tasks_.push_back(std::move(message.content));
@@ -63,22 +68,23 @@ Result<void> RankWorker::scan(const ScanOrder& order) {
   return {};
 }
 
-Result<void> RankWorker::begin(std::span<const std::byte> message) {
-  std::span<const std::byte> scan_bytes, distribution;
-  if (!unpack_parts(message, scan_bytes, distribution)) return malformed_message();
+Result<void> RankWorker::quantize(std::span<const std::byte> scan_message) {
   VoxelScan scan(source_.header().type);
-  if (auto added = scan.add_message(scan_bytes); !added) return added;
+  if (auto added = scan.add_message(scan_message); !added) return added;
   auto quantization = choose_quantization(source_.header(), scan, options_.max_error);
   if (!quantization) return tl::unexpected(quantization.error());
   quantization_ = std::move(*quantization);
-  isovalue_distribution_ = numbers_of<double>(distribution);
   reader_.emplace(source_, quantization_, executor_);
-  encoders_ = std::vector<BlockEncoder>(executor_.threads());
   threads_.emplace_back([this] { read_layers(); });
+  return {};
+}
+
+void RankWorker::begin(std::span<const std::byte> distribution) {
+  isovalue_distribution_ = numbers_of<double>(distribution);
+  encoders_ = std::vector<BlockEncoder>(executor_.threads());
   for (BlockEncoder& encoder : encoders_) {
     threads_.emplace_back([this, &encoder] { encode_tasks(encoder); });
   }
-  return {};
 }
 
 void RankWorker::fail_with(const Error& error) {
@@ -90,7 +96,8 @@ void RankWorker::fail_with(const Error& error) {
 }
 
 void RankWorker::read_layers() {
-  for (int32_t z = transport_.rank(); z < grid_.blocks.z; z += transport_.ranks()) {
+  for (int32_t z = 0; z < grid_.blocks.z; ++z) {
+    if (layer_reader_of(z, transport_.ranks()) != transport_.rank()) continue;
     const auto voxels = with_refusals([&] { return reader_->read(z, true); });
     if (!voxels) return fail_with(voxels.error());
     std::unique_lock lock(mutex_);
@@ -113,12 +120,14 @@ void RankWorker::encode_tasks(BlockEncoder& encoder) {
     if (is_stopping_) return;
     const std::vector<std::byte> task = std::move(tasks_.front());
     tasks_.pop_front();
+    ++encoding_;
     lock.unlock();
     std::vector<std::byte> message;
     const auto encoded =
         with_refusals([&] { return encode_task(task, isovalue_distribution_, encoder, message); });
     if (!encoded) return fail_with(encoded.error());
     lock.lock();
+    --encoding_;
     encoded_.push_back(std::move(message));
     news_.notify_all();
   }
@@ -159,8 +168,10 @@ Result<bool> RankWorker::send_finished() {
   return !encoded.empty() || !orders.empty();
 }
 
-void RankWorker::wait(std::chrono::microseconds at_most) {
+void RankWorker::wait() {
   std::unique_lock lock(mutex_);
+  const bool is_idle = tasks_.empty() && encoding_ == 0;
+  const auto at_most = is_idle ? kShortPause : pause_of(transport_);
   news_.wait_for(lock, at_most, [&] {
     const bool has_tasks = !orders_.empty() && layer_.voxels && orders_.front().z == layer_z_;
     return error_ || !encoded_.empty() || has_tasks;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -26,13 +25,13 @@ namespace isosplat {
 class RankWorker {
  public:
   /// All arguments must outlive the worker. The source is read only by one thread at a time: the
-  /// caller's until `begin` is handled, then the worker's.
+  /// caller's until `quantize` is handled, then the worker's.
   RankWorker(VolumeSource& source, const BuildOptions& options, Transport& transport);
   /// Ends the threads, after the block and the layer that they work on.
   ~RankWorker();
   RankWorker(const RankWorker&) = delete;
 
-  /// Handles `scan`, `begin`, `order` or `task`. Errors: those of the source and of
+  /// Handles `scan`, `quantize`, `begin`, `order` or `task`. Errors: those of the source and of
   /// choose_quantization; out_of_memory; invalid_argument (a malformed message).
   Result<void> handle(Message&& message);
 
@@ -40,8 +39,8 @@ class RankWorker {
   /// were any. Errors: those of the source; out_of_memory.
   Result<bool> send_finished();
 
-  /// Waits until send_finished() has something to send, but not longer than `at_most`.
-  void wait(std::chrono::microseconds at_most);
+  /// Waits until send_finished() has something to send, or until it is time to look for messages.
+  void wait();
 
   /// Of the blocks that were encoded and the layers that were read. No other function may be called
   /// afterwards.
@@ -49,7 +48,8 @@ class RankWorker {
 
  private:
   Result<void> scan(const ScanOrder& order);
-  Result<void> begin(std::span<const std::byte> message);
+  Result<void> quantize(std::span<const std::byte> scan_message);
+  void begin(std::span<const std::byte> distribution);
   void read_layers();
   void encode_tasks(BlockEncoder& encoder);
   void stop();
@@ -76,6 +76,7 @@ class RankWorker {
   Layer layer_;  // the layer that was read; no voxels: none is now
   int32_t layer_z_ = -1;
   size_t open_tasks_ = 0;  // of the layer: those not yet ordered
+  size_t encoding_ = 0;    // threads that encode
 };
 
 }  // namespace isosplat

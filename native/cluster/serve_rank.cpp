@@ -38,7 +38,7 @@ Result<int> serve(VolumeSource& source, const BuildOptions& options, Transport& 
     }
     const auto sent = with_refusals([&] { return worker.send_finished(); });
     if (!sent) return tl::unexpected(sent.error());
-    if (!message && !*sent) worker.wait(pause_of(transport));
+    if (!message && !*sent) worker.wait();
   }
 }
 

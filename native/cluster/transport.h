@@ -13,7 +13,8 @@ enum class MessageKind : int {
   failed,      ///< to 0: failure_message(); the rank waits for stop
   scan,        ///< from 0: ScanOrder
   scanned,     ///< to 0: VoxelScan::bytes()
-  begin,       ///< from 0: two parts: VoxelScan::bytes(), the distribution of isovalues
+  quantize,    ///< from 0: VoxelScan::bytes() of all voxels; the rank may read its layers
+  begin,       ///< from 0: the distribution of isovalues; tasks may follow
   order,       ///< from 0 to the rank that reads the layer: TaskOrder
   task,        ///< to the rank that encodes the block: write_task()
   encoded,     ///< to 0: encode_task()
