@@ -340,7 +340,8 @@ export class Layers {
 
   /** Whether something that is to be shown is being opened. */
   get isWaiting(): boolean {
-    return this.list.isWaiting || this.#series?.time.isBuffering === true;
+    const isBuffering = this.#series?.time.isBuffering ?? false;
+    return isBuffering || this.list.isWaiting || this.#progress.isPending;
   }
 
   /** Viewer.time. */
@@ -370,10 +371,7 @@ export class Layers {
       },
       busyChanged: () => this.#host.busyChanged(),
       failed: (entry, error) => this.#failed(entry, error),
-      isComplete: () => {
-        const { progress } = this;
-        return progress !== null && !isStreaming(progress);
-      },
+      isComplete: () => this.progress !== null && !isStreaming(this.progress),
     };
   }
 

@@ -26,6 +26,11 @@ export class PictureProgress {
     return (this.#summing.isRequested && this.#sum()) || this.#progress;
   }
 
+  /** Whether a change of a layer's progress is still to be reported. */
+  get isPending(): boolean {
+    return this.#summing.isRequested;
+  }
+
   /** The progress of one layer has changed. */
   layerChanged(): void {
     if (this.#list.entries.length > 1) this.#summing.request();
