@@ -64,6 +64,7 @@ test("any isovalue is complete at level 0 without a request", async () => {
   const resident = new Set(harness.resident.keys());
   await started();
   expect(harness.progress?.state).toBe("complete");
+  expect(harness.progress?.preparation?.bytesPlanned).toBeGreaterThan(1e6);
   await ended();
   expect(new Set(harness.resident.keys()), "chunks stay encoded").toEqual(resident);
   expect(fetchedTwice(server.requests)).toEqual([]);

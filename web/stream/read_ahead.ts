@@ -49,7 +49,7 @@ export class ReadAhead {
   readonly #work: IdleWork;
   readonly #damaged = new Set<number>();
   #bytes = 0;
-  #bytesPlanned = 0;
+  #bytesPlanned: number;
   #isDone = false;
 
   /** Nothing is read ahead, unless `source` keeps its bytes (`keptSource`). */
@@ -57,6 +57,8 @@ export class ReadAhead {
     this.#source = isEnabled && source instanceof KeptSource ? source : undefined;
     this.#store = store;
     this.#events = events;
+    // More exactly once the directory is known.
+    this.#bytesPlanned = store.info.fileBytes;
     this.#work = new IdleWork(() => {
       if (this.#isDone) events.ended();
       events.changed();
