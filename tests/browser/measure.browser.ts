@@ -5,6 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
+import { saveData } from "./support/in_page.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { complete, openSection, settled } from "./support/view.ts";
 
@@ -316,7 +317,9 @@ test("sessions have space for more measurements than addresses", { tag: "@slow" 
 });
 
 test("area and volume are those of the mesh that the program extracts", async ({ page }) => {
-  await open(page);
+  // Only coarse levels are fetched for this view, and nothing ahead. The rest is requested for the mesh.
+  await page.addInitScript(saveData);
+  await open(page, "volume=bucky&isovalue=100&camera=30,20,3300,63.5,63.5,63.5");
   await openSection(page, "Measure");
   // The first response is an error, and the second one is damaged. Both are requested again.
   let answers = 0;

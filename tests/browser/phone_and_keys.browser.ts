@@ -1,6 +1,6 @@
 // The page in a phone's window, by touch and by keyboard, and in both themes.
 import { expect, type Page, test } from "@playwright/test";
-import { slideTo } from "./support/in_page.ts";
+import { saveData, slideTo } from "./support/in_page.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete, openSection, settled } from "./support/view.ts";
 
@@ -65,6 +65,7 @@ test.describe("a phone", () => {
 
   test("at 320 px a banner leaves the picture visible", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
+    await page.addInitScript(saveData);
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);
     await page.route(/\/v1\//, (route) => route.fulfill({ status: 503 }));

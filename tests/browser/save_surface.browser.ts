@@ -5,6 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
 import { findings } from "./support/accessibility.ts";
+import { saveData } from "./support/in_page.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { complete, settled } from "./support/view.ts";
 
@@ -30,8 +31,8 @@ function extracted(...more: string[]): Buffer {
   return triangles(path);
 }
 
-async function openDialog(page: Page, clip = ""): Promise<void> {
-  await page.goto(`${server.url}?volume=bucky&isovalue=100${clip}`);
+async function openDialog(page: Page, view = ""): Promise<void> {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100${view}`);
   await complete(page);
   await settled(page);
   await page.getByRole("button", { name: "Save the surface" }).click();
@@ -72,7 +73,9 @@ test("saves the part in the clipping box, or the whole surface on request", asyn
 });
 
 test("can be cancelled, and then started again", async ({ page }) => {
-  await openDialog(page);
+  // Only coarse levels are fetched for this view, and nothing ahead. The rest is requested for the surface.
+  await page.addInitScript(saveData);
+  await openDialog(page, "&camera=30,20,3300,63.5,63.5,63.5");
   let release = () => {};
   const held = new Promise<void>((resolve) => {
     release = resolve;

@@ -15,7 +15,7 @@ import { join, resolve } from "node:path";
 import type { Page } from "puppeteer-core";
 import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
 import { damagedChunks } from "../browser/support/damage.ts";
-import { loseContext, restoreContext, slideTo } from "../browser/support/in_page.ts";
+import { loseContext, restoreContext, saveData, slideTo } from "../browser/support/in_page.ts";
 import { comparePixels, decodePng } from "../browser/support/pixels.ts";
 import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
 import { nginx } from "../support/nginx.ts";
@@ -44,6 +44,8 @@ afterAll(async () => {
 beforeEach(async () => {
   page = await firefox.browser.newPage();
   await page.setViewport({ width: 800, height: 500 });
+  // A store that was read as a whole would not show the faults of its source.
+  await page.evaluateOnNewDocument(saveData);
 });
 afterEach(() => page.close());
 
