@@ -1,6 +1,7 @@
 // The time from a change of the isovalue to the final picture, in the page in Chromium over throttled links:
 // with the data saver on, so that nothing is fetched ahead, and once the store is read ahead.
 import type { Browser } from "@playwright/test";
+import { saveData } from "../browser/support/in_page.ts";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { buildStore, serve } from "./stream/serving.ts";
 import { type Link, launch, links, Visitor } from "./stream/visit.ts";
@@ -98,9 +99,7 @@ async function measure(
   };
   const saver = await Visitor.arrive(browser, link);
   try {
-    await saver.page.addInitScript(() =>
-      Object.defineProperty(navigator, "connection", { value: { saveData: true } }),
-    );
+    await saver.page.addInitScript(saveData);
     await saver.page.goto(address);
     await saver.mark("isosplat:complete");
     const atMost = isFast ? { atMost: 0.9 } : undefined;

@@ -1,43 +1,24 @@
 /** Coarse levels for other isovalues, fetched from the real server while a view is complete. */
-import { existsSync, readFileSync, statSync } from "node:fs";
-import { join } from "node:path";
-import { afterAll, afterEach, beforeAll, beforeEach, expect, test, vi } from "vitest";
-import type { Chunk, Core } from "../../web/core/index.ts";
+import { readFileSync, statSync } from "node:fs";
+import { expect, test, vi } from "vitest";
+import type { Chunk } from "../../web/core/index.ts";
 import { ServerSource, type StreamOptions } from "../../web/stream/index.ts";
 import { chunksOf } from "../browser/support/chunks.ts";
-import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
-import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
+import { fetchedTwice } from "../support/fault_proxy.ts";
+import {
+  chunkRequests,
+  core,
+  harness,
+  newHarness,
+  serveDemo,
+  server,
+  store,
+} from "./demo_session.ts";
 import { parallelView as view } from "./demo_view.ts";
-import { clockThatJumps, passTime } from "./fake_clock.ts";
-import { core as load, openWhole } from "./fixture.ts";
-import { Harness } from "./stream_harness.ts";
+import { passTime } from "./fake_clock.ts";
+import { openWhole } from "./fixture.ts";
 
-const store = join(demoFolder, "mandelbulb.isosplat");
-
-let isosplat: RunningServer;
-let core: Core;
-let server: FaultProxy;
-let harness: Harness;
-
-clockThatJumps();
-beforeAll(async () => {
-  if (!existsSync(store)) throw new Error(`${store} is missing: .ci/build demo`);
-  core = await load();
-  isosplat = await serve([store]);
-});
-afterAll(async () => {
-  await isosplat?.stop();
-});
-beforeEach(async () => {
-  server = new FaultProxy(isosplat.url);
-  await server.start();
-  harness = new Harness();
-});
-afterEach(async () => {
-  vi.unstubAllGlobals();
-  harness.close();
-  await server.stop();
-});
+serveDemo();
 
 /** Opens the volume and waits until a view is complete whose cells of level 2 are a pixel large. */
 async function open(options: Partial<StreamOptions>) {
@@ -57,7 +38,6 @@ async function requestsOfAMinute(): Promise<number> {
   await passTime(60_000, () => fetch(`${server.url}/healthz`));
   return made() - before;
 }
-const chunkRequests = () => server.requests.filter(({ path }) => /batch|chunks/.test(path));
 
 test("any isovalue is drawn at level 1 without a request", async () => {
   const session = await open({ backgroundBytes: 3e6 });
@@ -95,7 +75,7 @@ test("by default, at most 4 MB or 0.3 of the store; nothing with the data saver 
   harness.close();
 
   vi.stubGlobal("navigator", { connection: { saveData: true } });
-  harness = new Harness();
+  newHarness();
   await open({ backgroundBytes: 4e6 });
   expect(harness.progress?.preparation).toBeNull();
   expect(await requestsOfAMinute()).toBe(0);

@@ -1,44 +1,25 @@
 /** Small stores, read as a whole from the real server while a view is complete. */
-import { existsSync, readFileSync, statSync } from "node:fs";
-import { join } from "node:path";
-import { afterAll, afterEach, beforeAll, beforeEach, expect, test, vi } from "vitest";
-import type { Chunk, Core } from "../../web/core/index.ts";
+import { readFileSync, statSync } from "node:fs";
+import { expect, test, vi } from "vitest";
+import type { Chunk } from "../../web/core/index.ts";
 import { bandDistance } from "../../web/stream/fetch_ahead.ts";
 import { ServerSource, type StreamOptions } from "../../web/stream/index.ts";
 import { chunksOf } from "../browser/support/chunks.ts";
-import { demoFolder, type RunningServer, serve } from "../browser/support/server.ts";
-import { FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
+import { fetchedTwice } from "../support/fault_proxy.ts";
+import {
+  chunkRequests,
+  core,
+  harness,
+  newHarness,
+  serveDemo,
+  server,
+  store,
+} from "./demo_session.ts";
 import { parallelView as view } from "./demo_view.ts";
-import { clockThatJumps, passTime } from "./fake_clock.ts";
-import { core as load, openWhole } from "./fixture.ts";
-import { Harness } from "./stream_harness.ts";
+import { passTime } from "./fake_clock.ts";
+import { openWhole } from "./fixture.ts";
 
-const store = join(demoFolder, "mandelbulb.isosplat");
-
-let isosplat: RunningServer;
-let core: Core;
-let server: FaultProxy;
-let harness: Harness;
-
-clockThatJumps();
-beforeAll(async () => {
-  if (!existsSync(store)) throw new Error(`${store} is missing: .ci/build demo`);
-  core = await load();
-  isosplat = await serve([store]);
-});
-afterAll(async () => {
-  await isosplat?.stop();
-});
-beforeEach(async () => {
-  server = new FaultProxy(isosplat.url);
-  await server.start();
-  harness = new Harness();
-});
-afterEach(async () => {
-  vi.unstubAllGlobals();
-  harness.close();
-  await server.stop();
-});
+serveDemo();
 
 /** Opens the volume with all of it read ahead, and waits until a view is complete. */
 async function open(options: Partial<StreamOptions> = {}) {
@@ -57,7 +38,6 @@ const nameOf = ({ level, block, band }: Chunk): string => `${level}/${block.join
 const isRunning = (): boolean => harness.progress?.preparation != null;
 const ended = (): Promise<void> => harness.until(() => !isRunning());
 const started = (): Promise<void> => harness.until(isRunning);
-const chunkRequests = () => server.requests.filter(({ path }) => /batch|chunks/.test(path));
 
 test("any isovalue is complete at level 0 without a request", async () => {
   const session = await open();
@@ -116,14 +96,14 @@ test("not a larger store, not with the data saver on, not with 0", async () => {
   const complete = chunkRequests().length;
   harness.close();
 
-  harness = new Harness();
+  newHarness();
   await open({ readAheadBytes: 0 });
   await passTime(60_000, () => fetch(`${server.url}/healthz`));
   expect(chunkRequests().length).toBe(2 * complete);
   harness.close();
 
   vi.stubGlobal("navigator", { connection: { saveData: true } });
-  harness = new Harness();
+  newHarness();
   await open();
   expect(harness.progress?.preparation).toBeNull();
   await passTime(60_000, () => fetch(`${server.url}/healthz`));

@@ -140,9 +140,11 @@ export class KeptSource implements Source {
 
   /** Chunks that are kept form a group of their own, which makes no request. */
   group<C extends ChunkPlaceInFile>(chunks: readonly C[]): C[][] {
-    const kept = chunks.filter((chunk) => this.has(chunk));
-    if (kept.length === 0) return this.#source.group(chunks);
-    return [kept, ...this.#source.group(chunks.filter((chunk) => !this.has(chunk)))];
+    const kept: C[] = [];
+    const missing: C[] = [];
+    for (const chunk of chunks) (this.has(chunk) ? kept : missing).push(chunk);
+    const groups = this.#source.group(missing);
+    return kept.length > 0 ? [kept, ...groups] : groups;
   }
 
   /** Whether reading this range makes no request. */
