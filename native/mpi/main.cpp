@@ -2,9 +2,11 @@
 #include <isosplat/version.h>
 #include <malloc.h>
 #include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <thread>
@@ -89,6 +91,15 @@ int run(const MpiBuildCall& flags, const MpiSession& session, Transport& transpo
   }
 }
 
+/// How a signal ends a rank other than 0: a second later than rank 0, which removes the store's
+/// temporary file. mpirun sends SIGTERM to all ranks and SIGKILL a second later, or as soon as one
+/// rank has ended, even if others have not had a turn yet.
+extern "C" void end_after_rank_0(int signal) {
+  ::sleep(1);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 /// Keeps the memory of messages, which have up to a few MB, for the next ones. By default, the
 /// system would take it back and clear it again for each message.
 void keep_memory_of_messages() {
@@ -106,6 +117,7 @@ int main(int argc, char** argv) {
   isosplat::MpiSession session(argc, argv);
   isosplat::cli::handle_signals();
   isosplat::MpiTransport transport;
+  if (transport.rank() != 0) std::signal(SIGTERM, isosplat::cli::end_after_rank_0);
   CLI::App program("Builds a store from a volume with several processes, which mpirun starts.",
                    "isosplat-mpi");
   program.set_version_flag("--version", "isosplat-mpi " ISOSPLAT_VERSION);

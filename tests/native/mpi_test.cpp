@@ -50,7 +50,16 @@ class Mpi : public ::testing::Test {
     GTEST_SKIP() << "isosplat-mpi was not built: install libopenmpi-dev and openmpi-bin, then "
                     "configure again";
 #endif
+    // Each mpirun keeps its files in a folder of its own: two that start and end at the same time
+    // share, and remove, one otherwise.
+    setenv("TMPDIR", session_.path().c_str(), 1);
   }
+  void TearDown() override {
+    unsetenv("TMPDIR");
+  }
+
+ private:
+  TempFolder session_;
 };
 
 template <class T>
@@ -202,7 +211,7 @@ void kill_one(size_t rank, bool leaves_temporary_file) {
   EXPECT_NE(ended.exit_code, 0);
   EXPECT_NE(ended.err.find("signal 9"), std::string::npos) << ended.err;  // mpirun's message
   EXPECT_FALSE(std::filesystem::exists(output / "out.isosplat"));
-  EXPECT_EQ(has_temporary_file(output), leaves_temporary_file);
+  EXPECT_EQ(has_temporary_file(output), leaves_temporary_file) << ended.err;
   if (!leaves_temporary_file) return;
   // The next build removes it.
   const Ended again =
