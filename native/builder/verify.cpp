@@ -13,10 +13,12 @@
 #include "shared/core/store/checksum.h"
 #include "shared/core/store/format.h"
 #include "shared/system/posix_file/file_parts.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 namespace {
 
+constexpr uint64_t kMaxReadBytes = uint64_t{4} << 20;  // of one read, unless a chunk is larger
 constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
 
 class Verifier {
@@ -39,6 +41,9 @@ class Verifier {
   /// 2×2×2 of its cells to `halved`.
   Result<void> check_tree(BlockKey key, std::vector<BlockVerifier>& by_level, HalvedBlock& halved);
   Result<void> check_block(BlockKey key, BlockVerifier& verifier, HalvedBlock& halved);
+  /// Reads and checks chunks that follow each other in the file. `bytes`: their sum.
+  Result<void> check_chunks(std::span<const ChunkRef> chunks, uint64_t bytes,
+                            BlockVerifier& verifier);
 
   const FileParts& file_;
   const uint64_t file_bytes_;
@@ -57,7 +62,7 @@ Result<void> Verifier::check_content() {
                             kRemedy));
   }
   ContentHash hash;
-  std::vector<std::byte> buffer(4 << 20);
+  std::vector<std::byte> buffer(kMaxReadBytes);
   for (uint64_t at = info.header_bytes; at < info.file_bytes; at += buffer.size()) {
     const auto part =
         std::span(buffer).first(std::min<uint64_t>(buffer.size(), info.file_bytes - at));
@@ -122,22 +127,45 @@ Result<void> Verifier::check_tiling(const LevelRef& level) {
   return {};
 }
 
+Result<void> Verifier::check_chunks(std::span<const ChunkRef> chunks, uint64_t bytes,
+                                    BlockVerifier& verifier) {
+  std::vector<std::byte> read_bytes(bytes);
+  std::span<const std::byte> rest = read_bytes;
+  if (auto read = file_.read(chunks.front().offset, read_bytes); !read) return read;
+  for (const ChunkRef& chunk : chunks) {
+    if (auto added = verifier.add(chunk, rest.first(chunk.bytes)); !added) return added;
+    rest = rest.subspan(chunk.bytes);
+    chunks_ += chunk.cells > 0;
+    cells_ += chunk.cells;
+    const uint64_t done = bytes_ += chunk.bytes;
+    if (options_.progress) {
+      const std::lock_guard lock(progress_mutex_);
+      options_.progress(static_cast<double>(done) / static_cast<double>(reader_.info().file_bytes));
+    }
+  }
+  return {};
+}
+
 Result<void> Verifier::check_block(BlockKey key, BlockVerifier& verifier, HalvedBlock& halved) {
   const auto block = reader_.block(key);
   if (!block) return tl::unexpected(block.error());
   verifier.begin(*block, block_cells(reader_.levels()[key.level].grid, key.index));
-  for (uint32_t s = 0; s < block->band_count; ++s) {
-    const auto chunk = reader_.chunk(key, s);
+  std::vector<ChunkRef> chunks(block->band_count);
+  for (uint32_t band = 0; band < block->band_count; ++band) {
+    const auto chunk = reader_.chunk(key, band);
     if (!chunk) return tl::unexpected(chunk.error());
-    verifier.bytes.resize(chunk->bytes);
-    if (auto read = file_.read(chunk->offset, verifier.bytes); !read) return read;
-    if (auto added = verifier.add(*chunk); !added) return added;
-    chunks_ += chunk->cells > 0;
-    cells_ += chunk->cells;
-    const uint64_t done = bytes_ += chunk->bytes;
-    if (options_.progress) {
-      const std::lock_guard lock(progress_mutex_);
-      options_.progress(static_cast<double>(done) / static_cast<double>(reader_.info().file_bytes));
+    chunks[band] = *chunk;
+  }
+  // check_tiling() has found that the chunks follow each other: one read has many of them.
+  for (size_t first = 0, end = 0; first < chunks.size(); first = end) {
+    uint64_t bytes = 0;
+    do {
+      bytes += chunks[end].bytes;
+      ++end;
+    } while (end < chunks.size() && bytes + chunks[end].bytes <= kMaxReadBytes);
+    if (auto checked = check_chunks(std::span(chunks).subspan(first, end - first), bytes, verifier);
+        !checked) {
+      return checked;
     }
   }
   if (auto ended = verifier.end(); !ended) return ended;

@@ -7,7 +7,6 @@
 #include <functional>
 #include <mutex>
 #include <new>
-#include <numeric>
 #include <span>
 #include <system_error>
 #include <vector>
@@ -56,30 +55,38 @@ class FirstError {
 };
 
 /// Reads all chunks and calls process(thread, decoder, bytes, index) for each, on several threads.
-/// Verifies the checksums. Processes the largest chunks first, so that all threads end at about the
-/// same time.
+/// Verifies the checksums. Processes the largest runs of chunks first, so that all threads end at
+/// about the same time.
 template <class Process>
 Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> chunks,
                             unsigned threads, const Process& process) {
-  std::vector<size_t> order(chunks.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::ranges::sort(order, std::greater{}, [&](size_t i) { return chunks[i].cells; });
+  std::vector<ChunkRun> runs = store.runs_of(chunks);
+  std::ranges::stable_sort(runs, std::greater{}, [&](const ChunkRun& run) {
+    uint64_t cells = 0;
+    for (const ChunkRef& chunk : chunks.subspan(run.first, run.count)) cells += chunk.cells;
+    return cells;
+  });
   std::atomic<size_t> next{0};
   FirstError error;
-  const auto run = [&](unsigned thread) {
+  const auto work = [&](unsigned thread) {
     ChunkDecoder decoder;
     std::vector<std::byte> bytes;
     while (!error.failed()) {
       const size_t turn = next.fetch_add(1);
-      if (turn >= order.size()) return;
-      const size_t i = order[turn];
-      bytes.clear();
-      Result<void> done = store.read_chunk(chunks[i], bytes);
-      if (done) done = process(thread, decoder, bytes, i);
-      if (!done) error.set(name_chunk(std::move(done.error()), store, chunks[i]));
+      if (turn >= runs.size()) return;
+      const auto run = chunks.subspan(runs[turn].first, runs[turn].count);
+      if (auto read = store.read_run(run, bytes); !read) {
+        return error.set(name_chunk(std::move(read.error()), store, run.front()));
+      }
+      for (size_t i = 0; i < run.size() && !error.failed(); ++i) {
+        const auto part =
+            std::span(bytes).subspan(run[i].offset - run.front().offset, run[i].bytes);
+        auto done = process(thread, decoder, part, runs[turn].first + i);
+        if (!done) error.set(name_chunk(std::move(done.error()), store, run[i]));
+      }
     }
   };
-  on_threads(static_cast<unsigned>(std::clamp<size_t>(chunks.size(), 1, threads)), run);
+  on_threads(static_cast<unsigned>(std::clamp<size_t>(runs.size(), 1, threads)), work);
   if (error.failed()) return error.get();
   return {};
 }

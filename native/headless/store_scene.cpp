@@ -58,19 +58,22 @@ Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store
   std::vector<std::byte> bytes;
   std::vector<PackedSample> samples;
   std::vector<ChunkHandle> handles;
-  for (const ChunkRef& chunk : chunks) {
-    bytes.clear();
-    if (auto read = store.read_chunk(chunk, bytes); !read) return tl::unexpected(read.error());
-    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
-                           chunk.cells, scene.level > 0};
-    if (auto decoded = decoder.decode_packed(bytes, shape, samples); !decoded) {
-      return tl::unexpected(decoded.error());
+  for (const ChunkRun& each : store.runs_of(chunks)) {
+    const auto run = std::span(chunks).subspan(each.first, each.count);
+    if (auto read = store.read_run(run, bytes); !read) return tl::unexpected(read.error());
+    for (const ChunkRef& chunk : run) {
+      const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
+                             chunk.cells, scene.level > 0};
+      const auto part = std::span(bytes).subspan(chunk.offset - run.front().offset, chunk.bytes);
+      if (auto decoded = decoder.decode_packed(part, shape, samples); !decoded) {
+        return tl::unexpected(decoded.error());
+      }
+      const auto handle = static_cast<ChunkHandle>(handles.size());
+      if (auto added = renderer.add_chunk(handle, chunk.block, samples, placed.volume); !added) {
+        return tl::unexpected(added.error());
+      }
+      handles.push_back(handle);
     }
-    const auto handle = static_cast<ChunkHandle>(handles.size());
-    if (auto added = renderer.add_chunk(handle, chunk.block, samples, placed.volume); !added) {
-      return tl::unexpected(added.error());
-    }
-    handles.push_back(handle);
   }
   renderer.set_visible(handles, placed.volume);
   scene.chunks = chunks.size();

@@ -31,7 +31,7 @@ void BlockVerifier::begin(const BlockRef& block, Index3 cells) {
   reaching_ = 0;
 }
 
-Result<void> BlockVerifier::decode(const ChunkRef& chunk) {
+Result<void> BlockVerifier::decode(const ChunkRef& chunk, std::span<const std::byte> bytes) {
   if (checksum32(bytes) != chunk.checksum) {
     return fail(Status::checksum_mismatch,
                 name_of(chunk) + ": its checksum differs from the recorded one" + kRemedy);
@@ -87,8 +87,8 @@ Result<void> BlockVerifier::check_corners(const ChunkRef& chunk, size_t decoded,
   return {};
 }
 
-Result<void> BlockVerifier::add(const ChunkRef& chunk) {
-  if (auto done = decode(chunk); !done) return done;
+Result<void> BlockVerifier::add(const ChunkRef& chunk, std::span<const std::byte> bytes) {
+  if (auto done = decode(chunk, bytes); !done) return done;
   const uint32_t expected_from_before = reaching_;
   uint32_t from_before = 0;
   reaching_ = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,10 +25,9 @@ class BlockVerifier {
   /// Starts a block.
   void begin(const BlockRef& block, Index3 cells);
 
-  /// Checks the next band's chunk, whose bytes are in `bytes`. Errors: checksum_mismatch,
+  /// Checks the next band's chunk, which has these bytes. Errors: checksum_mismatch,
   /// malformed_chunk, truncated.
-  Result<void> add(const ChunkRef& chunk);
-  std::vector<std::byte> bytes;
+  Result<void> add(const ChunkRef& chunk, std::span<const std::byte> bytes);
 
   /// Checks the block after its last chunk. Errors: malformed_page.
   Result<void> end();
@@ -41,7 +41,7 @@ class BlockVerifier {
 
  private:
   // `decoded`: index of a cell in decoded_; `at`: its index in the block.
-  Result<void> decode(const ChunkRef& chunk);
+  Result<void> decode(const ChunkRef& chunk, std::span<const std::byte> bytes);
   Result<void> check_interval(const ChunkRef& chunk, size_t decoded, size_t at);
   Result<void> check_corners(const ChunkRef& chunk, size_t decoded, Index3 cell);
   size_t cell_at(Index3 cell) const {

@@ -4,10 +4,10 @@
 
 namespace isosplat {
 
-FileParts::FileParts(std::shared_ptr<const PosixFile> file, uint64_t bytes)
+FileParts::FileParts(std::shared_ptr<const RandomAccessFile> file, uint64_t bytes)
     : file_(std::move(file)), parts_{{0, 0, bytes}}, bytes_(bytes) {}
 
-FileParts::FileParts(std::shared_ptr<const PosixFile> file, std::vector<Part> parts)
+FileParts::FileParts(std::shared_ptr<const RandomAccessFile> file, std::vector<Part> parts)
     : file_(std::move(file)), parts_(std::move(parts)) {
   for (const Part& part : parts_) bytes_ += part.bytes;
 }

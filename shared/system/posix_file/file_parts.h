@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/system/posix_file/posix_file.h"
+#include "shared/system/posix_file/random_access_file.h"
 
 namespace isosplat {
 
@@ -19,18 +19,18 @@ class FileParts {
   };
 
   /// All of a file that has this many bytes.
-  FileParts(std::shared_ptr<const PosixFile> file, uint64_t bytes);
+  FileParts(std::shared_ptr<const RandomAccessFile> file, uint64_t bytes);
   /// Parts of a file, ascending and without gaps in the sequence.
-  FileParts(std::shared_ptr<const PosixFile> file, std::vector<Part> parts);
+  FileParts(std::shared_ptr<const RandomAccessFile> file, std::vector<Part> parts);
 
   uint64_t bytes() const { return bytes_; }
-  const PosixFile& file() const { return *file_; }
+  const RandomAccessFile& file() const { return *file_; }
 
   /// Fills `out` with the bytes at `offset`. Errors: io_error; truncated if there are fewer.
   Result<void> read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait = nullptr) const;
 
  private:
-  std::shared_ptr<const PosixFile> file_;
+  std::shared_ptr<const RandomAccessFile> file_;
   std::vector<Part> parts_;
   uint64_t bytes_ = 0;
 };

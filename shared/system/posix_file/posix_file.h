@@ -1,37 +1,12 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
 
-#include "shared/core/base/status.h"
+#include "shared/system/posix_file/random_access_file.h"
 
 namespace isosplat {
-
-/// Identifies a file and its state. A file that replaces another one at the same path has another
-/// identity.
-struct FileIdentity {
-  uint64_t device = 0;
-  uint64_t inode = 0;
-  uint64_t bytes = 0;
-  int64_t modified_ns = 0;  ///< since 1970
-
-  friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
-
-  /// Whether size and modification time are equal. For files that are open, or known by path only.
-  bool has_same_content(const FileIdentity& other) const {
-    return bytes == other.bytes && modified_ns == other.modified_ns;
-  }
-};
-
-/// Pass a NoWait to a read that must not wait for a disk or a network. If the bytes may not be in
-/// the system's memory, the read fails with io_error, and sets `needs_disk`. Then repeat the read
-/// without a NoWait, on a thread that may wait.
-struct NoWait {
-  bool needs_disk = false;
-};
 
 /// The identity of the regular file at a path. Errors: io_error, also for folders, pipes and
 /// devices.
@@ -40,7 +15,7 @@ Result<FileIdentity> file_identity(const std::filesystem::path& path);
 /// An open file; the destructor closes it. Reads and writes have offsets, so that several threads
 /// may use a file at the same time. Repeats system calls that a signal interrupted, and completes
 /// short reads and writes. Error messages begin with the file's name.
-class PosixFile {
+class PosixFile final : public RandomAccessFile {
  public:
   /// No file: is_open() is false, and nothing else may be called.
   PosixFile() = default;
@@ -58,23 +33,22 @@ class PosixFile {
 
   PosixFile(PosixFile&& other) noexcept;
   PosixFile& operator=(PosixFile&& other) noexcept;
-  ~PosixFile();
+  ~PosixFile() override;
 
   bool is_open() const { return descriptor_ >= 0; }
   int descriptor() const { return descriptor_; }
 
-  const std::string& name() const { return name_; }
+  const std::string& name() const override { return name_; }
   void set_name(std::string name) { name_ = std::move(name); }
 
-  /// The identity of the file at this moment. Errors: io_error.
-  Result<FileIdentity> identity(NoWait* no_wait = nullptr) const;
+  Result<FileIdentity> identity(NoWait* no_wait = nullptr) const override;
 
   /// Reads out.size() bytes, or fewer if the file ends. Returns their number. Errors: io_error.
   Result<size_t> read_some(uint64_t offset, std::span<std::byte> out,
                            NoWait* no_wait = nullptr) const;
 
-  /// Fills `out`. Errors: io_error; truncated if the file ends too early.
-  Result<void> read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait = nullptr) const;
+  Result<void> read(uint64_t offset, std::span<std::byte> out,
+                    NoWait* no_wait = nullptr) const override;
 
   /// Writes all bytes. Errors: io_error.
   Result<void> write(uint64_t offset, std::span<const std::byte> bytes);

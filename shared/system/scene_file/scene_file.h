@@ -8,6 +8,7 @@
 
 #include "shared/core/scene/bundle_header.h"
 #include "shared/core/scene/scene.h"
+#include "shared/system/posix_file/posix_file.h"
 #include "shared/system/store_file/store_file.h"
 
 namespace isosplat {

@@ -7,9 +7,12 @@
 #include <utility>
 
 #include "shared/core/store/checksum.h"
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 namespace {
+
+constexpr uint64_t kMaxRunBytes = uint64_t{4} << 20;
 
 std::string hexadecimal(std::span<const uint8_t> bytes) {
   constexpr char kDigits[] = "0123456789abcdef";
@@ -336,23 +339,61 @@ Result<ChunkSelection> StoreFile::chunks_at(std::span<const ChunkAddress> addres
   return collector.finish();
 }
 
+Result<void> StoreFile::check_within(const ChunkRef& chunk) const {
+  if (chunk.offset <= info_.file_bytes && chunk.bytes <= info_.file_bytes - chunk.offset) return {};
+  return tl::unexpected(with_file_name(
+      {Status::truncated, describe(chunk) + " ends beyond the file: rebuild the store"}));
+}
+
+Result<void> StoreFile::check_bytes(const ChunkRef& chunk, std::span<const std::byte> bytes) const {
+  const uint32_t found = checksum32(bytes);
+  if (found == chunk.checksum) return {};
+  return tl::unexpected(with_file_name(checksum_error(describe(chunk), chunk.checksum, found)));
+}
+
 Result<void> StoreFile::read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out,
                                    NoWait* no_wait) const {
-  if (chunk.offset > info_.file_bytes || chunk.bytes > info_.file_bytes - chunk.offset) {
-    return tl::unexpected(
-        with_file_name({Status::truncated, describe(chunk) + " ends beyond the file: rebuild "
-                                                             "the store"}));
-  }
+  if (Result<void> within = check_within(chunk); !within) return within;
   const size_t before = out.size();
   out.resize(before + chunk.bytes);
   const std::span<std::byte> bytes = std::span(out).subspan(before);
   Result<void> result = read(chunk.offset, bytes, no_wait);
-  if (result) {
-    const uint32_t found = checksum32(bytes);
-    if (found == chunk.checksum) return {};
-    result = tl::unexpected(with_file_name(checksum_error(describe(chunk), chunk.checksum, found)));
+  if (result) result = check_bytes(chunk, bytes);
+  if (!result) out.resize(before);
+  return result;
+}
+
+std::vector<ChunkRun> StoreFile::runs_of(std::span<const ChunkRef> chunks) const {
+  const uint64_t max_gap = file_.file().max_gap_bytes();
+  std::vector<ChunkRun> runs;
+  uint64_t begin = 0, end = 0;  // of the last run, in the file
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    const ChunkRef& chunk = chunks[i];
+    const bool is_near = max_gap > 0 && !runs.empty() && chunk.offset >= end &&
+                         chunk.offset - end <= max_gap &&
+                         chunk.offset + chunk.bytes - begin <= kMaxRunBytes;
+    if (is_near) {
+      ++runs.back().count;
+    } else {
+      runs.push_back({i, 1});
+      begin = chunk.offset;
+    }
+    end = chunk.offset + chunk.bytes;
   }
-  out.resize(before);
+  return runs;
+}
+
+Result<void> StoreFile::read_run(std::span<const ChunkRef> run, std::vector<std::byte>& out) const {
+  for (const ChunkRef& chunk : run) {
+    if (Result<void> within = check_within(chunk); !within) return within;
+  }
+  const uint64_t begin = run.front().offset;
+  out.resize(run.back().offset + run.back().bytes - begin);
+  Result<void> result = read(begin, out);
+  for (const ChunkRef& chunk : run) {
+    if (!result) break;
+    result = check_bytes(chunk, std::span(out).subspan(chunk.offset - begin, chunk.bytes));
+  }
   return result;
 }
 

@@ -46,8 +46,14 @@ struct ChunkSelection {
   bool over_budget = false;      ///< the budget was exceeded, and `chunks` is empty
 };
 
-/// A store on disk: reads the header, loads directory pages when they are needed, and reads chunks.
-/// Several threads may call all functions at the same time.
+/// Chunks that are read together: `count` neighbours in a list, from `first` on.
+struct ChunkRun {
+  size_t first = 0;
+  size_t count = 0;
+};
+
+/// A store on disk, or on a web server: reads the header, loads directory pages when they are
+/// needed, and reads chunks. Several threads may call all functions at the same time.
 ///
 /// Functions that are given a NoWait do not wait for the disk. If they would have to, they fail
 /// with io_error, and set NoWait::needs_disk.
@@ -118,6 +124,16 @@ class StoreFile {
   Result<void> read_chunk(const ChunkRef& chunk, std::vector<std::byte>& out,
                           NoWait* no_wait = nullptr) const;
 
+  /// Divides a list of chunks into runs for read_run(), in the order of the list. Neighbours are in
+  /// one run if a single read of them is faster (RandomAccessFile::max_gap_bytes). A run spans at
+  /// most 4 MiB unless it is one chunk. On a disk, each chunk is a run.
+  std::vector<ChunkRun> runs_of(std::span<const ChunkRef> chunks) const;
+
+  /// Replaces `out` by the file's bytes from the beginning of the first chunk to the end of the
+  /// last one, after all checksums were verified. `run`: the chunks of a run, not empty. Errors:
+  /// those of read_chunk.
+  Result<void> read_run(std::span<const ChunkRef> run, std::vector<std::byte>& out) const;
+
   /// Fills `out` with the file's bytes at `offset`, without verification. Errors: io_error,
   /// truncated.
   Result<void> read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait = nullptr) const;
@@ -128,6 +144,11 @@ class StoreFile {
  private:
   StoreFile(std::filesystem::path path, FileParts file, FileIdentity identity,
             std::vector<std::byte> header, StoreReader reader, uint64_t directory_bytes);
+
+  /// Fails if the chunk ends beyond the file. Errors: truncated.
+  Result<void> check_within(const ChunkRef& chunk) const;
+  /// Compares the checksum of a chunk. Errors: checksum_mismatch.
+  Result<void> check_bytes(const ChunkRef& chunk, std::span<const std::byte> bytes) const;
 
   /// Puts the file's name in front of the message.
   Error with_file_name(Error error) const;
