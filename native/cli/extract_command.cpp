@@ -15,14 +15,13 @@ namespace isosplat::cli {
 namespace {
 
 int run(const ExtractCall& call) {
-  const auto store = StoreFile::open(call.input);
+  const auto store = open_store(call.input, call.remote_flags);
   if (!store) return report(store.error());
   const StoreInfo& info = (*store)->info();
   const double isovalue = *call.isovalue;
   const std::filesystem::path path =
-      call.output.empty()
-          ? std::filesystem::path(call.input).stem().string() + fmt::format("_{}.ply", isovalue)
-          : call.output;
+      call.output.empty() ? (*store)->path().stem().string() + fmt::format("_{}.ply", isovalue)
+                          : call.output;
   if (auto checked = check_not_input(path, std::array<std::filesystem::path, 1>{call.input});
       !checked) {
     return report(checked.error());
@@ -36,7 +35,7 @@ int run(const ExtractCall& call) {
   if (!options) return report(options.error());
   const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, isovalue,
-                  std::filesystem::path(call.input).filename().string(), call.level);
+                  (*store)->path().filename().string(), call.level);
   const auto file = (*format)->create(path, {info.grid, isovalue, comment, call.content()});
   if (!file) return report(file.error());
   if (call.mesh) {
@@ -101,17 +100,19 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "In the other formats, each surface becomes a separate file: OUTPUT-LAYER.ply. The scene's\n"
       "clipping is not applied.\n"
       "\n" +
-      examples("  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
-               "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
-               "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.npz\n"
-               "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
-               "  isosplat extract engine.isosplat -i 60.5 --mesh --largest --simplify 0.1 -o "
-               "part.3mf\n"
-               "  isosplat extract engine.isosplat -i 60.5 --mesh --box 50,50,20,200,200,90 -o "
-               "part.stl\n"
-               "  isosplat extract head.isobundle --mesh --level 1 -o head.glb\n"
-               "  isosplat extract scene.json --mesh --layer skull -o skull.stl\n"
-               "MeshLab, CloudCompare, Open3D and VTK read PLY files."));
+      examples(
+          "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
+          "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
+          "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.npz\n"
+          "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
+          "  isosplat extract engine.isosplat -i 60.5 --mesh --largest --simplify 0.1 -o "
+          "part.3mf\n"
+          "  isosplat extract engine.isosplat -i 60.5 --mesh --box 50,50,20,200,200,90 -o "
+          "part.stl\n"
+          "  isosplat extract head.isobundle --mesh --level 1 -o head.glb\n"
+          "  isosplat extract https://example.org/stores/engine.isosplat -i 60.5 -o engine.ply\n"
+          "  isosplat extract scene.json --mesh --layer skull -o skull.stl\n"
+          "MeshLab, CloudCompare, Open3D and VTK read PLY files."));
   command->callback([call, &exit_code] {
     const bool is_scene = scene_kind(call->input) != SceneKind::none;
     check_arguments(*call, is_scene);

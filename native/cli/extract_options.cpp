@@ -13,7 +13,8 @@
 namespace isosplat::cli {
 
 void add_extract_options(CLI::App* command, ExtractCall* call) {
-  command->add_option("store", call->input, "A store, a scene or a bundle")->required();
+  command->add_option("store", call->input, "A store, a scene, a bundle, or the address of a store")
+      ->required();
   command
       ->add_option("-i,--isovalue", call->isovalue,
                    "The isovalue, in the volume's values; a scene states\nthose of its layers")
@@ -88,6 +89,7 @@ void add_extract_options(CLI::App* command, ExtractCall* call) {
       ->excludes(mesh)
       ->capture_default_str();
   command->add_flag("--force", call->force, "Replace any file of this name");
+  call->remote_flags.add_to(*command);
   command->add_option("--threads", call->threads, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "native/cli/remote_flags.h"
 #include "native/cli/write_surface.h"
 
 namespace isosplat::cli {
@@ -23,6 +24,7 @@ struct ExtractCall {
   bool mesh = false;
   MeshChanges changes;
   bool force = false;
+  RemoteFlags remote_flags;
 
   SurfaceContent content() const {
     return mesh ? SurfaceContent::triangles : SurfaceContent::points;

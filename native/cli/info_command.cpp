@@ -9,7 +9,9 @@
 #include "native/cli/histogram_text.h"
 #include "native/cli/info_scene.h"
 #include "native/cli/options.h"
+#include "native/cli/remote_flags.h"
 #include "native/cli/terminal.h"
+#include "native/remote/remote_target.h"
 #include "shared/core/builder/metadata.h"
 #include "shared/system/scene_file/scene_file.h"
 
@@ -21,6 +23,7 @@ using Json = nlohmann::ordered_json;
 struct InfoCall {
   std::string path;
   VolumeFlags volume_flags;
+  RemoteFlags remote_flags;
   bool json = false, chunks = false;
 };
 
@@ -280,7 +283,7 @@ std::vector<double> report_isovalues(const StoreInfo& info, const std::vector<do
 }
 
 int run_store(const InfoCall& call) {
-  const auto opened = StoreFile::open(call.path);
+  const auto opened = open_store(call.path, call.remote_flags);
   if (!opened) return report(opened.error());
   const StoreFile& store = **opened;
   const StoreInfo& info = store.info();
@@ -341,6 +344,7 @@ int run_store(const InfoCall& call) {
 }
 
 int run(const InfoCall& call) {
+  if (remote::is_address(call.path)) return run_store(call);
   if (scene_kind(call.path) != SceneKind::none) return print_scene(call.path, call.json);
   return is_store(call.path) || call.path.ends_with(".isosplat") ? run_store(call)
                                                                  : run_volume(call);
@@ -353,17 +357,20 @@ void add_info_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<InfoCall>();
   command
       ->add_option("path", call->path,
-                   "A store, a scene, a bundle, or a volume in a format that isosplat build reads")
+                   "A store, a scene, a bundle, a volume in a format that isosplat build reads, or "
+                   "the address of a store")
       ->required();
   command->add_flag("--json", call->json, "Print JSON");
   command->add_flag(
       "--chunks", call->chunks,
       "Stores: print sizes of chunks, bands per block, and the chunks that isovalues need");
   call->volume_flags.add_to(*command);
+  call->remote_flags.add_to(*command);
   command->footer(
       examples("  isosplat info engine.isosplat\n"
                "  isosplat info engine.isosplat --chunks\n"
-               "  isosplat info head.nii.gz --json\n"));
+               "  isosplat info head.nii.gz --json\n"
+               "  isosplat info https://example.org/stores/engine.isosplat\n"));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

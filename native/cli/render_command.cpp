@@ -85,7 +85,7 @@ struct Subject {
 Result<Subject> open_subject(const RenderCall& call) {
   Subject subject;
   if (scene_kind(call.store) == SceneKind::none) {
-    auto store = StoreFile::open(call.store);
+    auto store = open_store(call.store, call.remote_flags);
     if (!store) return tl::unexpected(store.error());
     subject.store = std::move(*store);
     return subject;

@@ -11,7 +11,8 @@ namespace isosplat::cli {
 namespace {
 
 void add_output_options(CLI::App* command, RenderCall* call) {
-  command->add_option("store", call->store, "A store, a scene or a bundle")->required();
+  command->add_option("store", call->store, "A store, a scene, a bundle, or the address of a store")
+      ->required();
   command
       ->add_option("-i,--isovalue", call->isovalues, "One or several isovalues, such as 60.5,180.5")
       ->delimiter(',')
@@ -30,6 +31,7 @@ void add_output_options(CLI::App* command, RenderCall* call) {
                    "OUTPUT-001.png, …")
       ->check(is_whole_number(1, 100'000));
   command->add_flag("--force", call->force, "Replace any files of these names");
+  call->remote_flags.add_to(*command);
 }
 
 void add_colour_options(CLI::App* command, RenderCall* call) {

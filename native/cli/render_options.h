@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "native/cli/remote_flags.h"
 #include "shared/render/settings/render_settings.h"
 
 namespace isosplat::cli {
@@ -39,6 +40,7 @@ struct RenderCall {
   bool unprojected = false;
   bool aliased = false;
   bool force = false;
+  RemoteFlags remote_flags;
   /// The names of the options that were given, such as "--kind": they come before those of a scene.
   std::set<std::string> given;
 };

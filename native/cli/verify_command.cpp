@@ -5,7 +5,9 @@
 #include "native/cli/command.h"
 #include "native/cli/numbers.h"
 #include "native/cli/options.h"
+#include "native/cli/remote_flags.h"
 #include "native/cli/terminal.h"
+#include "native/remote/remote_target.h"
 #include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat::cli {
@@ -14,6 +16,7 @@ namespace {
 struct VerifyCall {
   std::vector<std::string> stores;
   unsigned threads = 0;
+  RemoteFlags remote_flags;
 };
 
 /// Verifies one store, of a file or of a scene, and prints the result. `name`: for messages.
@@ -55,14 +58,24 @@ int verify_scene(const VerifyCall& call, const std::string& path) {
   return exit_code;
 }
 
+int verify_remote(const VerifyCall& call, const std::string& address) {
+  const auto bytes = remote::open_remote(address, call.remote_flags.options());
+  if (!bytes) return report(bytes.error());
+  return verify_one(call, bytes->file().name(),
+                    [&](const VerifyOptions& options) { return verify_store(*bytes, options); });
+}
+
+int verify(const VerifyCall& call, const std::string& path) {
+  if (remote::is_address(path)) return verify_remote(call, path);
+  if (scene_kind(path) != SceneKind::none) return verify_scene(call, path);
+  return verify_one(call, path,
+                    [&](const VerifyOptions& options) { return verify_store_file(path, options); });
+}
+
 int run(const VerifyCall& call) {
   int exit_code = kSuccess;
   for (const std::string& path : call.stores) {
-    const int code = scene_kind(path) != SceneKind::none
-                         ? verify_scene(call, path)
-                         : verify_one(call, path, [&](const VerifyOptions& options) {
-                             return verify_store_file(path, options);
-                           });
+    const int code = verify(call, path);
     if (code != kSuccess) exit_code = code;
   }
   return exit_code;
@@ -74,13 +87,16 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand(
       "verify", "Check all checksums and chunks of stores, scenes and bundles");
   auto call = std::make_shared<VerifyCall>();
-  command->add_option("stores", call->stores, "Stores, scenes or bundles")->required();
+  command->add_option("stores", call->stores, "Stores, scenes or bundles, or addresses of stores")
+      ->required();
   command->add_option("--threads", call->threads, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))
       ->capture_default_str();
+  call->remote_flags.add_to(*command);
   command->footer(
       examples("  isosplat verify engine.isosplat\n"
-               "  isosplat verify stores/*.isosplat\n"));
+               "  isosplat verify stores/*.isosplat\n"
+               "  isosplat verify s3://bucket/stores/engine.isosplat\n"));
   command->callback([call, &exit_code] { exit_code = run(*call); });
 }
 

@@ -14,7 +14,7 @@ import type { AddressInfo, Socket } from "node:net";
 /** The fault of one response. */
 export type Fault =
   /** Sends this status instead of the server's response, like a gateway whose server has failed. */
-  | { kind: "status"; status: number; retryAfter?: number }
+  | { kind: "status"; status: number; retryAfter?: number; body?: string }
   /** Requests another path from the server and passes its response on. */
   | { kind: "elsewhere"; path: string }
   /** Closes the connection before the response. */
@@ -51,7 +51,9 @@ export class FaultProxy {
   /** The server's address, without a slash at the end. */
   target: string;
   /** Selects the fault of each request, if any. */
-  fault: (path: string, number: number) => Fault | undefined = () => undefined;
+  fault: (path: string, number: number, method: string) => Fault | undefined = () => undefined;
+  /** Passes the client's Host field on, for servers that verify signatures of it. */
+  keepsHost = false;
   #server: Server | undefined;
   #port = 0;
   readonly #sockets = new Set<Socket>();
@@ -98,7 +100,7 @@ export class FaultProxy {
     const record: ProxiedRequest = { method, path, status: 0, bytes: 0, at: Date.now() };
     if (request.headers.range) record.range = request.headers.range;
     this.requests.push(record);
-    const fault = this.fault(decodeURIComponent(path), this.requests.length);
+    const fault = this.fault(decodeURIComponent(path), this.requests.length, method);
     if (fault?.kind === "silence") return;
     if (fault?.kind === "delay") await pause(fault.milliseconds);
     if (fault?.kind === "reset") {
@@ -110,11 +112,12 @@ export class FaultProxy {
       const headers: Record<string, string> = { "Content-Type": "text/html" };
       headers["Access-Control-Allow-Origin"] = "*";
       if (fault.retryAfter !== undefined) headers["Retry-After"] = String(fault.retryAfter);
-      response.writeHead(fault.status, headers).end(`<h1>${fault.status}</h1>`);
+      response.writeHead(fault.status, headers).end(fault.body ?? `<h1>${fault.status}</h1>`);
       return;
     }
     const { hostname, port } = new URL(this.target);
-    const headers = { ...request.headers, host: `${hostname}:${port}` };
+    const headers = { ...request.headers };
+    if (!this.keepsHost) headers.host = `${hostname}:${port}`;
     if (fault?.kind === "whole") delete headers.range;
     const upstream = makeRequest({
       hostname,
@@ -129,7 +132,7 @@ export class FaultProxy {
       record.status = reply.statusCode ?? 0;
       void this.#pass(reply, response, record, fault);
     });
-    upstream.end();
+    request.pipe(upstream);
   }
 
   async #pass(

@@ -95,12 +95,12 @@ describe.skipIf(!hasNginx)("a file on nginx", () => {
   test("a file that was replaced in the meantime is not joined with the new one", async () => {
     faults = [{ kind: "truncate", bytes: 30_000 }];
     const fault = proxy.fault;
-    proxy.fault = (requested, number) => {
+    proxy.fault = (requested, number, method) => {
       if (number === 2) {
         writeFileSync(path, bytes.slice().reverse());
         utimesSync(path, 2000, 2000);
       }
-      return fault(requested, number);
+      return fault(requested, number, method);
     };
     await expect(get(address())).rejects.toThrow("replaced while it was fetched: open it again");
   });

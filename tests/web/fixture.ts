@@ -1,21 +1,11 @@
 /** Shared by the tests in Node: the core, and the store that write_store_fixture.cpp writes. */
-import { existsSync, readFileSync } from "node:fs";
 import { type Core, loadCore, maxHeaderBytes, type Store } from "../../web/core/index.ts";
-
-const built = new URL("../../build/", import.meta.url);
 
 export async function core(): Promise<Core> {
   return loadCore();
 }
 
-/** The store of the first CMake preset in which the tests were built. */
-export function storeBytes(): Uint8Array {
-  for (const preset of ["release", "debug", "sanitizers"]) {
-    const file = new URL(`${preset}/tests/shared/fixture.isosplat`, built);
-    if (existsSync(file)) return new Uint8Array(readFileSync(file));
-  }
-  throw new Error("build/release/tests/shared/fixture.isosplat is missing: npm run build");
-}
+export { storeBytes } from "../support/store_bytes.ts";
 
 export const voxels = [150, 131, 70] as const;
 /** In the fixture, value = quantized value + offset. */

@@ -1,0 +1,182 @@
+/** Stores in buckets: an S3 service that verifies signatures, with faults between. */
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { program } from "../browser/support/server.ts";
+import { FaultProxy } from "../support/fault_proxy.ts";
+import { type Ran, runProgram } from "../support/run_program.ts";
+import { account, S3Service } from "../support/s3_service.ts";
+import { storeBytes } from "../support/store_bytes.ts";
+
+/** No settings of the person who runs the tests. */
+const nobody = {
+  AWS_ACCESS_KEY_ID: undefined,
+  AWS_SECRET_ACCESS_KEY: undefined,
+  AWS_SESSION_TOKEN: undefined,
+  AWS_REGION: undefined,
+  AWS_DEFAULT_REGION: undefined,
+  AWS_PROFILE: undefined,
+  AWS_ENDPOINT_URL: undefined,
+  AWS_SHARED_CREDENTIALS_FILE: "/nonexistent",
+  AWS_CONFIG_FILE: "/nonexistent",
+};
+const person = {
+  ...nobody,
+  AWS_ACCESS_KEY_ID: account.accessKey,
+  AWS_SECRET_ACCESS_KEY: account.secretKey,
+  AWS_REGION: account.region,
+};
+
+/** The only line of stderr, which has no credentials. */
+function errorOf(ran: Ran, code = 1): string {
+  expect(ran.code, ran.stderr).toBe(code);
+  expect(ran.stderr.trimEnd().split("\n")).toHaveLength(1);
+  for (const secret of [account.secretKey, account.accessKey, "sesame"]) {
+    expect(ran.stderr + ran.stdout).not.toContain(secret);
+  }
+  return ran.stderr;
+}
+
+describe.skipIf(!existsSync(program))("a store in a bucket", () => {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-bucket-"));
+  const bucket = "volumes";
+  let service: S3Service;
+  let proxy: FaultProxy;
+  const run = (args: readonly string[], env: Record<string, string | undefined> = person) =>
+    runProgram([...args, "--endpoint", proxy.url], env);
+
+  beforeAll(async () => {
+    service = new S3Service(join(folder, "s3"), bucket);
+    await service.start();
+    await service.put(`${bucket}/stores/head.isosplat`, storeBytes());
+    await service.put(`${bucket}/a%20b%2Bc%3D%C3%A4%21%28x%29/d~_.isosplat`, storeBytes());
+  });
+  beforeEach(async () => {
+    service.account = account;
+    service.isPublic = false;
+    service.clockAhead = 0;
+    service.refused.length = 0;
+    proxy = new FaultProxy(service.url);
+    proxy.keepsHost = true;
+    await proxy.start();
+  });
+  afterEach(() => proxy.stop());
+  afterAll(async () => {
+    await service?.stop();
+    rmSync(folder, { recursive: true, force: true });
+  });
+
+  test("is verified, with requests signed by the environment's credentials", async () => {
+    const ran = await run(["verify", `s3://${bucket}/stores/head.isosplat`]);
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(ran.stdout).toContain(`s3://${bucket}/stores/head.isosplat: valid`);
+    expect(service.refused).toEqual([]);
+  });
+
+  test("may have a key with any characters", async () => {
+    const ran = await run(["info", `s3://${bucket}/a b+c=ä!(x)/d~_.isosplat`, "--json"]);
+    expect(ran.code, ran.stderr).toBe(0);
+  });
+
+  test("is read with temporary credentials, whose token is signed", async () => {
+    service.account = { ...account, sessionToken: "FwoG/Zl+token==" };
+    const address = `s3://${bucket}/stores/head.isosplat`;
+    const env = { ...person, AWS_SESSION_TOKEN: "FwoG/Zl+token==" };
+    expect((await run(["info", address], env)).code).toBe(0);
+    expect(errorOf(await run(["info", address]))).toContain("InvalidAccessKeyId");
+  });
+
+  test("is read with a profile, and the endpoint of the environment", async () => {
+    const credentials = join(folder, "credentials");
+    const config = join(folder, "config");
+    writeFileSync(
+      credentials,
+      `[default]\naws_access_key_id = other\naws_secret_access_key = other\n# comment\n\n[lab]\n` +
+        `aws_access_key_id=${account.accessKey}\naws_secret_access_key = ${account.secretKey}\n`,
+    );
+    writeFileSync(
+      config,
+      `[profile lab]\nregion = ${account.region}\ns3 =\n  region = nowhere\nendpoint_url = ${proxy.url}\n` +
+        `[profile sso]\nsso_session = lab\n[profile half]\naws_access_key_id = sesame\n`,
+    );
+    const env = { ...nobody, AWS_SHARED_CREDENTIALS_FILE: credentials, AWS_CONFIG_FILE: config };
+    const info = (profile: string) =>
+      runProgram(["info", `s3://${bucket}/stores/head.isosplat`], { ...env, AWS_PROFILE: profile });
+    const read = await info("lab");
+    expect(read.code, read.stderr).toBe(0);
+    expect(errorOf(await info("none"), 2)).toContain("expected a profile");
+    expect(errorOf(await info("sso"), 2)).toContain("aws configure export-credentials");
+    expect(errorOf(await info("half"), 2)).toContain("no secret key");
+  });
+
+  test("of everyone is read without credentials", async () => {
+    service.isPublic = true;
+    const ran = await run(["info", `s3://${bucket}/stores/head.isosplat`], nobody);
+    expect(ran.code, ran.stderr).toBe(0);
+  });
+
+  test("that is not for everyone is one error without credentials", async () => {
+    const error = errorOf(await run(["info", `s3://${bucket}/stores/head.isosplat`], nobody));
+    expect(error).toContain("found status 403 (AccessDenied");
+    expect(error).toContain("your credentials");
+  });
+
+  test.each([
+    ["a wrong secret", { AWS_SECRET_ACCESS_KEY: "sesame" }, "SignatureDoesNotMatch"],
+    ["another account", { AWS_ACCESS_KEY_ID: "sesame" }, "InvalidAccessKeyId"],
+    ["another region", { AWS_REGION: "us-east-1" }, "AuthorizationHeaderMalformed"],
+  ])("refused for %s is one error", async (_, env, code) => {
+    const address = `s3://${bucket}/stores/head.isosplat`;
+    const error = errorOf(await run(["info", address], { ...person, ...env }));
+    expect(error).toContain(`${address}: reading failed`);
+    expect(error).toContain(code);
+  });
+
+  test("refused for a wrong clock is one error that says so", async () => {
+    service.clockAhead = 3_600_000;
+    const error = errorOf(await run(["info", `s3://${bucket}/stores/head.isosplat`]));
+    expect(error).toContain("RequestTimeTooSkewed");
+    expect(error).toContain("set this machine's clock");
+  });
+
+  test("refused for expired credentials is one error that says so", async () => {
+    const body = "<Error><Code>ExpiredToken</Code><Message>expired</Message></Error>";
+    proxy.fault = () => ({ kind: "status", status: 403, body });
+    const error = errorOf(await run(["info", `s3://${bucket}/stores/head.isosplat`]));
+    expect(error).toContain("ExpiredToken");
+    expect(error).toContain("get new ones");
+    expect(proxy.requests).toHaveLength(1);
+  });
+
+  test("is read in spite of resets and requests to slow down", async () => {
+    const body = "<Error><Code>SlowDown</Code></Error>";
+    proxy.fault = (_path, number) =>
+      [{ kind: "reset" } as const, { kind: "status", status: 503, body } as const][number % 3];
+    const output = join(folder, "points.npy");
+    const ran = await run([
+      "extract",
+      `s3://${bucket}/stores/head.isosplat`,
+      "-i",
+      "100.5",
+      "-o",
+      output,
+    ]);
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(readFileSync(output).length).toBeGreaterThan(1000);
+    expect(service.refused).toEqual([]);
+  });
+
+  test.each(["s3://volumes", "s3://volumes/", "s3://UPPER/key", "s3:///key"])(
+    "expects an address with a bucket and a key, not %s",
+    async (address) => {
+      expect(errorOf(await run(["info", address]), 2)).toContain("expected s3://BUCKET/KEY");
+    },
+  );
+
+  test("expects an endpoint without a password", async () => {
+    const endpoint = "https://user:sesame@host";
+    const args = ["info", `s3://${bucket}/a`, "--endpoint", endpoint];
+    expect(errorOf(await runProgram(args, person), 2)).toContain("--endpoint");
+  });
+});
