@@ -51,6 +51,7 @@ test("a dropped store opens, and is kept on request", async ({ page }) => {
   await expect(kept(page)).toHaveCount(1);
   await expect(kept(page)).toContainText("128 × 128 × 128");
   await page.getByRole("button", { name: "Remove bucky from this device" }).click();
+  await kept(page).getByRole("button", { name: "Remove", exact: true }).click();
   await expect(kept(page)).toHaveCount(0);
 });
 
@@ -226,30 +227,127 @@ test("a layout that does not fit is refused before anything is read", async ({ p
   await expect(page.getByRole("button", { name: "Build the store" })).toBeDisabled();
 });
 
-test("an incompletely written store is not listed, and is removed", async ({ page }) => {
-  await openStartPage(page);
-  const id = "0123456789abcdef".repeat(2);
-  await page.evaluate(async (name) => {
+/** Writes files into the folder of kept stores. */
+const writeKept = (page: Page, files: Record<string, string>) =>
+  page.evaluate(async (contents) => {
     const root = await navigator.storage.getDirectory();
     const stores = await root.getDirectoryHandle("isosplat-stores", { create: true });
-    const file = await stores.getFileHandle(name, { create: true });
-    const writing = await file.createWritable();
-    await writing.write("half of a store");
-    await writing.close();
-  }, `${id}.isosplat`);
+    for (const [name, text] of Object.entries(contents)) {
+      const file = await stores.getFileHandle(name, { create: true });
+      const writing = await file.createWritable();
+      await writing.write(text);
+      await writing.close();
+    }
+  }, files);
+
+/** The names of the files in the folder of kept stores. */
+const keptFiles = (page: Page) =>
+  page.evaluate(async () => {
+    const root = await navigator.storage.getDirectory();
+    const stores = await root.getDirectoryHandle("isosplat-stores", { create: true });
+    const names: string[] = [];
+    for await (const name of stores.keys()) names.push(name);
+    return names.sort();
+  });
+
+const someId = "0123456789abcdef".repeat(2);
+
+test("what an interrupted write has left is removed, which the page says", async ({ page }) => {
   await openStartPage(page);
-  await expect
-    .poll(() =>
-      page.evaluate(async () => {
-        const root = await navigator.storage.getDirectory();
-        const stores = await root.getDirectoryHandle("isosplat-stores");
-        const names: string[] = [];
-        for await (const name of stores.keys()) names.push(name);
-        return names;
-      }),
-    )
-    .toEqual([]);
+  await writeKept(page, { [`${someId}.isosplat`]: "half", [`${someId}.incomplete`]: "" });
+  await openStartPage(page);
+  await expect(page.locator(".device [role=status]")).toContainText("was not kept completely");
+  expect(await keptFiles(page)).toEqual([]);
   await expect(kept(page)).toHaveCount(0);
+  await openStartPage(page);
+  await expect(page.locator(".device [role=status]")).toHaveCount(0);
+});
+
+test("what another tab is writing is neither listed nor removed", async ({ page, context }) => {
+  await openStartPage(page);
+  const files = { [`${someId}.isosplat`]: "half", [`${someId}.incomplete`]: "" };
+  await writeKept(page, files);
+  await page.evaluate((id) => {
+    void navigator.locks.request(`isosplat-store-${id}`, () => new Promise(() => {}));
+  }, someId);
+  const other = await context.newPage();
+  await openStartPage(other);
+  await other.waitForTimeout(300);
+  expect(await keptFiles(other)).toEqual(Object.keys(files).sort());
+  await expect(kept(other)).toHaveCount(0);
+  await page.close();
+  await openStartPage(other);
+  await expect.poll(() => keptFiles(other)).toEqual([]);
+});
+
+test("a store that cannot be read stays, is listed, and is removed on the visitor's word", async ({
+  page,
+}) => {
+  await openStartPage(page);
+  // Not marked: perhaps only its description is damaged.
+  await writeKept(page, { [`${someId}.isosplat`]: "a store", [`${someId}.json`]: "{" });
+  await openStartPage(page);
+  await expect(kept(page)).toContainText("Cannot be read");
+  await page.goto(`${server.url}?src=device:${someId}`);
+  await expect(page.locator(".device [role=alert]")).toBeVisible();
+  expect(await keptFiles(page)).toEqual([`${someId}.isosplat`, `${someId}.json`]);
+  await openStartPage(page);
+  await kept(page)
+    .getByRole("button", { name: /^Remove/ })
+    .click();
+  await kept(page).getByRole("button", { name: "Keep it" }).click();
+  await kept(page)
+    .getByRole("button", { name: /^Remove/ })
+    .click();
+  await kept(page).getByRole("button", { name: "Remove", exact: true }).click();
+  await expect(kept(page)).toHaveCount(0);
+  expect(await keptFiles(page)).toEqual([]);
+});
+
+test("a store stays while its files cannot be read for a time, and a full disk cannot replace it", async ({
+  page,
+  context,
+}) => {
+  await openStartPage(page);
+  await drop(page, [raw]);
+  await build(page);
+  await complete(page);
+  await expect.poll(async () => (await keptFiles(page)).length).toBe(2);
+  const files = await keptFiles(page);
+
+  const other = await context.newPage();
+  await other.addInitScript(() => {
+    FileSystemFileHandle.prototype.getFile = () =>
+      Promise.reject(new DOMException("the disk is busy", "NotReadableError"));
+    FileSystemFileHandle.prototype.createWritable = () =>
+      Promise.reject(new DOMException("full", "QuotaExceededError"));
+  });
+  await openStartPage(other);
+  await expect(kept(other)).toContainText("Cannot be read: the disk is busy");
+  await drop(other, [raw]);
+  await build(other);
+  await complete(other);
+  await expect(other.locator(".task-card [role=alert]")).toContainText("of room for this site");
+  expect(await keptFiles(page)).toEqual(files);
+  await openStartPage(page);
+  await expect(kept(page)).toContainText("128 × 128 × 128");
+});
+
+test("the browser is asked not to remove what is kept", async ({ page }) => {
+  await page.addInitScript(() => {
+    navigator.storage.persisted = async () => sessionStorage.getItem("granted") !== null;
+    navigator.storage.persist = async () => {
+      sessionStorage.setItem("granted", "");
+      return true;
+    };
+  });
+  await openStartPage(page);
+  await expect(page.locator(".device")).not.toContainText("until you remove them");
+  await drop(page, [raw]);
+  await build(page);
+  await complete(page);
+  await page.goBack();
+  await expect(page.locator(".device")).toContainText("until you remove them");
 });
 
 test("two tabs that open the same file build it once", async ({ page, context }) => {
@@ -292,14 +390,7 @@ test("a disk that becomes full during writing: a message, and no incomplete stor
   await expect(page.locator(".task-card [role=alert]")).toContainText(
     /Expected 1\.4 MB of room for this site on this device, found less: .* until this tab is closed/,
   );
-  const left = await page.evaluate(async () => {
-    const root = await navigator.storage.getDirectory();
-    const stores = await root.getDirectoryHandle("isosplat-stores");
-    const names: string[] = [];
-    for await (const name of stores.keys()) names.push(name);
-    return names;
-  });
-  expect(left).toEqual([]);
+  expect(await keptFiles(page)).toEqual([]);
 });
 
 test("a cancelled build ends its workers, keeps nothing, and can be started again", async ({

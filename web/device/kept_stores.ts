@@ -3,9 +3,10 @@ import { localized } from "../texts/numbers.ts";
 
 /**
  * Stores that are kept on this device, in the origin private file system: {contentId}.isosplat, and
- * {contentId}.json with the description for the list of stores. The JSON is written last, so a store without it is
- * incomplete, and is not listed. If the browser has no such file system, or denies access to it, the stores are kept
- * in memory until the tab is closed.
+ * {contentId}.json with the description for the list of stores. While they are written or removed,
+ * {contentId}.incomplete marks them. Only what is marked, and what the visitor names, is ever removed: what cannot be
+ * read may be readable later. If the browser has no such file system, or denies access to it, the stores are kept in
+ * memory until the tab is closed.
  */
 
 /** The description of a kept store in a list. */
@@ -25,6 +26,12 @@ export interface KeptStore {
   keptAt: number;
   /** Whether the store is in memory only. */
   isTemporary?: boolean;
+}
+
+/** A kept store that cannot be read, at least not now. */
+export interface UnreadableStore {
+  contentId: string;
+  reason: string;
 }
 
 /**
@@ -67,36 +74,96 @@ async function folder(): Promise<FileSystemDirectoryHandle | undefined> {
 
 const storeFile = (id: string) => `${id}.isosplat`;
 const textFile = (id: string) => `${id}.json`;
+const markFile = (id: string) => `${id}.incomplete`;
 const isContentId = (text: string) => /^[0-9a-f]{32}$/.test(text);
 
-/** Complete stores, the newest first. Removes the remains of interrupted writes. */
-export async function keptStores(): Promise<KeptStore[]> {
+/** The stores on this device, the newest first, and those that cannot be read. */
+export async function listKept(): Promise<{
+  stores: KeptStore[];
+  unreadable: UnreadableStore[];
+}> {
   const stores = [...inMemory.values()].map(({ store }) => store);
+  const unreadable: UnreadableStore[] = [];
   const directory = await folder();
   if (directory) {
-    for await (const name of directory.keys()) {
-      const id = name.replace(/\.\w+$/, "");
-      if (!name.endsWith(".isosplat") || !isContentId(id)) continue;
-      const store = await readEntry(directory, id);
-      if (store) stores.push(store);
-      else await removeIncomplete(directory, id);
+    const names = await namesIn(directory);
+    for (const id of idsOf(names, ".isosplat")) {
+      try {
+        stores.push(await readEntry(directory, id));
+      } catch (error) {
+        if (names.has(markFile(id))) continue; // it is being written or removed
+        const reason = error instanceof Error ? error.message : String(error);
+        if (!inMemory.has(id)) unreadable.push({ contentId: id, reason });
+      }
     }
   }
-  return stores.sort((a, b) => b.keptAt - a.keptAt);
+  return { stores: stores.sort((a, b) => b.keptAt - a.keptAt), unreadable };
 }
 
-async function readEntry(
-  directory: FileSystemDirectoryHandle,
-  id: string,
-): Promise<KeptStore | undefined> {
-  try {
-    const text = await (await directory.getFileHandle(textFile(id))).getFile();
-    const store = JSON.parse(await text.text()) as KeptStore;
-    const file = await (await directory.getFileHandle(storeFile(id))).getFile();
-    return store.contentId === id && store.bytes === file.size ? store : undefined;
-  } catch {
-    return undefined;
+/** The stores on this device, the newest first. */
+export async function keptStores(): Promise<KeptStore[]> {
+  return (await listKept()).stores;
+}
+
+/**
+ * Removes what an interrupted write or removal has left, unless another tab is at it. Resolves to the number of
+ * stores that were removed.
+ */
+export async function removeRemains(): Promise<number> {
+  const directory = await folder();
+  if (!directory) return 0;
+  let count = 0;
+  for (const id of idsOf(await namesIn(directory), ".incomplete")) {
+    await navigator.locks.request(lockOf(id), { ifAvailable: true }, async (lock) => {
+      if (!lock || !(await exists(directory, markFile(id)))) return;
+      const isComplete = await readEntry(directory, id).then(
+        () => true,
+        () => false,
+      );
+      if (isComplete) return directory.removeEntry(markFile(id));
+      await removeFiles(directory, id);
+      count++;
+    });
   }
+  return count;
+}
+
+/** Whether the browser removes the stores only when the visitor asks for it. */
+export async function isPersistent(): Promise<boolean> {
+  return (await navigator.storage?.persisted?.()) ?? false;
+}
+
+async function namesIn(directory: FileSystemDirectoryHandle): Promise<Set<string>> {
+  const names = new Set<string>();
+  for await (const name of directory.keys()) names.add(name);
+  return names;
+}
+
+function idsOf(names: Iterable<string>, ending: string): string[] {
+  return [...names]
+    .filter((name) => name.endsWith(ending))
+    .map((name) => name.slice(0, -ending.length))
+    .filter(isContentId);
+}
+
+async function exists(directory: FileSystemDirectoryHandle, name: string): Promise<boolean> {
+  try {
+    await directory.getFileHandle(name);
+    return true;
+  } catch (error) {
+    return !(error instanceof DOMException && error.name === "NotFoundError");
+  }
+}
+
+/** The description of a kept store. Rejects if its files cannot be read, or do not fit together. */
+async function readEntry(directory: FileSystemDirectoryHandle, id: string): Promise<KeptStore> {
+  const text = await (await directory.getFileHandle(textFile(id))).getFile();
+  const store = JSON.parse(await text.text()) as KeptStore;
+  const { size } = await (await directory.getFileHandle(storeFile(id))).getFile();
+  if (store.contentId !== id || store.bytes !== size) {
+    throw new Error(deviceErrorTexts.keptSize(store.bytes, size));
+  }
+  return store;
 }
 
 async function writeEntry(directory: FileSystemDirectoryHandle, store: KeptStore): Promise<void> {
@@ -106,31 +173,28 @@ async function writeEntry(directory: FileSystemDirectoryHandle, store: KeptStore
   await writing.close();
 }
 
-/** Removes an incomplete store, unless another tab is writing it. */
-async function removeIncomplete(directory: FileSystemDirectoryHandle, id: string): Promise<void> {
-  await navigator.locks.request(lockOf(id), { ifAvailable: true }, async (lock) => {
-    if (lock && !(await readEntry(directory, id))) await removeFiles(directory, id);
-  });
-}
-
 async function removeFiles(directory: FileSystemDirectoryHandle, id: string): Promise<void> {
-  // The JSON is removed first, so that a store is not listed if its removal is interrupted.
-  for (const name of [textFile(id), storeFile(id)]) {
+  await directory.getFileHandle(markFile(id), { create: true }).catch(() => {}); // a full disk
+  for (const name of [textFile(id), storeFile(id), markFile(id)]) {
     await directory.removeEntry(name).catch(() => {});
   }
 }
 
 const lockOf = (id: string) => `isosplat-store-${id}`;
 
-/** The store's bytes; undefined if it is not on this device. */
+/** The store's bytes; undefined if it is not on this device, or cannot be read. */
 export async function keptBlob(id: string): Promise<{ store: KeptStore; blob: Blob } | undefined> {
   const held = inMemory.get(id);
   if (held) return held;
   if (!isContentId(id)) return undefined;
   const directory = await folder();
-  const store = directory && (await readEntry(directory, id));
-  if (!store) return undefined;
-  return { store, blob: await (await directory.getFileHandle(storeFile(id))).getFile() };
+  if (!directory) return undefined;
+  try {
+    const store = await readEntry(directory, id);
+    return { store, blob: await (await directory.getFileHandle(storeFile(id))).getFile() };
+  } catch {
+    return undefined;
+  }
 }
 
 /** Holds a store in memory, so that the page can open it. */
@@ -152,7 +216,8 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
   if (blob.size > quota - usage) throw full(blob.size, Math.max(0, quota - usage));
   const id = store.contentId;
   await navigator.locks.request(lockOf(id), async () => {
-    const existing = await readEntry(directory, id);
+    const existing = await readEntry(directory, id).catch(() => undefined);
+    const isNew = !(await exists(directory, storeFile(id)));
     const { isTemporary: _, ...entry } = store;
     if (existing) {
       // Another tab has kept the same bytes, or the volume was kept earlier from another address.
@@ -160,12 +225,14 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
       return;
     }
     try {
+      if (isNew) await directory.getFileHandle(markFile(id), { create: true });
       // The written bytes are visible to readers only after the stream is closed.
       const handle = await directory.getFileHandle(storeFile(id), { create: true });
       await blob.stream().pipeTo(await handle.createWritable(), signal ? { signal } : {});
       await writeEntry(directory, entry);
+      if (isNew) await directory.removeEntry(markFile(id));
     } catch (error) {
-      await removeFiles(directory, id);
+      if (isNew) await removeFiles(directory, id); // else it may be readable later
       signal?.throwIfAborted();
       const isFull = error instanceof DOMException && error.name === "QuotaExceededError";
       if (isFull) throw full(blob.size, undefined);
@@ -175,6 +242,8 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
   });
   inMemory.delete(id);
   changed();
+  // Firefox asks the visitor.
+  void navigator.storage.persist?.().then((isGranted) => isGranted && changed());
 }
 
 function full(bytes: number, left: number | undefined): NotKeptError {

@@ -14,9 +14,21 @@ export const device: typeof English = {
   dropHere: "Volumen oder Isosplat-Datei hier ablegen: Gelesen wird hier, nichts wird hochgeladen",
   onDevice: "Auf diesem Gerät",
   onDeviceText:
-    "Von diesem Browser für diese Website aufbewahrt. Er kann sie entfernen, wenn der Datenträger voll ist: Speichern Sie, was Sie brauchen.",
+    "Von diesem Browser für diese Website aufbewahrt. Er kann sie entfernen, wenn der Datenträger voll ist, und ein privates Fenster verliert sie, wenn es geschlossen wird: Speichern Sie, was Sie brauchen.",
+  onDevicePersistent: "Von diesem Browser für diese Website aufbewahrt, bis Sie sie entfernen.",
+  temporary: "bis dieser Tab geschlossen wird",
+  unreadable: (reason) =>
+    `Kann nicht gelesen werden: ${reason}. Laden Sie die Seite neu, oder öffnen Sie die Datei noch einmal.`,
+  remainsRemoved: (count) =>
+    plural(count, {
+      one: "Ein Volumen wurde entfernt: Es war nicht vollständig aufbewahrt, weil der Tab geschlossen oder das Entfernen unterbrochen wurde.",
+      other: `${count} Volumen wurden entfernt: Sie waren nicht vollständig aufbewahrt, weil der Tab geschlossen oder das Entfernen unterbrochen wurde.`,
+    }),
   remove: "Von diesem Gerät entfernen",
   removeNamed: (name) => `${name} von diesem Gerät entfernen`,
+  askRemove: (name) => `${name} entfernen? Das lässt sich nicht rückgängig machen.`,
+  doRemove: "Entfernen",
+  doKeep: "Behalten",
 
   reading: "Wird gelesen",
   files: (n) => plural(n, { one: `${n} Datei`, other: `${n} Dateien` }),

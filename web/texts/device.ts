@@ -17,9 +17,21 @@ export const deviceTexts = part("device", {
   dropHere: "Drop a volume or a store: it is read here, nothing is uploaded",
   onDevice: "On this device",
   onDeviceText:
-    "Kept by this browser for this site. It may remove them when the disk is full: save what you need.",
+    "Kept by this browser for this site. It may remove them when the disk is full, and a private window loses them when it is closed: save what you need.",
+  onDevicePersistent: "Kept by this browser for this site, until you remove them.",
+  temporary: "until this tab is closed",
+  unreadable: (reason: string) =>
+    `Cannot be read: ${reason}. Load the page again, or open its file again.`,
+  remainsRemoved: (count: number) =>
+    plural(count, {
+      one: "A volume was removed: it was not kept completely, because its tab was closed or its removal interrupted.",
+      other: `${count} volumes were removed: they were not kept completely, because their tab was closed or their removal interrupted.`,
+    }),
   remove: "Remove from this device",
   removeNamed: (name: string) => `Remove ${name} from this device`,
+  askRemove: (name: string) => `Remove ${name}? This cannot be undone.`,
+  doRemove: "Remove",
+  doKeep: "Keep it",
 
   reading: "Reading",
   files,

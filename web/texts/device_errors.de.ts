@@ -17,6 +17,7 @@ export const deviceError: typeof English = {
   tooManyFiles: (most) =>
     `Erwartet werden höchstens ${most} Dateien, gefunden mehr: Legen Sie nur den Ordner eines Volumens hier ab`,
 
+  keptSize: (stated, found) => `erwartet wurden ${stated} Byte, gefunden ${found}`,
   notAllowed: "Dieser Browser lässt Seiten keine Dateien auf diesem Gerät aufbewahren.",
   notKept: (reason) =>
     `Der Browser hat die Isosplat-Datei nicht auf diesem Gerät aufbewahrt: ${reason}.`,

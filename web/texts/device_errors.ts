@@ -17,6 +17,7 @@ export const deviceErrorTexts = part("deviceError", {
   tooManyFiles: (most: number) =>
     `expected at most ${most} files, found more: drop the folder of one volume alone`,
 
+  keptSize: (stated: number, found: number) => `expected ${stated} bytes, found ${found}`,
   notAllowed: "This browser does not let pages keep files on this device.",
   notKept: (reason: string) => `The browser did not keep the store on this device: ${reason}.`,
   noRoom: (needed: string, found: string) =>

@@ -1,6 +1,15 @@
 import { html, nothing, render } from "lit";
+import { ref } from "lit/directives/ref.js";
 import { repeat } from "lit/directives/repeat.js";
-import { type KeptStore, keptStores, onKeptChange, remove } from "../../device/kept_stores.ts";
+import {
+  isPersistent,
+  type KeptStore,
+  listKept,
+  onKeptChange,
+  remove,
+  removeRemains,
+  type UnreadableStore,
+} from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { deviceAddress } from "../address/target.ts";
 import { formatBytes, formatDims, formatType } from "../shell/format.ts";
@@ -18,6 +27,12 @@ export class DeviceSection {
   readonly element = document.createElement("section");
   readonly #actions: DeviceSectionActions;
   #stores: readonly KeptStore[] = [];
+  #unreadable: readonly UnreadableStore[] = [];
+  #isPersistent = false;
+  /** What was removed without the visitor's word. */
+  #remains = "";
+  /** The store about whose removal the visitor is asked. */
+  #asked: string | undefined;
   #notice = "";
 
   constructor(actions: DeviceSectionActions) {
@@ -26,6 +41,7 @@ export class DeviceSection {
     this.#render();
     onKeptChange(() => void this.#load());
     void this.#load();
+    void this.#removeRemains();
   }
 
   /** Sets a sentence above the list. */
@@ -35,7 +51,17 @@ export class DeviceSection {
   }
 
   async #load(): Promise<void> {
-    this.#stores = await keptStores().catch(() => []);
+    const { stores, unreadable } = await listKept().catch(() => ({ stores: [], unreadable: [] }));
+    this.#stores = stores;
+    this.#unreadable = unreadable;
+    this.#isPersistent = await isPersistent().catch(() => false);
+    this.#render();
+  }
+
+  async #removeRemains(): Promise<void> {
+    const count = await removeRemains().catch(() => 0);
+    if (count === 0) return;
+    this.#remains = deviceTexts.remainsRemoved(count);
     this.#render();
   }
 
@@ -53,21 +79,68 @@ export class DeviceSection {
           <p class="quiet">${deviceTexts.dropText}</p>
         </div>
         ${this.#notice ? html`<p class="empty" role="alert">${this.#notice}</p>` : nothing}
+        ${this.#remains ? html`<p class="empty" role="status">${this.#remains}</p>` : nothing}
         ${
-          stores.length === 0
+          stores.length + this.#unreadable.length === 0
             ? nothing
             : html`<h2>${deviceTexts.onDevice} <span class="quiet">${formatBytes(bytes)}</span></h2>
-                <p class="quiet">${deviceTexts.onDeviceText}</p>
+                <p class="quiet">
+                  ${this.#isPersistent ? deviceTexts.onDevicePersistent : deviceTexts.onDeviceText}
+                </p>
                 <ul class="cards">
                   ${repeat(
                     stores,
                     ({ contentId }) => contentId,
-                    (store) => html`<li class="device-card">${card(store)}</li>`,
+                    (store) =>
+                      html`<li class="device-card">
+                        ${card(store)}${this.#removal(store.contentId, store.name)}
+                      </li>`,
+                  )}
+                  ${repeat(
+                    this.#unreadable,
+                    ({ contentId }) => contentId,
+                    ({ contentId, reason }) =>
+                      html`<li class="device-card">
+                        <div class="card">
+                          <h2>${contentId.slice(0, 8)}…</h2>
+                          <p>${deviceTexts.unreadable(reason)}</p>
+                        </div>
+                        ${this.#removal(contentId, `${contentId.slice(0, 8)}…`)}
+                      </li>`,
                   )}
                 </ul>`
         }`,
       this.element,
     );
+  }
+
+  /** The button that removes a store, and the question before it does. */
+  #removal(id: string, name: string) {
+    const ask = (asked: string | undefined) => {
+      this.#asked = asked;
+      this.#render();
+    };
+    if (this.#asked !== id) {
+      return html`<button
+        type="button"
+        class="device-remove"
+        title=${deviceTexts.remove}
+        aria-label=${deviceTexts.removeNamed(name)}
+        @click=${() => ask(id)}
+      >
+        ${icon("trash")}
+      </button>`;
+    }
+    return html`<div class="device-ask" role="alertdialog" aria-label=${deviceTexts.askRemove(name)}
+      @keydown=${({ key }: KeyboardEvent) => key === "Escape" && ask(undefined)}>
+      <p>${deviceTexts.askRemove(name)}</p>
+      <button type="button" class="chip" @click=${() => void remove(id)}>
+        ${deviceTexts.doRemove}
+      </button>
+      <button type="button" class="chip" ${ref(focusWhenShown)} @click=${() => ask(undefined)}>
+        ${deviceTexts.doKeep}
+      </button>
+    </div>`;
   }
 
   #chooser(label: string, isFolder: boolean) {
@@ -87,8 +160,12 @@ export class DeviceSection {
   }
 }
 
+function focusWhenShown(element?: Element): void {
+  (element as HTMLElement | undefined)?.focus();
+}
+
 function card(store: KeptStore) {
-  const { contentId, name, bytes, voxels, type } = store;
+  const { contentId, name, bytes, voxels, type, isTemporary } = store;
   const picture = thumbnail(contentId);
   return html`<a class="card" href="?src=${deviceAddress}${contentId}">
       <div class="card-picture">
@@ -99,15 +176,7 @@ function card(store: KeptStore) {
         ${voxels ? html`<span>${formatDims(voxels)}</span>` : nothing}
         ${type ? html`<span>${formatType(type)}</span>` : nothing}
         <span>${formatBytes(bytes)}</span>
+        ${isTemporary ? html`<span>${deviceTexts.temporary}</span>` : nothing}
       </p>
-    </a>
-    <button
-      type="button"
-      class="device-remove"
-      title=${deviceTexts.remove}
-      aria-label=${deviceTexts.removeNamed(name)}
-      @click=${() => void remove(contentId)}
-    >
-      ${icon("trash")}
-    </button>`;
+    </a>`;
 }
