@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "native/cli/bucket_output.h"
 #include "native/cli/building.h"
 #include "native/cli/command.h"
 #include "native/cli/label_building.h"
@@ -9,6 +10,7 @@
 #include "native/cli/store_building.h"
 #include "native/cli/terminal.h"
 #include "native/cli/thumbnail.h"
+#include "native/remote/remote_target.h"
 #include "native/scene/scene_output.h"
 #include "shared/core/scene/bundle_header.h"
 
@@ -19,6 +21,7 @@ struct BuildCall : StoreFlags {
   std::vector<std::string> volumes;
   std::string steps, time_unit, labels, label_table, part;
   bool has_labels = false, resumes = false;
+  RemoteFlags remote_flags;
 };
 
 bool is_folder(const std::filesystem::path& path) {
@@ -131,12 +134,12 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
   return kSuccess;
 }
 
-int run(BuildCall& call) {
+/// Builds what the options state. `call.store`: a path.
+int build_locally(BuildCall& call) {
   // As in "--labels seg.nii.gz", since the kind of surface is optional.
   if (call.has_labels && !call.labels.empty() && call.labels != "raw" && call.labels != "smooth") {
     call.volumes.insert(call.volumes.begin(), std::exchange(call.labels, {}));
   }
-  if (call.quiet) set_quiet();
   auto store = call.store_call();
   if (!store) return report(store.error());
   const bool has_steps = call.volumes.size() != 1;
@@ -170,6 +173,43 @@ int run(BuildCall& call) {
   return build_one_store(std::move(*store));
 }
 
+/// Builds to a temporary folder, and uploads the output.
+int build_in_bucket(BuildCall& call) {
+  const std::string address = call.store;
+  if (call.resumes || !call.part.empty()) {
+    return report({Status::invalid_argument,
+                   fmt::format("{}: expected a store in a folder, found {}: build it to a file",
+                               call.resumes ? "--resume" : "--part", address)});
+  }
+  const auto options = call.build_flags.options();
+  if (!options) return report(options.error());
+  auto output = BucketOutput::create(address, call.remote_flags, options->temporary_folder);
+  if (!output) return report(output.error());
+  if (!call.force) {
+    const std::string volume = call.volumes.size() == 1 ? call.volumes.front() : "";
+    auto checked = output->check_replaceable(source_path_hash(volume, output->file()));
+    if (!checked) return report(checked.error());
+  }
+  const bool quiet = std::exchange(call.quiet, true);  // its result would name the temporary folder
+  call.store = output->file().string();
+  if (const int code = build_locally(call); code != kSuccess) return code;
+  const auto bytes = output->publish();
+  if (!bytes) return report(bytes.error());
+  if (!quiet) fmt::print("{}: {}, built and uploaded\n", address, format_bytes(*bytes));
+  return kSuccess;
+}
+
+int run(BuildCall& call) {
+  if (call.quiet) set_quiet();
+  if (remote::is_bucket_address(call.store)) return build_in_bucket(call);
+  if (remote::is_address(call.store)) {
+    return report({Status::invalid_argument,
+                   "-o: expected a file or s3://BUCKET/KEY, found an address that cannot be "
+                   "written to"});
+  }
+  return build_locally(call);
+}
+
 }  // namespace
 
 void add_build_command(CLI::App& program, int& exit_code) {
@@ -181,7 +221,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option(
       "-o,--output", call->store,
       "The store to write (default: NAME.isosplat in the folder of the volume NAME), or a scene: "
-      "NAME.isobundle, or a folder NAME/");
+      "NAME.isobundle, or a folder NAME/. s3://BUCKET/KEY uploads the store or bundle, which is "
+      "built in --temporary-folder first");
   command->add_option("--steps", call->steps,
                       "List of the time steps of a scene: a text file with a time, a blank and a "
                       "path in each line");
@@ -213,6 +254,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
                  "After an interruption, the same command continues with them")
       ->excludes(part);
   call->add_to(*command);
+  call->remote_flags.add_to(*command);
   command->footer(examples(
       "  isosplat build head.nii.gz\n"
       "  isosplat build scans/ct -o ct.isosplat --units HU\n"
@@ -221,6 +263,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build step_*.nrrd -o run.isobundle --time-unit s\n"
       "  isosplat build cells.tif -o cells.isobundle\n"
       "  isosplat build organs.nii.gz --labels\n"
+      "  isosplat build head.nii.gz -o s3://bucket/head.isosplat\n"
       "  isosplat build huge.nrrd --resume\n"
       "  isosplat build huge.nrrd --part 3/16     then, when all are built: isosplat join "
       "huge.nrrd\n"

@@ -7,7 +7,6 @@
 #include "native/cli/building.h"
 #include "native/files/output_file.h"
 #include "shared/import/volume/hash.h"
-#include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -16,15 +15,10 @@ bool exists_with_content(const std::filesystem::path& path) {
   return !first_bytes(path, 1).empty();
 }
 
-/// The source that a store was built from, as in its metadata.
-struct StoredSource {
-  std::string file, path_hash;
-};
+}  // namespace
 
-StoredSource source_of(const std::filesystem::path& path) {
-  const auto store = StoreFile::open(path);
-  if (!store) return {};
-  const auto metadata = nlohmann::json::parse((*store)->info().metadata, nullptr, false);
+StoredSource source_of(const StoreFile& store) {
+  const auto metadata = nlohmann::json::parse(store.info().metadata, nullptr, false);
   if (!metadata.is_object() || !metadata.contains("source")) return {};
   const auto& source = metadata["source"];
   const auto text = [&](const char* key) {
@@ -34,8 +28,6 @@ StoredSource source_of(const std::filesystem::path& path) {
   };
   return {text("file"), text("path_hash")};
 }
-
-}  // namespace
 
 Result<void> check_not_input(const std::filesystem::path& output,
                              std::span<const std::filesystem::path> inputs) {
@@ -85,7 +77,8 @@ Result<void> check_replaceable_store(const std::filesystem::path& store,
                             "name with -o, or replace it with --force",
                             store.string()));
   }
-  const StoredSource source = source_of(store);
+  const auto opened = StoreFile::open(store);
+  const StoredSource source = opened ? source_of(**opened) : StoredSource{};
   if (source.path_hash == source_path_hash) return {};
   return fail(
       Status::invalid_argument,

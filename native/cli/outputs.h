@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "shared/core/base/status.h"
+#include "shared/system/store_file/store_file.h"
 
 // Rules for overwriting files. The program never overwrites a file that it reads, even through
 // another name, a symbolic link or a hard link. It replaces a file of another kind only with
@@ -30,6 +31,13 @@ Result<void> check_replaceable_bundle(const std::filesystem::path& output, bool 
 /// relative to the store's folder, with links resolved, as 16 hexadecimal digits.
 std::string source_path_hash(const std::filesystem::path& volume,
                              const std::filesystem::path& store);
+
+/// The file and the hash of the path from which a store was built, as in its metadata; empty if it
+/// does not state them.
+struct StoredSource {
+  std::string file, path_hash;
+};
+StoredSource source_of(const StoreFile& store);
 
 /// Checks that a store of this source may be written: the file does not exist, it is empty, or it
 /// is a store of the same source. `force`: any file may be replaced. Errors: invalid_argument.

@@ -21,8 +21,10 @@ bool may_pass(const HttpResponse& response) {
     case 503:
     case 504:
       return true;
-    case 400:
-      return response.text().find("<Code>RequestTimeout</Code>") != std::string_view::npos;
+    case 400: {
+      const std::string code = element_text(response.text(), "Code", 64);
+      return code == "RequestTimeout" || code == "XAmzContentSHA256Mismatch";
+    }
     default:
       return false;
   }

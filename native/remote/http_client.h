@@ -14,9 +14,10 @@ struct HttpOptions {
 };
 
 /// Sends requests, and repeats those whose fault may pass: resets, timeouts, short bodies, and the
-/// statuses 408, 429, 500, 502, 503 and 504. Waits longer each time, by up to a quarter more at
-/// random, and at least as long as Retry-After says, but never longer than 30 s. Several threads
-/// may send at the same time. All requests must be repeatable.
+/// statuses 408, 429, 500, 502, 503 and 504, and bodies that arrived changed or late at S3. Waits
+/// longer each time, by up to a quarter more at random, and at least as long as Retry-After says,
+/// but never longer than 30 s. Several threads may send at the same time. All requests must be
+/// repeatable.
 class HttpClient {
  public:
   explicit HttpClient(const HttpOptions& options = {})

@@ -10,6 +10,7 @@ import {
   type ServerResponse,
 } from "node:http";
 import type { AddressInfo, Socket } from "node:net";
+import { Transform } from "node:stream";
 
 /** The fault of one response. */
 export type Fault =
@@ -25,6 +26,8 @@ export type Fault =
   | { kind: "truncate"; bytes: number }
   /** Flips a bit of the body's byte at this offset (negative: from its end). */
   | { kind: "corrupt"; at: number }
+  /** Flips a bit of the request's body, unless it is empty. */
+  | { kind: "corrupt-request" }
   | { kind: "delay"; milliseconds: number }
   /** Removes response header fields whose lower-case names match. */
   | { kind: "without"; field: RegExp }
@@ -132,7 +135,8 @@ export class FaultProxy {
       record.status = reply.statusCode ?? 0;
       void this.#pass(reply, response, record, fault);
     });
-    request.pipe(upstream);
+    if (fault?.kind === "corrupt-request") request.pipe(flipBit()).pipe(upstream);
+    else request.pipe(upstream);
   }
 
   async #pass(
@@ -182,6 +186,18 @@ export class FaultProxy {
     if (end < body.length) setTimeout(() => response.destroy(), 5);
     else response.end();
   }
+}
+
+/** Flips a bit of the first byte. */
+function flipBit(): Transform {
+  let isFirst = true;
+  return new Transform({
+    transform(piece: Buffer, _encoding, done) {
+      if (isFirst) piece[0] = (piece[0] ?? 0) ^ 4;
+      isFirst = false;
+      done(null, piece);
+    },
+  });
 }
 
 async function whole(reply: IncomingMessage): Promise<Buffer> {

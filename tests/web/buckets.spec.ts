@@ -7,26 +7,8 @@ import { program } from "../browser/support/server.ts";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { type Ran, runProgram } from "../support/run_program.ts";
 import { account, S3Service } from "../support/s3_service.ts";
+import { nobody, person } from "../support/s3_settings.ts";
 import { storeBytes } from "../support/store_bytes.ts";
-
-/** No settings of the person who runs the tests. */
-const nobody = {
-  AWS_ACCESS_KEY_ID: undefined,
-  AWS_SECRET_ACCESS_KEY: undefined,
-  AWS_SESSION_TOKEN: undefined,
-  AWS_REGION: undefined,
-  AWS_DEFAULT_REGION: undefined,
-  AWS_PROFILE: undefined,
-  AWS_ENDPOINT_URL: undefined,
-  AWS_SHARED_CREDENTIALS_FILE: "/nonexistent",
-  AWS_CONFIG_FILE: "/nonexistent",
-};
-const person = {
-  ...nobody,
-  AWS_ACCESS_KEY_ID: account.accessKey,
-  AWS_SECRET_ACCESS_KEY: account.secretKey,
-  AWS_REGION: account.region,
-};
 
 /** The only line of stderr, which has no credentials. */
 function errorOf(ran: Ran, code = 1): string {

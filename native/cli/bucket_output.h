@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "native/cli/remote_flags.h"
+#include "native/remote/remote_target.h"
+#include "shared/system/posix_file/posix_file.h"
+
+namespace isosplat::cli {
+
+/// An output of a command that goes to an object of a bucket. The file is written as a whole to a
+/// temporary folder first, because the header of a store, at its beginning, is written last; then
+/// it is uploaded.
+class BucketOutput {
+ public:
+  /// address: s3://BUCKET/KEY. folder: in which the temporary folder is made; empty: the system's.
+  /// Errors: those of target_of(), invalid_argument if there are no credentials, io_error.
+  static Result<BucketOutput> create(const std::string& address, const RemoteFlags& flags,
+                                     const std::filesystem::path& folder);
+
+  /// The path at which the command writes the file: in the temporary folder, with the name that the
+  /// key ends with.
+  const std::filesystem::path& file() const { return file_; }
+
+  /// Checks that the object may be written: there is none, or it is a store of this source, or, if
+  /// the output is a bundle, a bundle. Errors: invalid_argument, io_error.
+  Result<void> check_replaceable(const std::string& source_path_hash) const;
+
+  /// Uploads file(), and its thumbnail to KEY.png if there is one, with progress on stderr. Returns
+  /// the bytes of file(). Before, removes the temporary folder: the system frees the space when
+  /// this program ends, however it ends. Errors: io_error, those of remote::upload().
+  Result<uint64_t> publish();
+
+ private:
+  /// Removes a folder at the end.
+  struct RemoveFolder {
+    void operator()(const std::filesystem::path* folder) const;
+  };
+
+  BucketOutput() = default;
+  Result<void> send(const PosixFile& file, const remote::RemoteTarget& target, std::string type);
+
+  remote::RemoteTarget target_, thumbnail_;
+  remote::RemoteOptions options_;
+  std::string address_;
+  std::unique_ptr<remote::HttpClient> client_;
+  std::unique_ptr<const std::filesystem::path, RemoveFolder> folder_;
+  std::filesystem::path file_;
+};
+
+}  // namespace isosplat::cli

@@ -1,0 +1,217 @@
+/** Stores that are written to buckets: an S3 service that verifies signatures, with faults between. */
+import {
+  existsSync,
+  mkdirSync,
+  mkdtempSync,
+  readdirSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { program } from "../browser/support/server.ts";
+import { type Fault, FaultProxy } from "../support/fault_proxy.ts";
+import { type Ran, runProgram } from "../support/run_program.ts";
+import { account, S3Service } from "../support/s3_service.ts";
+import { nobody, person } from "../support/s3_settings.ts";
+
+const bucket = "volumes";
+const mebibyte = 1 << 20;
+
+/** Noise, whose store is about as large as the volume. */
+function noise(bytes: number): Buffer {
+  const volume = Buffer.alloc(bytes);
+  let state = 1;
+  for (let i = 0; i < bytes; ++i) {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    volume[i] = state >>> 24;
+  }
+  return volume;
+}
+
+/** The only line of stderr apart from progress and notes, which has no credentials. */
+function errorOf(ran: Ran, code = 1): string {
+  expect(ran.code, ran.stderr).toBe(code);
+  expect(ran.stderr + ran.stdout).not.toContain(account.secretKey);
+  return ran.stderr.trimEnd().split("\n").at(-1) ?? "";
+}
+
+describe.skipIf(!existsSync(program))("a build to a bucket", () => {
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-writing-"));
+  const small = join(folder, "small.raw");
+  const large = join(folder, "large.raw");
+  let service: S3Service;
+  let proxy: FaultProxy;
+  let local: { small: Buffer; large: Buffer };
+
+  const shape = (volume: string): string[] =>
+    volume === small ? ["--dims", "40x30x20"] : ["--dims", "280x280x240"];
+  const build = (
+    volume: string,
+    key: string,
+    options: readonly string[] = [],
+    env: Record<string, string | undefined> = person,
+  ) => {
+    const to = ["-o", `s3://${bucket}/${key}`, "--endpoint", proxy.url, "--no-thumbnail"];
+    const args = ["build", volume, ...shape(volume), "--type", "u8", ...to, ...options];
+    return runProgram(args, { TMPDIR: folder, ...env });
+  };
+  /** The bytes that the same build writes to a folder. */
+  async function built(volume: string): Promise<Buffer> {
+    mkdirSync(join(folder, "local"), { recursive: true });
+    const store = join(folder, "local", "a.isosplat");
+    const args = ["build", volume, ...shape(volume), "--type", "u8", "-o", store];
+    const ran = await runProgram([...args, "--no-thumbnail", "--force"]);
+    expect(ran.code, ran.stderr).toBe(0);
+    return readFileSync(store);
+  }
+  const object = (key: string) => service.get(`${bucket}/${key}`);
+  const temporary = () => readdirSync(folder).filter((name) => name.includes("upload"));
+
+  beforeAll(async () => {
+    writeFileSync(small, noise(40 * 30 * 20));
+    writeFileSync(large, noise(280 * 280 * 240));
+    local = { small: await built(small), large: await built(large) };
+    expect(local.large.length).toBeGreaterThan(16 * mebibyte);
+    service = new S3Service(join(folder, "s3"), bucket);
+    await service.start();
+  }, 120_000);
+  beforeEach(async () => {
+    service.account = account;
+    service.clockAhead = 0;
+    service.refused.length = 0;
+    proxy = new FaultProxy(service.url);
+    proxy.keepsHost = true;
+    await proxy.start();
+  });
+  afterEach(async () => {
+    expect(temporary()).toEqual([]);
+    await proxy.stop();
+  });
+  afterAll(async () => {
+    await service?.stop();
+    rmSync(folder, { recursive: true, force: true });
+  });
+
+  test("writes a small store in one request", async () => {
+    const ran = await build(small, "a/small.isosplat");
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(ran.stdout).toContain(`s3://${bucket}/a/small.isosplat: `);
+    expect((await object("a/small.isosplat"))?.bytes.equals(local.small)).toBe(true);
+    const methods = proxy.requests.map(({ method }) => method);
+    expect(methods).toEqual(["HEAD", "PUT", "HEAD"]);
+    expect(service.refused).toEqual([]);
+  });
+
+  test("writes a large store in parts", async () => {
+    const ran = await build(large, "large.isosplat");
+    expect(ran.code, ran.stderr).toBe(0);
+    expect((await object("large.isosplat"))?.bytes.equals(local.large)).toBe(true);
+    const parts = proxy.requests.filter(
+      ({ method, path }) => method === "PUT" && /partNumber/.test(path),
+    );
+    expect(parts).toHaveLength(Math.ceil(local.large.length / (16 * mebibyte)));
+    expect(service.refused).toEqual([]);
+  });
+
+  test("writes the thumbnail beside the store, and it can be read", async () => {
+    const address = `s3://${bucket}/with picture.isosplat`;
+    const args = ["build", small, ...shape(small), "--type", "u8", "-o", address];
+    const ran = await runProgram([...args, "--endpoint", proxy.url], { ...person, TMPDIR: folder });
+    expect(ran.code, ran.stderr).toBe(0);
+    expect((await object("with%20picture.isosplat.png"))?.headers.get("content-type")).toBe(
+      "image/png",
+    );
+    const verified = await runProgram(["verify", address, "--endpoint", proxy.url], person);
+    expect(verified.code, verified.stderr).toBe(0);
+  });
+
+  test.each<[string, Fault]>([
+    ["resets", { kind: "reset" }],
+    ["status 500", { kind: "status", status: 500 }],
+    [
+      "requests to slow down",
+      { kind: "status", status: 503, body: "<Error><Code>SlowDown</Code></Error>" },
+    ],
+    ["changed bodies", { kind: "corrupt-request" }],
+    ["lost responses", { kind: "truncate", bytes: 0 }],
+  ])("writes the right object in spite of %s", async (_, fault) => {
+    const failed = new Set<string>();
+    proxy.fault = (path, _number, method) => {
+      const request = `${method} ${path}`;
+      // A lost response without a body is complete.
+      if (failed.has(request) || (fault.kind === "truncate" && method !== "POST")) return undefined;
+      failed.add(request);
+      return fault;
+    };
+    const ran = await build(large, "large.isosplat", ["--force"]);
+    expect(ran.code, ran.stderr).toBe(0);
+    expect((await object("large.isosplat"))?.bytes.equals(local.large)).toBe(true);
+    expect(failed.size).toBeGreaterThan(1);
+  });
+
+  test.each([
+    ["ExpiredToken", "get new ones"],
+    ["RequestTimeTooSkewed", "set this machine's clock"],
+    ["AccessDenied", "your credentials"],
+  ])("that is refused in the middle (%s) is aborted, with one error", async (code, remedy) => {
+    proxy.fault = (path) =>
+      /partNumber=2/.test(path)
+        ? { kind: "status", status: 403, body: `<Error><Code>${code}</Code></Error>` }
+        : undefined;
+    const error = errorOf(await build(large, "refused.isosplat"));
+    expect(error).toContain("sending part 2 of");
+    expect(error).toContain(code);
+    expect(error).toContain(remedy);
+    expect(proxy.requests.at(-1)?.method).toBe("DELETE");
+    expect(proxy.requests.at(-1)?.path).toContain("uploadId=");
+    expect(await object("refused.isosplat")).toBeUndefined();
+  });
+
+  test("to a service whose clock differs is one error before the build", async () => {
+    service.clockAhead = 3_600_000;
+    const error = errorOf(await build(small, "never.isosplat"));
+    expect(error).toContain("status 403");
+    expect(await object("never.isosplat")).toBeUndefined();
+  });
+
+  test("that fails at its end, after status 200, is one error", async () => {
+    proxy.fault = (path, _number, method) =>
+      method === "POST" && /uploadId/.test(path)
+        ? { kind: "status", status: 200, body: "<Error><Code>InternalError</Code></Error>" }
+        : undefined;
+    const error = errorOf(await build(large, "half.isosplat"));
+    expect(error).toContain("completing the upload");
+    expect(error).toContain("InternalError");
+    expect(await object("half.isosplat")).toBeUndefined();
+  });
+
+  test("without credentials is one error before the build", async () => {
+    const error = errorOf(await build(small, "never.isosplat", [], nobody), 2);
+    expect(error).toContain("expected credentials for writing");
+    expect(proxy.requests).toHaveLength(0);
+  });
+
+  test("replaces a store of the same volume, and nothing else", async () => {
+    expect((await build(small, "same.isosplat")).code).toBe(0);
+    expect((await build(small, "same.isosplat")).code).toBe(0);
+    expect(errorOf(await build(large, "same.isosplat"), 2)).toContain("a store of another volume");
+    await service.put(`${bucket}/note.txt`, Buffer.from("a note"));
+    expect(errorOf(await build(small, "note.txt"), 2)).toContain("found another object");
+    expect((await build(small, "note.txt", ["--force"])).code).toBe(0);
+  });
+
+  test.each([
+    ["--resume", ["--resume"]],
+    ["--part", ["--part", "1/2"]],
+  ])("cannot be continued: %s is one error", async (name, options) => {
+    expect(errorOf(await build(small, "a.isosplat", options), 2)).toContain(`${name}: expected`);
+  });
+
+  test("to a web address is one error", async () => {
+    const args = ["build", small, ...shape(small), "--type", "u8", "-o", "https://a.example/b"];
+    expect(errorOf(await runProgram(args), 2)).toContain("s3://BUCKET/KEY");
+  });
+});
