@@ -4,9 +4,13 @@
 
 #include "native/cli/command.h"
 #include "native/cli/options.h"
+#include "native/cli/remote_flags.h"
 #include "native/cli/serving.h"
 #include "native/cli/site.h"
+#include "native/cli/site_bucket.h"
+#include "native/cli/site_folder.h"
 #include "native/cli/terminal.h"
+#include "native/remote/remote_target.h"
 
 namespace isosplat::cli {
 namespace {
@@ -15,12 +19,21 @@ struct PublishCall {
   std::vector<std::string> stores;
   std::string to, web_root;
   bool force = false, prune = false;
+  RemoteFlags remote_flags;
 };
+
+std::unique_ptr<SitePlace> place_of(const PublishCall& call) {
+  if (remote::is_bucket_address(call.to)) {
+    return std::make_unique<SiteBucket>(call.to, call.remote_flags);
+  }
+  return std::make_unique<SiteFolder>(call.to);
+}
 
 int run(const PublishCall& call) {
   SiteOptions options;
   options.stores.assign(call.stores.begin(), call.stores.end());
-  options.to = call.to;
+  const auto place = place_of(call);
+  options.place = place.get();
   options.page = find_page(call.web_root);
   options.force = call.force;
   options.prune = call.prune;
@@ -62,8 +75,10 @@ int run(const PublishCall& call) {
   if (scenes > 0) {
     listed = volumes > 0 ? counted(scenes, "scene") + " and " + listed : counted(scenes, "scene");
   }
-  fmt::print("{}: a site of {}: copy it to any web host that supports range requests\n", call.to,
-             listed);
+  fmt::print("{}: a site of {}{}\n", call.to, listed,
+             remote::is_bucket_address(call.to)
+                 ? ""
+                 : ": copy it to any web host that supports range requests");
   return kSuccess;
 }
 
@@ -79,7 +94,10 @@ void add_publish_command(CLI::App& program, int& exit_code) {
           "Stores (*.isosplat), scenes (*.isobundle, scene.json, *.scene.json), and folders "
           "with such files")
       ->required();
-  command->add_option("--to", call->to, "Folder of the site, which is created if it does not exist")
+  command
+      ->add_option(
+          "--to", call->to,
+          "Folder of the site, which is created if it does not exist, or s3://BUCKET/PREFIX")
       ->required();
   command->add_option("--web-root", call->web_root,
                       "Folder with the page (default: the page built with this program)");
@@ -87,10 +105,12 @@ void add_publish_command(CLI::App& program, int& exit_code) {
                     "Remove stores, scenes and assets that the site does not use");
   command->add_flag("--force", call->force,
                     "Write into the folder even if it contains other files than a site");
+  call->remote_flags.add_to(*command);
   command->footer(examples(
       "  isosplat publish engine.isosplat head.isosplat --to site\n"
       "  isosplat publish stores/ --to site --prune\n"
       "  isosplat publish run.isobundle --to site\n"
+      "  isosplat publish stores/ --to s3://bucket/site\n"
       "A scene is published as one file, a bundle. Stores that a scene.json names are in it.\n"
       "Any web host that supports range requests can serve the site: nginx, Caddy, or a bucket.\n"
       "The host needs no program of Isosplat. Everyone who can reach the host can read all "

@@ -9,9 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "native/cli/outputs.h"
 #include "native/cli/site_source.h"
-#include "native/files/output_file.h"
 #include "server/catalog/catalog.h"
 #include "server/catalog/scene_json.h"
 #include "server/catalog/thumbnail.h"
@@ -22,10 +20,6 @@ namespace isosplat::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kCatalogFile = "catalog.json";
-constexpr const char* kIndexFile = "index.html";
-constexpr std::string_view kCatalogBeginning = "{\"isosplat\":\"site ";
 
 /// Elements of index.html that name the catalog. The browser fetches it in parallel to the page's
 /// program.
@@ -71,36 +65,8 @@ Result<std::string> read_text(const fs::path& path) {
   return text;
 }
 
-Result<void> write_text(const fs::path& path, std::string_view text) {
-  return write_whole_file(path, std::as_bytes(std::span(text)));
-}
-
-Result<void> create_folders(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!error) return {};
-  return fail(Status::io_error,
-              fmt::format("{}: cannot create the folder: {}", folder.string(), error.message()));
-}
-
-/// Whether an earlier publication wrote this folder.
-bool is_site(const fs::path& folder) {
-  return first_bytes(folder / kCatalogFile, kCatalogBeginning.size()) == kCatalogBeginning;
-}
-
-Result<void> check_folder(const fs::path& folder, bool force) {
-  std::error_code error;
-  if (!fs::exists(folder, error)) return {};
-  if (!fs::is_directory(folder, error)) {
-    return fail(Status::invalid_argument, fmt::format("{}: expected a folder for the site, found a "
-                                                      "file: give another name with --to",
-                                                      folder.string()));
-  }
-  if (force || fs::is_empty(folder, error) || is_site(folder)) return {};
-  return fail(Status::invalid_argument,
-              fmt::format("{}: expected no folder, an empty one, or a published site, found other "
-                          "files: give another name with --to, or write into it with --force",
-                          folder.string()));
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
 }
 
 /// index.html with the elements that name the catalog.
@@ -126,47 +92,6 @@ std::string picture_file(const std::string& store, std::span<const std::byte> pi
   return fmt::format("{}-{}.png", store.substr(0, store.rfind('.')), hash);
 }
 
-/// Whether a path is the site's folder, or below it.
-bool is_within(const fs::path& path, const fs::path& site) {
-  std::error_code ignored;
-  const auto real = [&](const fs::path& given) {
-    return fs::weakly_canonical(fs::absolute(given, ignored), ignored);
-  };
-  const fs::path relative = real(path).lexically_relative(real(site));
-  return !relative.empty() && *relative.begin() != "..";
-}
-
-bool has_content(server::ServedKind kind, const fs::path& path, const std::string& content) {
-  const auto source = SiteSource::open(kind, path);
-  return source && source->content() == content;
-}
-
-/// Removes stores, bundles and assets that the site does not use. `kept`: relative paths.
-Result<std::vector<fs::path>> prune(const fs::path& site, const std::set<fs::path>& kept,
-                                    std::span<const fs::path> inputs) {
-  std::vector<fs::path> unused;
-  for (const char* name : {"assets", "stores"}) {
-    std::error_code error;
-    for (fs::directory_iterator entry(site / name, error);
-         !error && entry != fs::directory_iterator(); entry.increment(error)) {
-      const fs::path relative = entry->path().lexically_relative(site);
-      if (entry->is_regular_file() && !kept.contains(relative) &&
-          check_not_input(entry->path(), inputs)) {
-        unused.push_back(entry->path());
-      }
-    }
-  }
-  for (const fs::path& path : unused) {
-    std::error_code error;
-    fs::remove(path, error);
-    if (error) {
-      return fail(Status::io_error,
-                  fmt::format("{}: cannot be removed: {}", path.string(), error.message()));
-    }
-  }
-  return unused;
-}
-
 /// A file to publish, and its description in the catalog.
 struct Item {
   SiteFile file;
@@ -176,8 +101,8 @@ struct Item {
   std::set<fs::path> stores;  ///< of a scene document
 };
 
-/// Opens a store or a scene, and compares it with the file that the site has.
-Result<Item> item_of(const server::CatalogEntry& entry, const fs::path& site) {
+/// Opens a store or a scene, and looks whether the site has it.
+Result<Item> item_of(const server::CatalogEntry& entry, SitePlace& place) {
   const auto source = SiteSource::open(entry.kind, entry.path);
   if (!source) return tl::unexpected(source.error());
   Item item;
@@ -192,7 +117,9 @@ Result<Item> item_of(const server::CatalogEntry& entry, const fs::path& site) {
   file.content = source->content();
   file.file = fmt::format("stores/{}-{}{}", file.name, file.content,
                           source->store() ? server::kStoreExtension : server::kBundleExtension);
-  file.is_new = !has_content(file.kind, site / file.file, file.content);
+  const auto has = place.has(file.file, *source);
+  if (!has) return tl::unexpected(has.error());
+  file.is_new = !*has;
   if (const auto picture = server::read_thumbnail(file.path, file.content)) {
     file.thumbnail = picture_file(file.file, *picture);
   }
@@ -210,16 +137,16 @@ Result<std::vector<Item>> items_of(const SiteOptions& options) {
   // The site may be inside a folder that is published. Its own files are published only if they are
   // named.
   const bool are_named = std::ranges::any_of(
-      options.stores, [&](const fs::path& source) { return is_within(source, options.to); });
+      options.stores, [&](const fs::path& source) { return options.place->contains(source); });
   std::vector<Item> items;
   std::set<fs::path> in_scenes;
   for (const auto kind : {server::ServedKind::scene, server::ServedKind::volume}) {
     const auto entries = catalog.snapshot(kind);
     for (const auto& [name, entry] : *entries) {
-      if (!are_named && is_within(entry->folder, options.to)) continue;
+      if (!are_named && options.place->contains(entry->folder)) continue;
       const bool is_named = std::ranges::find(options.stores, entry->path) != options.stores.end();
       if (!is_named && in_scenes.contains(entry->path.lexically_normal())) continue;
-      auto item = item_of(*entry, options.to);
+      auto item = item_of(*entry, *options.place);
       if (!item) return tl::unexpected(item.error());
       in_scenes.insert(item->stores.begin(), item->stores.end());
       items.push_back(std::move(*item));
@@ -236,14 +163,14 @@ Result<std::vector<Item>> items_of(const SiteOptions& options) {
 }
 
 /// Copies pictures. Removes the name of one that was removed or replaced meanwhile.
-Result<void> copy_thumbnails(std::span<Item> items, const fs::path& to) {
+Result<void> copy_thumbnails(std::span<Item> items, SitePlace& place) {
   for (Item& item : items) {
     SiteFile& file = item.file;
     if (file.thumbnail.empty()) continue;
     const auto picture = server::read_thumbnail(file.path, file.content);
     if (!picture || picture_file(file.file, *picture) != file.thumbnail) {
       file.thumbnail.clear();
-    } else if (auto written = write_whole_file(to / file.thumbnail, *picture); !written) {
+    } else if (auto written = place.write(file.thumbnail, *picture); !written) {
       return written;
     }
   }
@@ -264,7 +191,7 @@ Result<void> copy_files(std::span<const Item> items, const SiteOptions& options)
                                                 "publish it again",
                                                 file.path.string()));
     }
-    auto copied = source->copy(options.to / file.file, [&](uint64_t more) {
+    auto copied = options.place->copy(file.file, *source, [&](uint64_t more) {
       done += more;
       if (options.progress) options.progress(done, all);
     });
@@ -292,7 +219,11 @@ std::string catalog_json(std::span<const Item> items) {
 }  // namespace
 
 Result<Site> publish_site(const SiteOptions& options) {
-  if (auto checked = check_folder(options.to, options.force); !checked) {
+  SitePlace& place = *options.place;
+  if (options.prune) {
+    if (auto checked = place.check_prune(); !checked) return tl::unexpected(checked.error());
+  }
+  if (auto checked = place.check(options.force); !checked) {
     return tl::unexpected(checked.error());
   }
   const auto page = page_files(options.page);
@@ -320,13 +251,12 @@ Result<Site> publish_site(const SiteOptions& options) {
   }
   // All checks come before the first write.
   for (const fs::path& output : outputs) {
-    if (auto checked = check_not_input(options.to / output, inputs); !checked) {
+    if (auto checked = place.check_not_input(output, inputs); !checked) {
       return tl::unexpected(checked.error());
     }
   }
 
-  if (auto made = create_folders(options.to / "stores"); !made) return tl::unexpected(made.error());
-  if (auto copied = copy_thumbnails(*items, options.to); !copied) {
+  if (auto copied = copy_thumbnails(*items, place); !copied) {
     return tl::unexpected(copied.error());
   }
   if (auto copied = copy_files(*items, options); !copied) return tl::unexpected(copied.error());
@@ -334,20 +264,20 @@ Result<Site> publish_site(const SiteOptions& options) {
     const bool is_index = file.relative == kIndexFile;
     // The compressed forms of index.html lack the elements that name the catalog.
     if (!is_index && file.relative.string().starts_with(std::string(kIndexFile) + ".")) continue;
-    const fs::path to = options.to / file.relative;
-    if (auto made = create_folders(to.parent_path()); !made) return tl::unexpected(made.error());
+    if (!place.wants(file.relative)) continue;
     if (is_index) {
-      auto written = write_text(options.to / kCatalogFile, catalog_json(*items));
+      auto written = place.write(kCatalogFile, bytes_of(catalog_json(*items)));
       if (!written) return tl::unexpected(written.error());
     }
     const auto text = is_index ? index : read_text(file.source);
     if (!text) return tl::unexpected(text.error());
-    if (auto written = write_text(to, *text); !written) return tl::unexpected(written.error());
+    auto written = place.write(file.relative, bytes_of(*text));
+    if (!written) return tl::unexpected(written.error());
   }
   Site site;
   for (Item& item : *items) site.files.push_back(std::move(item.file));
   if (options.prune) {
-    auto pruned = prune(options.to, kept, inputs);
+    auto pruned = place.prune(kept, inputs);
     if (!pruned) return tl::unexpected(pruned.error());
     site.pruned = std::move(*pruned);
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "native/cli/site_place.h"
 #include "server/catalog/volume_names.h"
 #include "shared/core/base/status.h"
 
@@ -25,9 +26,9 @@ struct SiteOptions {
   /// published in its bundle alone, unless they are listed here.
   std::vector<std::filesystem::path> stores;
   std::filesystem::path page;  ///< the built page
-  std::filesystem::path to;    ///< the folder of the site; created if missing
-  bool force = false;  ///< `to` may be a folder that is not a site, and other files are replaced
-  bool prune = false;  ///< removes stores, bundles and assets in `to` that the site no longer uses
+  SitePlace* place = nullptr;  ///< where the site is written; not null
+  bool force = false;          ///< `place` may have other files than a site, and they are replaced
+  bool prune = false;          ///< removes stores, bundles and assets that the site no longer uses
 
   /// Called while stores are copied, with the bytes so far and the total.
   std::function<void(uint64_t done, uint64_t all)> progress;

@@ -2,11 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
-#include <vector>
-
-#include "native/files/output_file.h"
 
 namespace isosplat::cli {
 
@@ -53,22 +49,6 @@ Result<void> SiteSource::check_unchanged() const {
   return fail(Status::io_error, fmt::format("{}: its files were changed while they were copied: "
                                             "publish it again",
                                             path_.string()));
-}
-
-Result<void> SiteSource::copy(const fs::path& to,
-                              const std::function<void(uint64_t bytes)>& copied) const {
-  constexpr uint64_t kPiece = uint64_t{1} << 20;
-  auto file = OutputFile::create(to);
-  if (!file) return tl::unexpected(file.error());
-  std::vector<std::byte> piece;
-  for (uint64_t offset = 0; offset < bytes(); offset += piece.size()) {
-    piece.resize(std::min(kPiece, bytes() - offset));
-    if (auto done = read(offset, piece); !done) return done;
-    if (auto written = file->write(offset, piece); !written) return written;
-    copied(piece.size());
-  }
-  if (auto unchanged = check_unchanged(); !unchanged) return unchanged;
-  return file->publish();
 }
 
 }  // namespace isosplat::cli

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -33,15 +32,14 @@ class SiteSource {
   /// The stores of a scene document, which are separate files.
   const std::set<std::filesystem::path>& stores() const { return stores_; }
 
-  /// Copies the bytes to a file. Errors: io_error, also if a file was changed after open(); those
-  /// of OutputFile.
-  Result<void> copy(const std::filesystem::path& to,
-                    const std::function<void(uint64_t bytes)>& copied) const;
+  /// Fills `out` with the bytes at `offset`. Errors: io_error, truncated.
+  Result<void> read(uint64_t offset, std::span<std::byte> out) const;
+
+  /// Fails if a file was changed after open(). Errors: io_error.
+  Result<void> check_unchanged() const;
 
  private:
   SiteSource() = default;
-  Result<void> read(uint64_t offset, std::span<std::byte> out) const;
-  Result<void> check_unchanged() const;
 
   std::filesystem::path path_;
   std::string content_;

@@ -34,6 +34,16 @@ bool is_plain(std::string_view text) {
   });
 }
 
+/// Fails if the file has another identity than at the beginning. Errors: io_error.
+Result<void> check_unchanged(const RandomAccessFile& file, const FileIdentity& before) {
+  const auto now = file.identity();
+  if (!now) return tl::unexpected(now.error());
+  if (now->has_same_content(before)) return {};
+  return fail(
+      Status::io_error,
+      fmt::format("{}: the file was changed while it was sent: send it again", file.name()));
+}
+
 /// One multipart upload.
 class Multipart {
  public:
@@ -47,9 +57,10 @@ class Multipart {
         part_bytes_(part_bytes_for(bytes, options.part_bytes)),
         tags_((bytes + part_bytes_ - 1) / part_bytes_) {}
 
-  Result<void> run(const std::vector<std::string>& headers) {
+  Result<void> run(const std::vector<std::string>& headers, const FileIdentity& identity) {
     if (auto begun = begin(headers); !begun) return begun;
     auto sent = send_parts();
+    if (sent) sent = check_unchanged(file_, identity);
     if (sent) sent = complete();
     return sent ? sent : abort(std::move(sent.error()));
   }
@@ -173,9 +184,10 @@ class Multipart {
 
 Result<void> put_whole(HttpClient& client, const RemoteTarget& target, const RandomAccessFile& file,
                        uint64_t bytes, const UploadOptions& options,
-                       const std::vector<std::string>& headers) {
+                       const std::vector<std::string>& headers, const FileIdentity& identity) {
   std::vector<std::byte> body(bytes);
   if (auto read = file.read(0, body); !read) return read;
+  if (auto checked = check_unchanged(file, identity); !checked) return checked;
   HttpRequest request = request_for(target, "PUT", {}, body);
   request.headers.insert(request.headers.end(), headers.begin(), headers.end());
   request.max_bytes = kMaxResponseBytes;
@@ -218,18 +230,12 @@ Result<void> upload(HttpClient& client, const RemoteTarget& target, const Random
   if (!options.cache_control.empty()) {
     headers.push_back("Cache-Control: " + options.cache_control);
   }
-  const auto before = file.identity();
-  if (!before) return tl::unexpected(before.error());
+  const auto identity = file.identity();
+  if (!identity) return tl::unexpected(identity.error());
   auto sent = bytes <= options.part_bytes
-                  ? put_whole(client, target, file, bytes, options, headers)
-                  : Multipart(client, target, file, bytes, options).run(headers);
+                  ? put_whole(client, target, file, bytes, options, headers, *identity)
+                  : Multipart(client, target, file, bytes, options).run(headers, *identity);
   if (!sent) return sent;
-  const auto after = file.identity();
-  if (!after || !after->has_same_content(*before)) {
-    return fail(
-        Status::io_error,
-        fmt::format("{}: the file was changed while it was sent: send it again", file.name()));
-  }
   const auto written = object_bytes(client, target);
   if (!written) return tl::unexpected(written.error());
   if (*written == bytes) return {};

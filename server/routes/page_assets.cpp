@@ -45,7 +45,7 @@ constexpr auto kMimeTypes = std::to_array<MimeType>({
 });
 constexpr MimeType kUnknownType{"", "application/octet-stream", false};
 
-const MimeType& mime_type(const std::string& path) {
+const MimeType& mime_type(std::string_view path) {
   const auto found = std::ranges::find_if(
       kMimeTypes, [&](const MimeType& type) { return path.ends_with(type.extension); });
   return found == kMimeTypes.end() ? kUnknownType : *found;
@@ -119,6 +119,10 @@ std::map<std::string, fs::path> files_below(const fs::path& root, const PageAsse
 }
 
 }  // namespace
+
+std::string_view mime_type_of(std::string_view path) {
+  return mime_type(path).name;
+}
 
 Result<std::shared_ptr<PageAssets>> PageAssets::load(const fs::path& root, uint64_t max_bytes,
                                                      const Log& log) {

@@ -15,6 +15,9 @@
 
 namespace isosplat::server {
 
+/// The Content-Type of a file, by its extension.
+std::string_view mime_type_of(std::string_view path);
+
 /// One file of the page in one encoding.
 struct AssetVariant {
   Encoding encoding = Encoding::identity;
