@@ -333,7 +333,7 @@ void Renderer::State::start_still_programs() {
   }
   if (!has_smooth_normals()) return;
   for (const DrawnVolume& each : drawn) {
-    SplatPasses::start_smooth_normals(programs, each.volume->list, limits.offered.max_point_size);
+    start_smooth_normals(programs, each.volume->list, limits.offered.max_point_size);
   }
 }
 

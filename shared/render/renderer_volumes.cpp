@@ -111,7 +111,8 @@ void Renderer::State::bind_picture_frame() const {
 
 SplatFrame Renderer::State::splats_of(DrawnVolume& each) const {
   Volume& volume = *each.volume;
-  return {each.frame, volume.list, buffers, volume.mapping, each.isosurfaces, settings.kind, lit};
+  return {each.frame,    volume.list, volume.chunks, volume.mapping, each.isosurfaces,
+          settings.kind, lit};
 }
 
 Result<void> Renderer::State::begin_occlusion_query(const Volume& volume,

@@ -151,6 +151,15 @@ void DrawList::find_contributors(const Frame& frame) {
   });
 }
 
+void DrawList::find_active(const Frame& frame, float quantized_isovalue) {
+  occluders_.begin(frame.block());
+  find_visible([&](const DrawItem& item, const SampleCluster& cluster) {
+    return is_active(cluster.interval, quantized_isovalue) &&
+           item.regions.contains(cluster.region_index()) &&
+           occluders_.is_in_image(cluster_box(frame, item, cluster), item.largest_px);
+  });
+}
+
 void DrawList::find_cut(const Frame& frame, float quantized_isovalue) {
   occluders_.begin(frame.block());
   find_visible([&](const DrawItem& item, const SampleCluster& cluster) {

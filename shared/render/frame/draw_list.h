@@ -54,6 +54,9 @@ class DrawList {
   /// plane may cut.
   void find_cut(const Frame& frame, float quantized_isovalue);
 
+  /// An alternative to estimate_visibility(): finds all active clusters in the image.
+  void find_active(const Frame& frame, float quantized_isovalue);
+
   /// An alternative to collect() and estimate_visibility(). Collects all resident chunks, visible
   /// or not, that a plane of frame space cuts in the image, the coarsest first. In these chunks,
   /// finds the clusters that the plane cuts.
@@ -68,6 +71,10 @@ class DrawList {
   /// contains.
   template <typename Draw>
   void for_each_range(const DrawItem& item, ClusterSubset subset, Draw draw) const;
+
+  /// Calls visit(cluster) for each cluster of the chunk that was found.
+  template <typename Visit>
+  void for_each_cluster(const DrawItem& item, Visit visit) const;
 
   void clear() { items_.clear(); }
 
@@ -115,6 +122,14 @@ void DrawList::for_each_range(const DrawItem& item, ClusterSubset subset, Draw d
     count = clusters[i].count;
   }
   if (count > 0) draw(first, count);
+}
+
+template <typename Visit>
+void DrawList::for_each_cluster(const DrawItem& item, Visit visit) const {
+  const auto& clusters = item.chunk->clusters;
+  for (size_t i = 0; i < clusters.size(); ++i) {
+    if (contains(ClusterSubset::all, visibilities_[item.first_cluster + i])) visit(clusters[i]);
+  }
 }
 
 }  // namespace isosplat::render

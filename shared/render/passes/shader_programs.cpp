@@ -105,7 +105,7 @@ GlProgram ShaderPrograms::start_image(
 
 GlProgram ShaderPrograms::start(SplatVariant variant) const {
   static constexpr int kKind[kSplatPasses] = {KIND_QUAD,  KIND_ELLIPSE, KIND_EXACT, KIND_EXACT,
-                                              KIND_EXACT, KIND_EXACT,   KIND_EXACT};
+                                              KIND_EXACT, KIND_EXACT,   KIND_EXACT, KIND_EXACT};
   std::string defines =
       "#define KIND " + std::to_string(kKind[static_cast<size_t>(variant.pass)]) + "\n";
   if (variant.pulled) defines += "#define PULLED\n";
@@ -118,6 +118,10 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
         defines + "#define GRADIENTS\n",
         {"frame.glsl", "cell.glsl", "block.glsl", "splat.glsl", "gradients.vert.glsl"},
         {"frame.glsl", "smooth.glsl", "gradients.frag.glsl"});
+  }
+  if (variant.pass == SplatPass::lattice) {
+    return GlProgram::start(defines, {"cell.glsl", "lattice.glsl", "lattice.vert.glsl"},
+                            {"lattice.frag.glsl"});
   }
   if (variant.pass == SplatPass::cut_cells) {
     return GlProgram::start(defines,
@@ -164,8 +168,8 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   if (splat.is_ready) return &splat;
   GlProgram& program = splat.program;
   if (auto ok = program.finish(); !ok) return tl::unexpected(ok.error());
-  glUniformBlockBinding(program.name(), glGetUniformBlockIndex(program.name(), "Frame"),
-                        kFrameBinding);
+  const GLuint frame = glGetUniformBlockIndex(program.name(), "Frame");
+  if (frame != GL_INVALID_INDEX) glUniformBlockBinding(program.name(), frame, kFrameBinding);
   splat.block = program.uniform("u_block");
   splat.quantized_isovalue = program.uniform("u_quantized_isovalue");
   splat.isosurface = program.uniform("u_isosurface");
@@ -178,6 +182,7 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   glUseProgram(program.name());
   if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);
   glUniform1i(program.uniform("u_positions"), 2);
+  glUniform1i(program.uniform("u_pages"), 2);
   if (variant.pass == SplatPass::triangles) glUniform1i(program.uniform("u_cases"), 2);
   if (variant.pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
@@ -194,6 +199,11 @@ GlProgram ShaderPrograms::start(ImagePass pass) const {
       return start_image("", {"frame.glsl", "positions.frag.glsl"});
     case ImagePass::smooth_normals:
       return start_image("", {"frame.glsl", "surface_pixel.glsl", "smooth_normals.frag.glsl"});
+    case ImagePass::lattice_normals:
+      return start_image(
+          "", {"frame.glsl", "surface_pixel.glsl", "lattice.glsl", "lattice_normals.frag.glsl"});
+    case ImagePass::replace_normals:
+      return start_image("", {"replace_normals.frag.glsl"});
     case ImagePass::present:
       return start_image("", {"gamma.glsl", "present.frag.glsl"});
     case ImagePass::darken:
@@ -270,6 +280,9 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
   glUniform1i(program.uniform("u_surfaces"), 0);
   glUniform1i(program.uniform("u_depths"), 1);
   glUniform1i(program.uniform("u_whole_depths"), 2);
+  glUniform1i(program.uniform("u_normals"), 0);
+  glUniform1i(program.uniform("u_pages"), 2);
+  glUniform1i(program.uniform("u_gradients"), 3);
   glUniform1i(program.uniform("u_colour_map"), 3);
   glUniform1i(program.uniform("u_colours"), 4);
   glUniform1i(program.uniform("u_cut_cells"), 4);

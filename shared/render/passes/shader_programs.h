@@ -19,18 +19,19 @@ inline constexpr GLuint kFrameBinding = 0;
 /// The lines that precede the files of programs with frame.glsl if the camera is orthographic.
 inline constexpr std::string_view kOrthographicDefine = "#define ORTHOGRAPHIC\n";
 
-/// Passes that draw samples: three kinds of splats, triangles, the gradients of smooth normals, the
-/// cells at cut faces, and those in slices.
+/// Passes that draw samples: three kinds of splats, triangles, the gradients of smooth normals in
+/// the image and at lattice points, the cells at cut faces, and those in slices.
 enum class SplatPass : uint8_t {
   quad,
   ellipse,
   exact,
   triangles,  ///< always pulled
   gradients,
+  lattice,  ///< always pulled
   cut_cells,
   slice_cells,
 };
-inline constexpr size_t kSplatPasses = 7;
+inline constexpr size_t kSplatPasses = 8;
 
 /// A program of a splat pass.
 struct SplatVariant {
@@ -51,10 +52,12 @@ struct ComposeVariant {
 
 /// Other passes over the whole image, and those of the mesh.
 enum class ImagePass : uint8_t {
-  positions,       ///< positions of surface pixels, for smooth normals
-  smooth_normals,  ///< sums of gradients become normals of surface pixels
-  present,         ///< the mean of accumulated pictures
-  darken,          ///< eye-dome lighting of a lit picture
+  positions,        ///< positions of surface pixels, for smooth normals
+  smooth_normals,   ///< sums of gradients become normals of surface pixels
+  lattice_normals,  ///< normals of surface pixels, from gradients at lattice points
+  replace_normals,  ///< these become those of surface pixels
+  present,          ///< the mean of accumulated pictures
+  darken,           ///< eye-dome lighting of a lit picture
   fade,
   cap_states,
   cap_tiles,
@@ -65,7 +68,7 @@ enum class ImagePass : uint8_t {
   mesh,
   lit_mesh,
 };
-inline constexpr size_t kImagePasses = 13;
+inline constexpr size_t kImagePasses = 15;
 
 /// All shader programs of the renderer. A program is compiled when it is first needed; those of
 /// most first pictures are started earlier, as drivers compile in the background.

@@ -1,5 +1,7 @@
 #include "shared/render/passes/smooth_normals.h"
 
+#include "shared/render/passes/gradient_lattice.h"
+
 namespace isosplat::render {
 namespace {
 
@@ -15,6 +17,21 @@ void draw_image_triangle(const DrawContext& context) {
 }
 
 }  // namespace
+
+void start_smooth_normals(ShaderPrograms& programs, const DrawList& list, float max_point_size) {
+  if (GradientLattice::has_one_level(list)) {
+    programs.prepare({.pass = SplatPass::lattice, .pulled = true});
+    programs.prepare(ImagePass::lattice_normals);
+    programs.prepare(ImagePass::replace_normals);
+    return;
+  }
+  programs.prepare(ImagePass::positions);
+  programs.prepare(ImagePass::smooth_normals);
+  for (const DrawItem& item : list.items()) {
+    const bool pulled = item.largest_support_px > max_point_size;
+    programs.prepare(SplatVariant{.pass = SplatPass::gradients, .pulled = pulled});
+  }
+}
 
 Result<void> SmoothNormals::prepare(int width, int height, bool float_blend) {
   float_blend_ = float_blend;

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "shared/render/frame/draw_list.h"
 #include "shared/render/gl/image_target.h"
 #include "shared/render/passes/draw_context.h"
 
@@ -15,6 +16,9 @@ struct SmoothSizes {
 /// Smaller cells cost more and show less: draw() smooths cells of some pixels. In a still picture,
 /// stripes are visible down to the size of a pixel.
 inline constexpr SmoothSizes kDrawnSmooth{3, 4}, kStillSmooth{0.5f, 1};
+
+/// Starts to compile the programs of the smooth normals of these chunks.
+void start_smooth_normals(ShaderPrograms& programs, const DrawList& list, float max_point_size);
 
 /// The images of the smooth normals of one layer: the position of each pixel's surface, and the
 /// sums of the gradients around it, which SplatPasses::smooth_normals() draws (README.md, decision

@@ -183,10 +183,10 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   };
   pass.splats.list.for_each_range(item, culled ? subset : ClusterSubset::all, add_range);
   if (pulled && samples > 0) {
-    sample_texture_.load(pass.splats.buffers, range);
+    sample_texture_.load(pass.splats.chunks.buffers(), range);
   } else if (!pulled && range.buffer != bound.buffer) {
     bound.buffer = range.buffer;
-    glBindVertexArray(pass.splats.buffers.vertex_array(range.buffer));
+    glBindVertexArray(pass.splats.chunks.buffers().vertex_array(range.buffer));
   }
   FrameStatistics& statistics = context.statistics;
   const GLenum mode = triangles ? GL_TRIANGLE_STRIP : pulled ? GL_TRIANGLES : GL_POINTS;
@@ -284,6 +284,17 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
       })) {
     return {};
   }
+  const GradientLattice::Source source{splats.frame, splats.list, splats.chunks, splats.mapping};
+  const auto others = gradient_lattice_.replace_normals(context, source, isosurfaces, layer, sizes,
+                                                        sample_texture_);
+  if (!others) return tl::unexpected(others.error());
+  return others->empty() ? Result<void>() : sum_in_image(context, splats, *others, layer, sizes);
+}
+
+/// Sums the gradients around each pixel (README.md, decision 22).
+Result<void> SplatPasses::sum_in_image(const DrawContext& context, const SplatFrame& splats,
+                                       std::span<const int> isosurfaces, int layer,
+                                       SmoothSizes sizes) {
   const SurfaceTargets& targets = context.targets;
   const int width = targets.width(), height = targets.height();
   if (auto ok = depth_tiles_.prepare(width, height); !ok) return ok;
@@ -303,16 +314,6 @@ Result<void> SplatPasses::smooth_normals(const DrawContext& context, const Splat
   glBindTexture(GL_TEXTURE_2D, 0);
   const auto finished = smooth_normals_.finish(context, layer);
   return drawn ? finished : drawn;
-}
-
-void SplatPasses::start_smooth_normals(ShaderPrograms& programs, const DrawList& list,
-                                       float max_point_size) {
-  programs.prepare(ImagePass::positions);
-  programs.prepare(ImagePass::smooth_normals);
-  for (const DrawItem& item : list.items()) {
-    const bool pulled = item.largest_support_px > max_point_size;
-    programs.prepare(SplatVariant{.pass = SplatPass::gradients, .pulled = pulled});
-  }
 }
 
 Result<void> SplatPasses::draw_gradients(const DrawContext& context, const SplatFrame& splats,
@@ -378,7 +379,7 @@ Result<GLuint> SplatPasses::farthest_depths(const DrawContext& context) {
 
 uint64_t SplatPasses::bytes() const {
   return drawn_depths_.bytes() + depth_tiles_.bytes() + sample_texture_.bytes() +
-         triangle_cases_.bytes() + smooth_normals_.bytes();
+         triangle_cases_.bytes() + smooth_normals_.bytes() + gradient_lattice_.bytes();
 }
 
 void SplatPasses::abandon() {
@@ -387,6 +388,7 @@ void SplatPasses::abandon() {
   sample_texture_.abandon();
   triangle_cases_.abandon();
   smooth_normals_.abandon();
+  gradient_lattice_.abandon();
 }
 
 }  // namespace isosplat::render

@@ -8,6 +8,7 @@
 #include "shared/render/passes/depth_tiles.h"
 #include "shared/render/passes/draw_context.h"
 #include "shared/render/passes/drawn_depths.h"
+#include "shared/render/passes/gradient_lattice.h"
 #include "shared/render/passes/smooth_normals.h"
 #include "shared/render/passes/triangle_cases.h"
 #include "shared/render/samples/sample_texture.h"
@@ -19,7 +20,7 @@ namespace isosplat::render {
 struct SplatFrame {
   const Frame& frame;
   DrawList& list;  ///< collected for the frame
-  const SampleBuffers& buffers;
+  const ChunkStore& chunks;
   const ValueMapping& mapping;
   std::span<const int> isosurfaces;  ///< of the volume, indices into those of the settings
   SplatKind kind;
@@ -39,10 +40,6 @@ class SplatPasses {
   /// them. Requires float targets. Adds to draw_calls. Errors: gl_error.
   Result<void> smooth_normals(const DrawContext& context, const SplatFrame& splats,
                               std::span<const int> isosurfaces, int layer, SmoothSizes sizes);
-
-  /// Starts to compile the programs of smooth_normals() for these chunks.
-  static void start_smooth_normals(ShaderPrograms& programs, const DrawList& list,
-                                   float max_point_size);
 
   /// Draws, into the bound framebuffer, the cells of an isosurface at the clip planes, for caps
   /// (shaders/cut_cells.frag.glsl). `reachable`: the quantized isovalues that are shown, each once,
@@ -74,6 +71,8 @@ class SplatPasses {
   Result<void> draw_item(const Pass& pass, ClusterSubset subset, const DrawItem& item,
                          BoundState& bound);
   static void set_support(const Pass& pass, const BoundState& bound);
+  Result<void> sum_in_image(const DrawContext& context, const SplatFrame& splats,
+                            std::span<const int> isosurfaces, int layer, SmoothSizes sizes);
   Result<void> draw_gradients(const DrawContext& context, const SplatFrame& splats,
                               std::span<const int> isosurfaces, SmoothSizes sizes);
   void use_program(const Pass& pass, SplatPass variant, bool pulled, bool drops_hidden,
@@ -84,6 +83,7 @@ class SplatPasses {
   SampleTexture sample_texture_;
   TriangleCases triangle_cases_;
   SmoothNormals smooth_normals_;
+  GradientLattice gradient_lattice_;
   VertexRuns runs_;  // reused between chunks, to avoid allocations
 };
 

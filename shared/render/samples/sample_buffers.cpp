@@ -46,7 +46,7 @@ SampleRange SampleBuffers::reserve(uint32_t count) {
     run = buffers_.back().free.begin();
   }
   Buffer& buffer = buffers_[index];
-  const SampleRange range{index, run->first, count};
+  const SampleRange range{index, run->first, count, ++last_serial_};
   const uint32_t left = run->second - count;
   buffer.free.erase(run);
   if (left) buffer.free[range.first + count] = left;

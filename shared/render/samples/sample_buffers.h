@@ -16,6 +16,7 @@ struct SampleRange {
   uint32_t buffer = 0;
   uint32_t first = 0;
   uint32_t count = 0;
+  uint64_t serial = 0;  ///< differs from those of all earlier ranges
 
   uint64_t offset_bytes() const { return uint64_t{first} * sizeof(PackedSample); }
 };
@@ -74,6 +75,7 @@ class SampleBuffers {
   std::vector<Buffer> buffers_;
   size_t confirmed_ = 0;  ///< the number of confirmed buffers, which come first in buffers_
   uint64_t samples_ = 0;
+  uint64_t last_serial_ = 0;
 };
 
 }  // namespace isosplat::render
