@@ -69,7 +69,7 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
       const auto block = static_cast<int32_t>(i);
       gather_block(layer, {block % blocks.x, block / blocks.x, 0}, counter.block);
       counter.planner.count(counter.block.intervals);
-      counter.statistics.add_block(counter.planner, counter.block.intervals);
+      counter.statistics.add_block(counter.planner, counter.block);
     });
   }
   for (const Counter& counter : counters) survey.statistics.add(counter.statistics);

@@ -211,7 +211,6 @@ TEST(Survey, AgreesWithTheMetadataOfTheBuild) {
     EXPECT_FALSE(suggested.empty());
     // With layer_bytes 1, the survey reads thin layers, so it samples cells other than those of the
     // build.
-    ASSERT_EQ(metadata["suggested_isovalues"].size(), suggested.size());
     if (layer_bytes > 1) {
       EXPECT_EQ(metadata["suggested_isovalues"], suggested);
     }

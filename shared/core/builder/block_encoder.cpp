@@ -44,7 +44,7 @@ void BlockEncoder::encode(const Layer& layer, const CoarserLayer& coarser, const
   find_row_intervals(block_);
   if (coarser.voxels) coarsen_block(layer, block_, coarser);
   planner_.count(block_.intervals);
-  if (layer.grid.level == 0 && !task.is_counted) statistics.add_block(planner_, block_.intervals);
+  if (layer.grid.level == 0 && !task.is_counted) statistics.add_block(planner_, block_);
   out.interval = planner_.interval();
   const BlockVoxels voxels{block_.cells,
                            block_.voxels.data(),

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "shared/core/preprocess/isovalue_suggestions.h"
 #include "shared/core/store/format.h"
 
 namespace isosplat {
@@ -115,7 +116,7 @@ ValueHistogram value_histogram(const ValueMapping& mapping, const VolumeStatisti
 std::vector<double> suggested_isovalues(const ValueMapping& mapping,
                                         const VolumeStatistics& statistics) {
   const CellInterval quantized_values = statistics.range();
-  std::vector<double> isovalues = statistics.suggest(quantized_values, kMaxSuggestions);
+  std::vector<double> isovalues = suggest_isovalues(statistics, kMaxSuggestions);
   for (double& isovalue : isovalues) {
     isovalue = round_isovalue(isovalue, mapping, quantized_values);
   }

@@ -40,7 +40,8 @@ VolumeStatistics::VolumeStatistics()
       minima_(kQuantizedValues),
       maxima_(kQuantizedValues),
       spans_from_(kQuantizedValues),
-      spans_to_(kQuantizedValues) {}
+      spans_to_(kQuantizedValues),
+      agreement_(kQuantizedValues) {}
 
 void VolumeStatistics::add_values(const void* quantized_values, size_t count, uint8_t bits,
                                   bool has_missing) {
@@ -60,9 +61,9 @@ void VolumeStatistics::add_values(const void* quantized_values, size_t count, ui
   }
 }
 
-void VolumeStatistics::add_block(const BandPlanner& planner,
-                                 std::span<const CellInterval> intervals) {
+void VolumeStatistics::add_block(const BandPlanner& planner, const GatheredBlock& block) {
   if (planner.cells() == 0) return;
+  const std::vector<CellInterval>& intervals = block.intervals;
   const CellInterval range = planner.interval();
   const auto minima = planner.minima(), maxima = planner.maxima();
   for (size_t i = 0; i < minima.size(); ++i) {
@@ -77,10 +78,11 @@ void VolumeStatistics::add_block(const BandPlanner& planner,
     spans_from_[min] += span;
     spans_to_[max] += span;
   }
+  agreement_.add(block);
 }
 
 void VolumeStatistics::add(const VolumeStatistics& other) {
-  const auto sum = [](std::vector<uint64_t>& to, const std::vector<uint64_t>& from) {
+  const auto sum = [](auto& to, const auto& from) {
     for (size_t i = 0; i < kQuantizedValues; ++i) to[i] += from[i];
   };
   sum(voxels_, other.voxels_);
@@ -88,39 +90,45 @@ void VolumeStatistics::add(const VolumeStatistics& other) {
   sum(maxima_, other.maxima_);
   sum(spans_from_, other.spans_from_);
   sum(spans_to_, other.spans_to_);
+  sum(agreement_.cosines, other.agreement_.cosines);
+  sum(agreement_.pairs, other.agreement_.pairs);
   missing_ += other.missing_;
 }
 
 std::vector<std::byte> VolumeStatistics::bytes() const {
   std::vector<std::byte> all;
-  const auto append = [&](std::span<const uint64_t> counts) {
-    const auto part = std::as_bytes(counts);
+  const auto append = [&](std::span<const std::byte> part) {
     all.insert(all.end(), part.begin(), part.end());
   };
   for (const auto* counts : {&voxels_, &minima_, &maxima_, &spans_from_, &spans_to_}) {
-    append(*counts);
+    append(std::as_bytes(std::span(*counts)));
   }
-  append(std::span(&missing_, 1));
+  append(std::as_bytes(std::span(agreement_.cosines)));
+  append(std::as_bytes(std::span(agreement_.pairs)));
+  append(std::as_bytes(std::span(&missing_, 1)));
   return all;
 }
 
 Result<void> VolumeStatistics::add(std::span<const std::byte> bytes) {
-  if (bytes.size() != (5 * kQuantizedValues + 1) * sizeof(uint64_t)) {
+  if (bytes.size() != (7 * kQuantizedValues + 1) * sizeof(uint64_t)) {
     return fail(Status::invalid_argument,
                 "the statistics of an encoder are of another version, or incomplete: load the page "
                 "again");
   }
   const std::byte* at = bytes.data();
-  const auto next = [&at] {
-    uint64_t count = 0;
-    std::memcpy(&count, at, sizeof count);
-    at += sizeof count;
-    return count;
+  const auto add_next = [&at](auto& to) {
+    auto number = to;
+    std::memcpy(&number, at, sizeof number);
+    at += sizeof number;
+    to += number;
   };
   for (auto* counts : {&voxels_, &minima_, &maxima_, &spans_from_, &spans_to_}) {
-    for (uint64_t& count : *counts) count += next();
+    for (uint64_t& count : *counts) add_next(count);
   }
-  missing_ += next();
+  for (auto* sums : {&agreement_.cosines, &agreement_.pairs}) {
+    for (int64_t& sum : *sums) add_next(sum);
+  }
+  add_next(missing_);
   return {};
 }
 
@@ -158,58 +166,40 @@ std::vector<uint64_t> VolumeStatistics::active_cells(const QuantizedBins& bins) 
   return active;
 }
 
-std::vector<double> VolumeStatistics::suggest(CellInterval range, size_t most) const {
-  std::vector<double> suggestions;
-  if (range.min == range.max) return suggestions;
-  constexpr uint32_t kBins = 128;
-  const uint32_t bins = std::min<uint32_t>(kBins, range.max - range.min);
-  const double width = static_cast<double>(range.max - range.min) / bins;
-  // Mean span of the active cells at each bin's middle, and how many there are.
-  std::vector<double> steepness(bins), size(bins);
+std::vector<SurfaceStatistics> VolumeStatistics::surfaces(
+    std::span<const double> quantized_isovalues) const {
+  // A few pairs say little: a speck is not the boundary of an object.
+  constexpr double kFewPairs = 4;
+  std::vector<SurfaceStatistics> surfaces;
   uint64_t cells = 0, spans = 0;
-  uint32_t quantized = range.min;
-  double largest = 0;
-  for (uint32_t bin = 0; bin < bins; ++bin) {
-    const double quantized_isovalue = range.min + (bin + 0.5) * width;
-    for (; quantized <= range.max && quantized <= quantized_isovalue; ++quantized) {
+  int64_t cosines = 0, pairs = 0;
+  size_t quantized = 0;
+  for (const double isovalue : quantized_isovalues) {
+    for (; quantized < kQuantizedValues && static_cast<double>(quantized) <= isovalue;
+         ++quantized) {
       cells += minima_[quantized] - maxima_[quantized];
       spans += spans_from_[quantized] - spans_to_[quantized];
+      cosines += agreement_.cosines[quantized];
+      pairs += agreement_.pairs[quantized];
     }
-    size[bin] = static_cast<double>(cells);
-    steepness[bin] = cells ? static_cast<double>(spans) * kSpanStride / size[bin] : 0;
-    largest = std::max(largest, size[bin]);
+    SurfaceStatistics& surface = surfaces.emplace_back();
+    surface.cells = static_cast<double>(cells);
+    if (cells > 0) surface.span = static_cast<double>(spans) * kSpanStride / surface.cells;
+    surface.agreement = static_cast<double>(cosines) / static_cast<double>(agreement_.kOne) /
+                        (static_cast<double>(pairs) + kFewPairs);
   }
-  // Steep surfaces are boundaries of objects. Very small ones are specks, so the size has a small
-  // weight.
-  std::vector<double> score(bins);
-  for (uint32_t bin = 0; bin < bins; ++bin) {
-    double smooth = 0, weight = 0;
-    for (int32_t d = -2; d <= 2; ++d) {
-      const int32_t at = static_cast<int32_t>(bin) + d;
-      if (at < 0 || at >= static_cast<int32_t>(bins)) continue;
-      const double w = 3 - std::abs(d);
-      smooth += w * steepness[static_cast<size_t>(at)];
-      weight += w;
-    }
-    score[bin] = smooth / weight * std::sqrt(size[bin] / std::max(largest, 1.0));
+  return surfaces;
+}
+
+double VolumeStatistics::voxels_between(double low, double high) const {
+  const auto above = [](double value) {
+    return static_cast<size_t>(std::clamp(std::floor(value) + 1, 0.0, double{kQuantizedValues}));
+  };
+  uint64_t count = 0;
+  for (size_t quantized = above(low); quantized < above(high); ++quantized) {
+    count += voxels_[quantized];
   }
-  std::vector<uint32_t> peaks;
-  for (uint32_t bin = 0; bin < bins; ++bin) {
-    const bool rises = bin == 0 || score[bin] > score[bin - 1];
-    const bool falls = bin + 1 == bins || score[bin] >= score[bin + 1];
-    if (rises && falls && score[bin] > 0) peaks.push_back(bin);
-  }
-  std::stable_sort(peaks.begin(), peaks.end(),
-                   [&](uint32_t a, uint32_t b) { return score[a] > score[b]; });
-  for (const uint32_t bin : peaks) {
-    const double quantized_isovalue = range.min + (bin + 0.5) * width;
-    const bool is_near = std::any_of(suggestions.begin(), suggestions.end(), [&](double other) {
-      return std::abs(other - quantized_isovalue) < 0.06 * (range.max - range.min);
-    });
-    if (!is_near) suggestions.push_back(quantized_isovalue);
-    if (suggestions.size() == most) break;
-  }
-  return suggestions;
+  return static_cast<double>(count);
 }
 
 }  // namespace isosplat

@@ -9,6 +9,8 @@
 #include "shared/core/bands/band_planner.h"
 #include "shared/core/base/status.h"
 #include "shared/core/grid/grid.h"
+#include "shared/core/preprocess/block_gather.h"
+#include "shared/core/preprocess/gradient_agreement.h"
 #include "shared/core/sampling/cell.h"
 
 namespace isosplat {
@@ -28,10 +30,17 @@ struct QuantizedBins {
   }
 };
 
-/// Statistics of a volume that the build collects: how often each quantized value occurs, and
-/// number and mean span of the cells of level 0 that are active at each isovalue. Sums of integers,
-/// so that the result does not depend on the order of additions, and so not on the number of
-/// threads.
+/// The surface at an isovalue.
+struct SurfaceStatistics {
+  double cells = 0;      ///< active cells of level 0
+  double span = 0;       ///< mean of the cells' spans, in quantized values
+  double agreement = 0;  ///< -1 to 1: see GradientAgreement; 0 if hardly any cells were compared
+};
+
+/// Statistics of a volume that the build collects: how often each quantized value occurs; number
+/// and mean span of the cells of level 0 that are active at each isovalue, and how far their
+/// gradients agree. Sums of integers, so that the result does not depend on the order of additions,
+/// and so not on the number of threads.
 class VolumeStatistics {
  public:
   VolumeStatistics();
@@ -40,7 +49,7 @@ class VolumeStatistics {
   void add_values(const void* quantized_values, size_t count, uint8_t bits, bool has_missing);
 
   /// Adds a block of level 0, as the planner has counted it.
-  void add_block(const BandPlanner& planner, std::span<const CellInterval> intervals);
+  void add_block(const BandPlanner& planner, const GatheredBlock& block);
 
   void add(const VolumeStatistics& other);
 
@@ -60,12 +69,15 @@ class VolumeStatistics {
   /// Active cells of level 0 at the middle of each bin.
   std::vector<uint64_t> active_cells(const QuantizedBins& bins) const;
 
-  /// Suggests up to `most` quantized isovalues, best first: peaks of the mean span of the active
-  /// cells (strong edges), weighted by the number of these cells.
-  std::vector<double> suggest(CellInterval range, size_t most) const;
+  /// The surfaces at quantized isovalues, which ascend.
+  std::vector<SurfaceStatistics> surfaces(std::span<const double> quantized_isovalues) const;
+
+  /// Voxels with quantized values above `low` and up to `high`.
+  double voxels_between(double low, double high) const;
 
  private:
   std::vector<uint64_t> voxels_, minima_, maxima_, spans_from_, spans_to_;  // per quantized value
+  GradientAgreement agreement_;
   uint64_t missing_ = 0;
 };
 
