@@ -13,10 +13,33 @@ double cells_per_cell_of_level_0(const ChunkStore::Chunk& chunk) {
   return std::ldexp(1.0, static_cast<int>(chunk.block.level));
 }
 
+/// The box around the regions of a chunk that are drawn, in frame space.
+Frame::Box drawn_box(const DrawnChunk& visible, const ChunkStore::Chunk& chunk,
+                     const Frame& frame) {
+  Index3 low{kBlockRegions, kBlockRegions, kBlockRegions}, high{0, 0, 0};
+  for (int32_t i = 0; i < kBlockRegions * kBlockRegions * kBlockRegions; ++i) {
+    const Index3 at{i % kBlockRegions, i / kBlockRegions % kBlockRegions,
+                    i / (kBlockRegions * kBlockRegions)};
+    if (!visible.regions.contains(at)) continue;
+    low = {std::min(low.x, at.x), std::min(low.y, at.y), std::min(low.z, at.z)};
+    high = {std::max(high.x, at.x + 1), std::max(high.y, at.y + 1), std::max(high.z, at.z + 1)};
+  }
+  if (high.x == 0) return frame.box(chunk.low, chunk.high);
+  const double region = cells_per_cell_of_level_0(chunk) * kBlockCells / kBlockRegions;
+  const auto cells = [&](Index3 at) {
+    return chunk.low + Vec3d{double(at.x), double(at.y), double(at.z)} * region;
+  };
+  const Vec3d end = cells(high);
+  return frame.box(cells(low), {std::min(end.x, chunk.high.x), std::min(end.y, chunk.high.y),
+                                std::min(end.z, chunk.high.z)});
+}
+
 DrawItem make_item(const DrawnChunk& visible, const ChunkStore::Chunk& chunk, const Frame& frame,
                    const Frame::Box& box) {
   const double level_scale = cells_per_cell_of_level_0(chunk);
-  const double nearest = frame.nearest(box);
+  // Of a coarse chunk, the nearest regions are often those where finer chunks are drawn.
+  const bool is_whole = visible.regions == RegionMask::all();
+  const double nearest = frame.nearest(is_whole ? box : drawn_box(visible, chunk, frame));
   const double diagonal = 2 * level_scale * double(frame.block().displacement_threshold);
   // Near the corners of the image, oblique cells look larger than their diagonal.
   const double largest_px =

@@ -45,8 +45,9 @@ RegionRange regions_of(const BlockKey& block, const SampleCluster& cluster) {
 }
 
 /// Whether smooth normals are visible in this chunk.
-bool is_shown(const DrawItem& item, float quantized_isovalue, SmoothSizes sizes) {
-  return item.largest_side_px > sizes.from_px &&
+bool is_shown(const DrawItem& item, const DrawList& list, float quantized_isovalue,
+              SmoothSizes sizes) {
+  return has_smooth_normals(item, list.finest_level(), sizes) &&
          is_active(item.chunk->interval, quantized_isovalue);
 }
 
@@ -70,7 +71,7 @@ bool mark_needed(const GradientLattice::Source& source, float quantized_isovalue
   constexpr int32_t kMost = std::numeric_limits<int32_t>::max();
   Index3 low{kMost, kMost, kMost}, high{0, 0, 0};
   for (const DrawItem& item : source.list.items()) {
-    if (!is_shown(item, quantized_isovalue, sizes)) continue;
+    if (!is_shown(item, source.list, quantized_isovalue, sizes)) continue;
     const Index3 first = first_region(item.chunk->block);
     low = {std::min(low.x, first.x), std::min(low.y, first.y), std::min(low.z, first.z)};
     high = {std::max(high.x, first.x + kBlockRegions), std::max(high.y, first.y + kBlockRegions),
@@ -85,7 +86,7 @@ bool mark_needed(const GradientLattice::Source& source, float quantized_isovalue
   regions.begin(low, size);
   source.list.find_active(source.frame, quantized_isovalue);
   for (const DrawItem& item : source.list.items()) {
-    if (!is_shown(item, quantized_isovalue, sizes)) continue;
+    if (!is_shown(item, source.list, quantized_isovalue, sizes)) continue;
     source.list.for_each_cluster(item, [&](const SampleCluster& cluster) {
       const auto [from, to] = regions_of(item.chunk->block, cluster);
       regions.need(from, to);
@@ -96,9 +97,10 @@ bool mark_needed(const GradientLattice::Source& source, float quantized_isovalue
 
 }  // namespace
 
-bool GradientLattice::has_one_level(const DrawList& list) {
+bool GradientLattice::has_one_level(const DrawList& list, SmoothSizes sizes) {
+  const uint32_t finest = list.finest_level();
   return std::all_of(list.items().begin(), list.items().end(), [&](const DrawItem& item) {
-    return item.chunk->block.level == list.finest_level();
+    return item.chunk->block.level == finest || !has_smooth_normals(item, finest, sizes);
   });
 }
 
@@ -107,7 +109,8 @@ Result<std::vector<int>> GradientLattice::replace_normals(const DrawContext& con
                                                           std::span<const int> isosurfaces,
                                                           int layer, SmoothSizes sizes,
                                                           SampleTexture& samples) {
-  if (!has_one_level(source.list)) return std::vector<int>(isosurfaces.begin(), isosurfaces.end());
+  if (!has_one_level(source.list, sizes))
+    return std::vector<int>(isosurfaces.begin(), isosurfaces.end());
   std::vector<int> others;
   bool any = false;
   for (const int isosurface : isosurfaces) {

@@ -25,12 +25,13 @@ class GradientLattice {
     const ValueMapping& mapping;
   };
 
-  /// Whether chunks of one level are in view. Gradients at lattice points need this.
-  static bool has_one_level(const DrawList& list);
+  /// Whether all chunks in view whose cells have smooth normals are of the finest level in view.
+  /// Gradients at lattice points need this.
+  static bool has_one_level(const DrawList& list, SmoothSizes sizes);
 
   /// Replaces the normals of the layer's pixels that show these isosurfaces. Changes the
-  /// visibilities of the list. Returns the isosurfaces that keep their normals: all where chunks of
-  /// several levels are in view, and those whose gradients do not fit into 32 MiB with the others.
+  /// visibilities of the list. Returns the isosurfaces that keep their normals: all without
+  /// has_one_level(), and those whose gradients do not fit into 32 MiB with the others.
   /// Errors: gl_error.
   Result<std::vector<int>> replace_normals(const DrawContext& context, const Source& source,
                                            std::span<const int> isosurfaces, int layer,

@@ -1,5 +1,7 @@
 #include "shared/render/passes/smooth_normals.h"
 
+#include <cmath>
+
 #include "shared/render/passes/gradient_lattice.h"
 
 namespace isosplat::render {
@@ -18,8 +20,13 @@ void draw_image_triangle(const DrawContext& context) {
 
 }  // namespace
 
+bool has_smooth_normals(const DrawItem& item, uint32_t finest_level, SmoothSizes sizes) {
+  const int finer = static_cast<int>(item.chunk->block.level - finest_level);
+  return std::ldexp(item.largest_side_px, -finer) > sizes.from_px;
+}
+
 void start_smooth_normals(ShaderPrograms& programs, const DrawList& list, float max_point_size) {
-  if (GradientLattice::has_one_level(list)) {
+  if (GradientLattice::has_one_level(list, kStillSmooth)) {
     programs.prepare({.pass = SplatPass::lattice, .pulled = true});
     programs.prepare(ImagePass::lattice_normals);
     programs.prepare(ImagePass::replace_normals);

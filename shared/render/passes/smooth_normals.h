@@ -17,6 +17,10 @@ struct SmoothSizes {
 /// stripes are visible down to the size of a pixel.
 inline constexpr SmoothSizes kDrawnSmooth{3, 4}, kStillSmooth{0.5f, 1};
 
+/// Whether the finest drawn cells would be large enough for smooth normals at the position of this
+/// item.
+bool has_smooth_normals(const DrawItem& item, uint32_t finest_level, SmoothSizes sizes);
+
 /// Starts to compile the programs of the smooth normals of these chunks.
 void start_smooth_normals(ShaderPrograms& programs, const DrawList& list, float max_point_size);
 

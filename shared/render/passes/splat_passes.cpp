@@ -52,13 +52,6 @@ std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueM
   return {0, 0, 0};
 }
 
-/// Whether the finest drawn cells would be large enough for smooth normals at the position of this
-/// item.
-bool has_smooth_normals(const DrawItem& item, uint32_t finest_level, SmoothSizes sizes) {
-  const int finer = static_cast<int>(item.chunk->block.level - finest_level);
-  return std::ldexp(item.largest_side_px, -finer) > sizes.from_px;
-}
-
 }  // namespace
 
 /// One isosurface in one pass.
