@@ -49,7 +49,7 @@ int64_t scaled_cosine(const Gradient& a, const Gradient& b) {
 }  // namespace
 
 void GradientAgreement::add(const GatheredBlock& block) {
-  const auto [nx, ny, nz] = block.cells;
+  const int32_t nx = block.cells.x, ny = block.cells.y, nz = block.cells.z;
   const auto slice = static_cast<size_t>(nx) * static_cast<size_t>(ny);
   for (size_t i = 0; i < block.intervals.size(); i += kStride) {
     const CellInterval interval = block.intervals[i];
