@@ -31,8 +31,9 @@ int run(const ExtractCall& call) {
   const auto replaceable =
       check_replaceable(path, (*format)->beginning, (*format)->name, call.force);
   if (!replaceable) return report(replaceable.error());
-  const auto options = extract_options(call, info.grid);
+  auto options = extract_options(call, info.grid);
   if (!options) return report(options.error());
+  options->threads = threads_for(call.input, options->threads);
   const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, isovalue,
                   (*store)->path().filename().string(), call.level);

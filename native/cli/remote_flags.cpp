@@ -1,5 +1,8 @@
 #include "native/cli/remote_flags.h"
 
+#include <algorithm>
+#include <thread>
+
 #include "native/cli/numbers.h"
 #include "native/remote/remote_target.h"
 
@@ -23,6 +26,12 @@ remote::RemoteOptions RemoteFlags::options() const {
   options.endpoint = endpoint_;
   options.http.stall_s = timeout_s_;
   return options;
+}
+
+unsigned threads_for(const std::string& path, unsigned threads) {
+  constexpr unsigned kRequests = 8;  // at the same time
+  if (threads > 0 || !remote::is_address(path)) return threads;
+  return std::max(kRequests, std::thread::hardware_concurrency());
 }
 
 Result<std::shared_ptr<StoreFile>> open_store(const std::string& path, const RemoteFlags& flags) {

@@ -15,12 +15,14 @@
 #include "native/headless/egl_context.h"
 #include "native/headless/scene_picture.h"
 #include "native/headless/store_scene.h"
+#include "native/remote/remote_target.h"
 #include "server/catalog/thumbnail.h"
 #include "shared/system/scene_file/bundle_bytes.h"
 
 namespace isosplat::cli {
 namespace {
 
+constexpr unsigned kReadsAhead = 8;         // of a store at an address
 constexpr int64_t kMaxPictureSize = 16384;  // of each side: the usual limit of OpenGL
 
 /// The output files, in order.
@@ -115,7 +117,8 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
                            const RenderCall& call, render::RenderSettings& settings) {
   if (subject.store) {
     const auto shown =
-        show_store(renderer, *subject.store, call.isovalues, call.level, call.samples);
+        show_store(renderer, *subject.store, call.isovalues, call.level, call.samples, 0, {},
+                   remote::is_address(call.store) ? kReadsAhead : 0);
     if (!shown) return tl::unexpected(shown.error());
     return Shown{shown->level, subject.store->info().grid};
   }

@@ -61,8 +61,10 @@ int verify_scene(const VerifyCall& call, const std::string& path) {
 int verify_remote(const VerifyCall& call, const std::string& address) {
   const auto bytes = remote::open_remote(address, call.remote_flags.options());
   if (!bytes) return report(bytes.error());
-  return verify_one(call, bytes->file().name(),
-                    [&](const VerifyOptions& options) { return verify_store(*bytes, options); });
+  return verify_one(call, bytes->file().name(), [&](VerifyOptions options) {
+    options.threads = threads_for(address, options.threads);
+    return verify_store(*bytes, options);
+  });
 }
 
 int verify(const VerifyCall& call, const std::string& path) {

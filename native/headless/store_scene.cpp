@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
+#include <future>
 #include <tuple>
 
 #include "shared/core/codec/chunk_codec.h"
@@ -29,11 +31,48 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
   return chunks;
 }
 
+/// Reads the runs of a list of chunks, in their order, several of them ahead.
+class RunReader {
+ public:
+  RunReader(const StoreFile& store, std::span<const ChunkRef> chunks, unsigned reads_ahead)
+      : store_(store), chunks_(chunks), runs_(store.runs_of(chunks)), reads_ahead_(reads_ahead) {}
+
+  const std::vector<ChunkRun>& runs() const { return runs_; }
+
+  /// The bytes of the next run. Errors: those of StoreFile::read_run.
+  Result<std::vector<std::byte>> next() {
+    if (reads_ahead_ == 0) return read(runs_[begun_++]);
+    for (; begun_ < runs_.size() && reads_.size() <= reads_ahead_; ++begun_) {
+      reads_.push_back(
+          std::async(std::launch::async, [this, run = runs_[begun_]] { return read(run); }));
+    }
+    auto bytes = reads_.front().get();
+    reads_.pop_front();
+    return bytes;
+  }
+
+ private:
+  Result<std::vector<std::byte>> read(const ChunkRun& run) const {
+    std::vector<std::byte> bytes;
+    auto done = store_.read_run(chunks_.subspan(run.first, run.count), bytes);
+    if (!done) return tl::unexpected(done.error());
+    return bytes;
+  }
+
+  const StoreFile& store_;
+  std::span<const ChunkRef> chunks_;
+  const std::vector<ChunkRun> runs_;
+  const unsigned reads_ahead_;
+  size_t begun_ = 0;  // runs whose reads have begun
+  std::deque<std::future<Result<std::vector<std::byte>>>> reads_;
+};
+
 }  // namespace
 
 Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
-                              uint64_t sample_budget, uint32_t finest, const VolumePlace& placed) {
+                              uint64_t sample_budget, uint32_t finest, const VolumePlace& placed,
+                              unsigned reads_ahead) {
   const StoreInfo& info = store.info();
   if (level && *level >= info.levels) {
     return fail(Status::not_found,
@@ -55,16 +94,17 @@ Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store
   renderer.set_volume(placed.grid.value_or(info.grid), info.mapping, placed.volume);
   const LevelGrid grid = level_grid(info.grid.voxels, scene.level);
   ChunkDecoder decoder;
-  std::vector<std::byte> bytes;
   std::vector<PackedSample> samples;
   std::vector<ChunkHandle> handles;
-  for (const ChunkRun& each : store.runs_of(chunks)) {
+  RunReader reader(store, chunks, reads_ahead);
+  for (const ChunkRun& each : reader.runs()) {
     const auto run = std::span(chunks).subspan(each.first, each.count);
-    if (auto read = store.read_run(run, bytes); !read) return tl::unexpected(read.error());
+    const auto bytes = reader.next();
+    if (!bytes) return tl::unexpected(bytes.error());
     for (const ChunkRef& chunk : run) {
       const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
                              chunk.cells, scene.level > 0};
-      const auto part = std::span(bytes).subspan(chunk.offset - run.front().offset, chunk.bytes);
+      const auto part = std::span(*bytes).subspan(chunk.offset - run.front().offset, chunk.bytes);
       if (auto decoded = decoder.decode_packed(part, shape, samples); !decoded) {
         return tl::unexpected(decoded.error());
       }

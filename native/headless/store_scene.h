@@ -25,11 +25,12 @@ struct VolumePlace {
 /// Without a level: the finest level from `finest` on with at most `sample_budget` samples, or the
 /// coarsest level.
 /// `placed`: the volume's number in the picture, and its grid in the picture if that differs from
-/// the store's grid. Errors: not_found (no such level), those of StoreFile, ChunkDecoder and
+/// the store's grid. `reads_ahead`: the reads that run while a chunk is decoded; 0: each waits for
+/// the one before. Errors: not_found (no such level), those of StoreFile, ChunkDecoder and
 /// Renderer::add_chunk.
 Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store,
                               std::span<const double> isovalues, std::optional<uint32_t> level,
                               uint64_t sample_budget, uint32_t finest = 0,
-                              const VolumePlace& placed = {});
+                              const VolumePlace& placed = {}, unsigned reads_ahead = 0);
 
 }  // namespace isosplat

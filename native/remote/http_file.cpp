@@ -124,11 +124,12 @@ Result<void> HttpFile::read(uint64_t offset, std::span<std::byte> out, NoWait* n
     std::copy_n(first_.begin() + static_cast<ptrdiff_t>(offset), out.size(), out.begin());
     return {};
   }
+  if (recent_.read(offset, out)) return {};
   if (no_wait) {
     no_wait->needs_disk = true;
     return failed("cannot be read without waiting for the network");
   }
-  const auto response = request(offset, out.size(), out.size());
+  auto response = request(offset, out.size(), out.size());
   if (!response) return tl::unexpected(response.error());
   const auto range = parse_content_range(response->header("content-range"));
   if (response->status == 200 || response->status == 416 || (response->status == 206 && range)) {
@@ -151,6 +152,7 @@ Result<void> HttpFile::read(uint64_t offset, std::span<std::byte> out, NoWait* n
                     response->header("content-range")));
   }
   std::copy(response->body.begin(), response->body.end(), out.begin());
+  recent_.add(offset, std::move(response->body));
   return {};
 }
 

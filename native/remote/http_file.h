@@ -5,14 +5,15 @@
 #include <vector>
 
 #include "native/remote/http_client.h"
+#include "native/remote/recent_ranges.h"
 #include "native/remote/remote_target.h"
 #include "shared/system/posix_file/random_access_file.h"
 
 namespace isosplat::remote {
 
 /// An object of a web server or a bucket, which is read by byte ranges (RFC 9110, section 14). The
-/// first 64 KiB, which hold the header of a store, stay in memory. Of a server without ranges, an
-/// object of up to 64 MiB is read as a whole, into memory.
+/// first 64 KiB, which hold the header of a store, stay in memory, and 64 MiB of what was read
+/// last. Of a server without ranges, an object of up to 64 MiB is read as a whole, into memory.
 ///
 /// Every response must have the length and the ETag (or Last-Modified) of the first one, so that
 /// all bytes are of one version of the object.
@@ -47,6 +48,7 @@ class HttpFile final : public RandomAccessFile {
   uint64_t bytes_ = 0;
   std::string version_;           // of the first response: ETag, or Last-Modified
   std::vector<std::byte> first_;  // the beginning, or all bytes
+  mutable RecentRanges recent_{uint64_t{64} << 20};
 };
 
 }  // namespace isosplat::remote

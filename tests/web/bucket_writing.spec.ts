@@ -188,6 +188,16 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     expect(await object("half.isosplat")).toBeUndefined();
   });
 
+  test.each(["a\r\nb", "a b", "", "x".repeat(5000)])(
+    "to a service that gives the upload a malformed id is one error",
+    async (id) => {
+      const body = `<UploadId>${id}</UploadId>`;
+      proxy.fault = (path) =>
+        /\?uploads/.test(path) ? { kind: "status", status: 200, body } : undefined;
+      expect(errorOf(await build(large, "id.isosplat"))).toContain("expected the id of an upload");
+    },
+  );
+
   test("without credentials is one error before the build", async () => {
     const error = errorOf(await build(small, "never.isosplat", [], nobody), 2);
     expect(error).toContain("expected credentials for writing");

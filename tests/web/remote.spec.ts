@@ -6,7 +6,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { program, type RunningServer, serve } from "../browser/support/server.ts";
-import { type Fault, FaultProxy } from "../support/fault_proxy.ts";
+import { makeCertificate } from "../support/certificate.ts";
+import { type Fault, FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
 import { type Ran, runProgram } from "../support/run_program.ts";
 import { storeBytes } from "../support/store_bytes.ts";
 
@@ -98,6 +99,7 @@ describe.skipIf(!existsSync(program))("a store at an address", () => {
     const expected = await points(local);
     proxy.requests.length = 0;
     expect((await points(address)).equals(expected)).toBe(true);
+    expect(fetchedTwice(proxy.requests)).toEqual([]);
     const chunks = JSON.parse((await runProgram(["info", local, "--json", "--chunks"])).stdout) as {
       chunkReport: { levels: { blocks: number; emptyBlocks: number }[] };
     };
@@ -178,6 +180,22 @@ describe.skipIf(!existsSync(program))("a store at an address", () => {
     });
     expect(ran.code).toBe(1); // the fault proxy forwards paths, not whole addresses
     expect(proxy.requests[0]?.path).toBe(`http://store.invalid${path}`);
+  });
+
+  test("is read over TLS from a server whose certificate is trusted, and no other", async () => {
+    const { certificate, key } = makeCertificate(folder, "localhost");
+    const more = ["--tls-cert", certificate, "--tls-key", key];
+    const secure = await serve([folder], 0, ["--web-root", join(folder, "page"), ...more]);
+    try {
+      const url = secure.url.replace("127.0.0.1", "localhost") + path.slice(1);
+      const env = { no_proxy: "localhost", NO_PROXY: "localhost" };
+      const trusted = await runProgram(["info", url], { ...env, SSL_CERT_FILE: certificate });
+      expect(trusted.code, trusted.stderr).toBe(0);
+      const error = errorOf(await runProgram(["info", url], { ...env, SSL_CERT_FILE: undefined }));
+      expect(error).toMatch(/after 1 attempt: .*certificate/);
+    } finally {
+      await secure.stop();
+    }
   });
 
   test("no message has the password or the parameters of the address", async () => {

@@ -35,8 +35,8 @@ function addressOf(child: ChildProcess): Promise<string> {
     let output = "";
     const listen = (data: Buffer) => {
       output += data.toString();
-      const address = /http:\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(output);
-      if (address) resolve(`http://127.0.0.1:${address[1]}/`);
+      const address = /(https?):\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(output);
+      if (address) resolve(`${address[1]}://127.0.0.1:${address[2]}/`);
     };
     child.stdout?.on("data", listen);
     child.stderr?.on("data", listen);
