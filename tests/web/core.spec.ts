@@ -183,7 +183,9 @@ test("packed samples project to the same points, and region by region", () => {
     points.reduce((most, y, i) => (i % 3 === 1 ? Math.max(most, y) : most), -Infinity);
   const middle = 20 + 64 * chunk.block[1] + 32;
   expect(highest(parts[0]?.positions ?? all.positions)).toBeLessThanOrEqual(middle);
-  expect(() => store.projectPacked({ level: 9, block: [0, 0, 0] }, packed, 0)).toThrow(/not_found/);
+  expect(() => store.projectPacked({ level: 9, block: [0, 0, 0] }, packed, 0)).toThrow(
+    "level 9 does not exist",
+  );
 });
 
 function trilinear(x: number, y: number, z: number): number {
@@ -273,14 +275,14 @@ test("a chunk whose bytes were changed is refused with both checksums", () => {
   const hex = (word: number): string => `0x${word.toString(16).padStart(8, "0")}`;
   const [expected, found] = [hex(chunk.checksum), hex(core.checksum(changed))];
   expect(() => core.decodeChunk(chunk, changed)).toThrow(
-    `checksum_mismatch: checksum differs (expected ${expected}, found ${found})`,
+    `checksum differs (expected ${expected}, found ${found})`,
   );
 });
 
 test("a closed store reports that it is closed", () => {
   const store = openWhole(core, file);
   store.close();
-  const closed = "invalid_argument: the store has been closed";
+  const closed = "the store has been closed";
   expect(() => store.quantizedIsovalue(100.5)).toThrow(closed);
   expect(() => store.pages()).toThrow(closed);
   expect(() => store.chunksFor(0, 100.5)).toThrow(closed);
@@ -295,7 +297,7 @@ test("the module refuses a query of values without a store", async () => {
   const module = (await createModule({ wasmBinary })) as CoreModule;
   const calls = new Calls(module);
   expect(() => calls.check(module._isosplat_core_quantized_isovalue(calls.core, 100.5))).toThrow(
-    "invalid_argument: no store is open",
+    "no store is open",
   );
   calls.close();
 });

@@ -11,16 +11,16 @@ import { type Chunk, recordOf } from "./records.ts";
 import { textAt } from "./text.ts";
 import type { DecodedChunk, Points, Triple } from "./types.ts";
 
-/** A call into the core failed. `status` is the name in shared/core/base/status.h. */
+/**
+ * A call into the core failed. `status`, for programs, is the name in shared/core/base/status.h; the message, for
+ * people, does not have it.
+ */
 export class CoreError extends Error {
+  override readonly name = "CoreError";
   readonly status: string;
-  /** The message without the status. */
-  readonly detail: string;
-  constructor(status: string, detail: string) {
-    super(`${status}: ${detail}`);
-    this.name = "CoreError";
+  constructor(status: string, message: string) {
+    super(message);
     this.status = status;
-    this.detail = detail;
   }
 }
 

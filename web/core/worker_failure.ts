@@ -12,6 +12,6 @@ export interface WorkerFailure {
  * aborted, and cannot be used again.
  */
 export function failureOf(error: unknown): WorkerFailure {
-  if (error instanceof CoreError) return { status: error.status, message: error.detail };
+  if (error instanceof CoreError) return { status: error.status, message: error.message };
   return { status: "worker_lost", message: error instanceof Error ? error.message : String(error) };
 }

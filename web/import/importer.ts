@@ -56,7 +56,7 @@ export class Importer {
     } catch (error) {
       if (!(error instanceof CoreError) || error.status === "out_of_memory") throw error;
       const choices = JSON.parse(this.#text()) as VolumeChoice[];
-      throw choices.length > 0 ? new ChoiceError(error.status, error.detail, choices) : error;
+      throw choices.length > 0 ? new ChoiceError(error.status, error.message, choices) : error;
     }
     return JSON.parse(this.#text()) as ImportedVolume;
   }

@@ -54,7 +54,7 @@ export function parseBundleHeader(
   } catch (error) {
     const status = error instanceof CoreError ? error.status : "internal";
     if (status === "truncated" && bytes.length >= prefixBytes) return view.getUint32(12, true);
-    const message = `${name}: ${error instanceof CoreError ? error.detail : String(error)}`;
+    const message = `${name}: ${error instanceof Error ? error.message : String(error)}`;
     throw new StreamError(faultOfStatus(status) ?? "internal", message, error);
   }
   const u32 = (at: number): number => view.getUint32(at, true);

@@ -233,9 +233,7 @@ async function check(response: Response, url: string, options: TransferOptions):
   if (options.range && status === 200) throw await whyWhole(response, url, options.range[0]);
   const explained = await explanation(response);
   const kind = faultOfStatus(explained?.status ?? "") ?? faultOfCode(status);
-  const words = explained
-    ? `${explained.status}: ${explained.message}`
-    : codeInWords(response, status);
+  const words = explained?.message ?? codeInWords(response, status);
   const error = new TransferError(kind, `${url}: the server answers ${status} (${words})`);
   error.isOfStore = status === 500 && explained !== undefined;
   const wait = Number(response.headers.get("Retry-After"));
