@@ -371,6 +371,7 @@ test("without a private file system, or without room, the volume opens neverthel
   await build(page);
   await complete(page);
   await expect(page.locator(".task-card [role=alert]")).toContainText("of room for this site");
+  await expect(page.locator(".task-card [role=alert]")).toContainText("Open, but not kept");
   await openStartPage(page);
   await expect(kept(page)).toHaveCount(0);
 });
@@ -412,6 +413,9 @@ test("a cancelled build ends its workers, keeps nothing, and can be started agai
   await drop(page, [resolve(demoFolder, "bucky.nrrd")]);
   await expect(card).toContainText("Building bucky");
   await expect.poll(() => page.workers().some((worker) => /encode/.test(worker.url()))).toBe(true);
+  await drop(page, [raw]);
+  await expect(card).toContainText("Not opened: what was dropped meanwhile");
+  await expect(card).toContainText("Building bucky");
   await card.getByRole("button", { name: "Cancel" }).click();
   await expect(card).toHaveCount(0);
   await expect.poll(() => page.workers().length).toBe(0);

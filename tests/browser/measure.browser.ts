@@ -151,10 +151,19 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
   await page.getByRole("button", { name: "Remove Distance 2" }).click();
   await listed(page, 4);
   await expect(page.getByRole("button", { name: "Remove Path 2" })).toBeFocused();
+  await expect.poll(async () => (await measures(page)).length).toBe(4);
   await page.getByRole("button", { name: "Remove all" }).click();
   await listed(page, 0);
   await expect(tools.getByRole("button", { name: "Point" })).toBeFocused();
   await expect.poll(() => measures(page)).toEqual([]);
+  // Removing is undone like all else, one step after the other.
+  await page.keyboard.press("Control+z");
+  await listed(page, 4);
+  await page.keyboard.press("Control+z");
+  await listed(page, 5);
+  await expect.poll(() => measures(page)).toEqual(lines);
+  await page.keyboard.press("Control+Shift+z");
+  await listed(page, 4);
 });
 
 test("measures by keyboard, and reports if there is no surface", async ({ page }) => {

@@ -326,6 +326,15 @@ test.describe("a desk", () => {
     await expect(page).toHaveURL(/isovalue=100(&|$)/);
     await page.keyboard.press("]");
     await expect(page).toHaveURL(/isovalue=102.5/);
+    // As on keyboards that have brackets with Option, or with AltGr, which is Control and Alt.
+    const withModifiers = (keys: { key: string; altKey: boolean; ctrlKey?: boolean }) =>
+      page.evaluate((init) => {
+        document.body.dispatchEvent(new KeyboardEvent("keydown", { bubbles: true, ...init }));
+      }, keys);
+    await withModifiers({ key: "[", altKey: true });
+    await expect(page).toHaveURL(/isovalue=100(&|$)/);
+    await withModifiers({ key: "]", altKey: true, ctrlKey: true });
+    await expect(page).toHaveURL(/isovalue=102.5/);
   });
 
   test("a typed isovalue is used exactly; invalid text is ignored", async ({ page }) => {

@@ -47,6 +47,9 @@ export const device: typeof English = {
   cancel: "Abbrechen",
   cancelled: "Abgebrochen.",
   close: "Schließen",
+  notKept: "Geöffnet, aber nicht aufbewahrt",
+  oneAtATime:
+    "Nicht geöffnet: was inzwischen abgelegt wurde. Legen Sie es noch einmal ab, wenn dies fertig ist, oder brechen Sie dies ab.",
   notOpened: "Nicht geöffnet",
   fromDevice: "Von diesem Gerät",
   unreachable: (host) => `${host} ist nicht erreichbar: Dies wurde aufbewahrt.`,

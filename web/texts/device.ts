@@ -51,6 +51,9 @@ export const deviceTexts = part("device", {
   cancelled: "Cancelled.",
   close: "Close",
   notOpened: "Not opened",
+  notKept: "Open, but not kept",
+  oneAtATime:
+    "Not opened: what was dropped meanwhile. Drop it again when this is done, or cancel this.",
   fromDevice: "From this device",
   unreachable: (host: string) => `${host} cannot be reached: this is what was kept.`,
   removed: "the store was removed from this device: open its file again",

@@ -142,10 +142,11 @@ export class AddressBar {
     this.#timer = 0;
     const view = this.#view();
     if (view) {
-      const { measures: _, ...state } = addressOf(view);
-      const { volume: __, scene: ____, src: ___, ...settings } = state;
+      const all = addressOf(view);
+      const { measures: _, ...state } = all;
+      const { volume: __, scene: ____, src: ___, ...settings } = all;
       const rest = writeUrl(state);
-      const whole = writeUrl(addressOf(view));
+      const whole = writeUrl(all);
       const fits = whole.length <= longestQuery;
       const { layers: _layers, layerOrder: _order, ...picture } = state;
       const query = [whole, rest].find(({ length }) => length <= longestQuery) ?? writeUrl(picture);

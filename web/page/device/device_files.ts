@@ -199,7 +199,10 @@ export class DeviceFiles {
   }
 
   async #run(title: string, work: (task: Task) => Promise<void>): Promise<void> {
-    if (this.#task?.isRunning) return; // its card shows the running work
+    if (this.#task?.isRunning) {
+      this.#task.remarks(deviceTexts.oneAtATime);
+      return;
+    }
     this.#task?.close(); // its card may still show an error
     this.#previewing?.abort();
     const task = new Task(title);
@@ -323,7 +326,7 @@ export class DeviceFiles {
         await keep(store, blob, signal);
       } catch (error) {
         if (!(error instanceof NotKeptError)) throw error;
-        throw new Error(`${error.message} ${deviceTexts.untilClosed}`);
+        task.fail(`${error.message} ${deviceTexts.untilClosed}`, deviceTexts.notKept);
       }
     });
   }

@@ -10,6 +10,7 @@ export class Task {
   #title: string;
   #text = "";
   #fraction: number | undefined;
+  #remark = "";
   #error: string | undefined;
   isRunning = true;
 
@@ -48,6 +49,12 @@ export class Task {
     this.#render();
   }
 
+  /** Adds a sentence while the task runs. */
+  remarks(text: string): void {
+    this.#remark = text;
+    this.#render();
+  }
+
   /** Shows the message until the visitor closes it. */
   fail(message: string, title = deviceTexts.notOpened): void {
     this.isRunning = false;
@@ -68,6 +75,7 @@ export class Task {
       html`<div class="task-text" role=${isFailed ? "alert" : "status"}>
           <strong>${this.#title}</strong>
           <span class=${isFailed ? "" : "quiet"}>${this.#error ?? this.#text}</span>
+          ${isFailed || !this.#remark ? nothing : html`<span>${this.#remark}</span>`}
         </div>
         ${
           isFailed

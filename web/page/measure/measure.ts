@@ -121,6 +121,13 @@ export class Measure {
     return sameValue(lines, this.#ofScene) ? null : lines;
   }
 
+  /** Shows the measurements of an earlier view: see `lines`. */
+  restore(lines: readonly string[] | null): void {
+    if (sameValue(lines, this.lines)) return;
+    const read = (lines ?? this.#ofScene).map(readMeasurement);
+    this.tool.set(read.filter((each) => each !== undefined));
+  }
+
   /** A volume was opened, which may be another version of the measured one. */
   #opened({ contentId }: StoreInfo): void {
     if (contentId === this.#shown) return;

@@ -16,7 +16,7 @@ export function handlePageKey(
   camera: CameraActions,
   actions: Readonly<Record<string, () => void>>,
 ): void {
-  if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.defaultPrevented || isOfBrowser(event)) return;
   if (document.querySelector("wa-dialog[open]")) return;
   const focus = focusOf(event, canvas);
   if (focus === "text") return;
@@ -31,6 +31,15 @@ export function handlePageKey(
     action();
     event.preventDefault();
   }
+}
+
+/**
+ * Whether the browser or the system uses the key. Many keyboards have brackets only with Option, or with AltGr, which
+ * is Control and Alt on Windows.
+ */
+function isOfBrowser({ key, ctrlKey, metaKey, altKey }: KeyboardEvent): boolean {
+  if (metaKey) return true;
+  return altKey ? !"[]{}".includes(key) : ctrlKey;
 }
 
 /** The action of a key for undo and redo, unless a text field uses the key. */

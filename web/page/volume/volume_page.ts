@@ -342,6 +342,7 @@ export class VolumePage {
     this.#surfaces.restore(view.surfaces);
     this.layers.restore(view.layers);
     this.#parts.time.restore(view.time);
+    this.#parts.measure?.restore(view.measures);
     if (view.camera) this.#camera.to(view.camera);
   }
 
