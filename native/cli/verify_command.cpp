@@ -63,7 +63,9 @@ int verify_remote(const VerifyCall& call, const std::string& address) {
   if (!bytes) return report(bytes.error());
   return verify_one(call, bytes->file().name(), [&](VerifyOptions options) {
     options.threads = threads_for(address, options.threads);
-    return verify_store(*bytes, options);
+    return verify_store(*bytes, options).map_error([&](const Error& error) {
+      return remote::store_error(error, bytes->file().name());
+    });
   });
 }
 

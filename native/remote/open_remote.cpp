@@ -13,12 +13,22 @@ Result<FileParts> open_remote(const std::string& address, const RemoteOptions& o
   return FileParts(std::move(*file), bytes);
 }
 
+Error store_error(Error error, const std::string& name) {
+  if (error.status != Status::not_a_store) return error;
+  return {Status::not_a_store,
+          name +
+              ": expected a store, found another file: scenes, bundles and volumes are read from "
+              "files only: download it first"};
+}
+
 Result<std::shared_ptr<StoreFile>> open_remote_store(const std::string& address,
                                                      const RemoteOptions& options) {
   auto parts = open_remote(address, options);
   if (!parts) return tl::unexpected(parts.error());
   const std::string name = parts->file().name();
-  return StoreFile::open(std::move(*parts), name);
+  auto store = StoreFile::open(std::move(*parts), name);
+  if (!store) return tl::unexpected(store_error(std::move(store.error()), name));
+  return store;
 }
 
 }  // namespace isosplat::remote

@@ -17,8 +17,13 @@ struct RemoteOptions {
 /// HttpFile::open().
 Result<FileParts> open_remote(const std::string& address, const RemoteOptions& options);
 
+/// The error of reading an object as a store, with another remedy if it is not_a_store: of scenes,
+/// bundles and volumes, only files are read.
+Error store_error(Error error, const std::string& name);
+
 /// Opens the store at an address. Its path, for messages, is the address without credentials.
-/// Errors: those of open_remote() and StoreFile::open().
+/// Errors: those of open_remote() and StoreFile::open(), as by
+/// store_error().
 Result<std::shared_ptr<StoreFile>> open_remote_store(const std::string& address,
                                                      const RemoteOptions& options);
 

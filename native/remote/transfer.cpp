@@ -77,7 +77,11 @@ size_t receive_body(char* bytes, size_t size, size_t count, void* data) {
   return is_content ? 0 : arrived;  // 0 ends the transfer
 }
 
-bool is_passing(CURLcode code) {
+/// Whether a repetition may succeed after a fault.
+bool may_pass(CURL* handle, CURLcode code) {
+  long tunnel = 0;  // the status of a proxy that was asked for a tunnel
+  curl_easy_getinfo(handle, CURLINFO_HTTP_CONNECTCODE, &tunnel);
+  if (tunnel >= 400 && tunnel < 500) return false;
   switch (code) {
     case CURLE_COULDNT_RESOLVE_HOST:
     case CURLE_COULDNT_RESOLVE_PROXY:
@@ -196,6 +200,7 @@ tl::expected<HttpResponse, TransferFault> Transfers::send(const HttpRequest& req
   long status = 0;
   curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &status);
   receiver.response.status = static_cast<int>(status);
+  const bool passes = may_pass(handle, code);
   curl_easy_reset(handle);  // keeps connections, and forgets the credentials
   {
     const std::scoped_lock lock(mutex_);
@@ -204,7 +209,7 @@ tl::expected<HttpResponse, TransferFault> Transfers::send(const HttpRequest& req
   if (code == CURLE_OK || (code == CURLE_WRITE_ERROR && receiver.response.is_cut)) {
     return std::move(receiver.response);
   }
-  return tl::unexpected(TransferFault{describe(code, detail.data(), stall_s_), is_passing(code)});
+  return tl::unexpected(TransferFault{describe(code, detail.data(), stall_s_), passes});
 }
 
 }  // namespace isosplat::remote

@@ -1,5 +1,7 @@
 /** Stores in buckets: an S3 service that verifies signatures, with faults between. */
 import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
+import type { AddressInfo } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
@@ -54,6 +56,24 @@ describe.skipIf(!existsSync(program))("a store in a bucket", () => {
     expect(ran.code, ran.stderr).toBe(0);
     expect(ran.stdout).toContain(`s3://${bucket}/stores/head.isosplat: valid`);
     expect(service.refused).toEqual([]);
+  });
+
+  test.each([
+    ["s3://volumes/a.isosplat", "volumes.s3.eu-test-1.amazonaws.com:443"],
+    ["s3://my.volumes/a.isosplat", "s3.eu-test-1.amazonaws.com:443"],
+  ])("of AWS is asked for at the host of its region: %s", async (address, host) => {
+    const asked: string[] = [];
+    const tunnel = createServer();
+    tunnel.on("connect", ({ url }, socket) => {
+      asked.push(url ?? "");
+      socket.end("HTTP/1.1 403 Forbidden\r\n\r\n");
+    });
+    await new Promise<void>((listening) => tunnel.listen(0, "127.0.0.1", listening));
+    const https_proxy = `http://127.0.0.1:${(tunnel.address() as AddressInfo).port}`;
+    const env = { ...person, https_proxy, no_proxy: undefined, NO_PROXY: undefined };
+    expect(errorOf(await runProgram(["info", address], env))).toContain(address);
+    expect(asked).toEqual([host]); // a refusal of a proxy lasts
+    tunnel.close();
   });
 
   test("may have a key with any characters", async () => {

@@ -145,6 +145,12 @@ describe.skipIf(!existsSync(program))("a store at an address", () => {
     expect(proxy.requests).toHaveLength(1);
   });
 
+  test.each(["info", "verify"])("that is no store is one error of %s", async (command) => {
+    const error = errorOf(await runProgram([command, proxy.url]));
+    expect(error).toContain("expected a store, found another file");
+    expect(error).toContain("download it first");
+  });
+
   test("that changes while it is read is one error", async () => {
     proxy.fault = (_path, number) => (number > 1 ? { kind: "elsewhere", path: other } : undefined);
     const error = errorOf(
