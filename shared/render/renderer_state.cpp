@@ -328,7 +328,11 @@ void Renderer::State::start_still_programs() {
     for (const DrawnVolume& each : drawn) {
       const auto& items = each.volume->list.items();
       if (std::none_of(items.begin(), items.end(), is_triangles)) continue;
-      programs.prepare({.pass = SplatPass::triangles, .pulled = true, .clipped = clipped});
+      programs.prepare({.pass = SplatPass::triangles,
+                        .pulled = true,
+                        .clipped = clipped,
+                        .smooth = settings.shading == Shading::smooth &&
+                                  GradientLattice::has_triangles(context(), each.volume->list)});
     }
   }
   if (!has_smooth_normals()) return;

@@ -18,7 +18,7 @@ it("draws ellipses in motion and the exact surface at rest, on a fast GPU", () =
 it("falls back to squares in motion, and returns when they are fast", () => {
   const choice = new SplatChoice();
   choice.measured(frame("ellipse"), 90, 100);
-  expect(choice.splats(false, 100).kind).toBe("quad");
+  expect(choice.splats(false, 100)).toEqual({ kind: "quad", shading: "smooth" });
   choice.measured(frame("quad"), 30, 100);
   expect(choice.splats(false, 100).kind).toBe("quad");
   choice.measured(frame("quad"), 5, 100);

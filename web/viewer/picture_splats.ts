@@ -21,7 +21,7 @@ export class PictureSplats {
   ofOther({ kind, shading, camera }: Scene, isResting: boolean): Splats {
     const chosen = this.#choice.splats(isResting, camera.distance);
     if (kind === "automatic") return shading === "exact" ? { ...chosen, shading } : chosen;
-    return { kind, shading: isResting ? shading : "exact" };
+    return { kind, shading: isResting || kind === "quad" ? shading : "exact" };
   }
 
   /** The splats to draw now. needsRedraw: whether the present picture is out of date. */

@@ -45,7 +45,10 @@ export class SplatChoice {
 
   /** distance: from the eye to its target. */
   splats(isResting: boolean, distance: number): Splats {
-    if (!isResting) return { kind: this.#moving, shading: "exact" };
+    // Squares have smooth normals in close-ups only, where these cost little.
+    if (!isResting) {
+      return { kind: this.#moving, shading: this.#moving === "quad" ? "smooth" : "exact" };
+    }
     if (this.#slowExact.isAt(distance) || this.#lastMoving > hopelessMotion) {
       return { kind: "ellipse", shading: "exact" };
     }

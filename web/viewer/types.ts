@@ -131,7 +131,7 @@ export type ColourMap = (typeof colourMaps)[number];
 export interface Look {
   /** automatic: fast splats while something moves, exact ones at rest. */
   kind: SplatKind | "automatic";
-  /** smooth: continuous normals where the view rests; exact: the gradient of each cell. */
+  /** smooth: continuous normals where the view rests, and in close-ups with quads; exact: the gradient of each cell. */
   shading: Shading;
   colourBy: Colouring;
   colourMap: ColourMap;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "shared/render/passes/triangle_cases.h"
 #include "shared/render/shaders/shader_constants.h"
 
 namespace isosplat::render {
@@ -47,7 +48,7 @@ RegionRange regions_of(const BlockKey& block, const SampleCluster& cluster) {
 /// Whether smooth normals are visible in this chunk.
 bool is_shown(const DrawItem& item, const DrawList& list, float quantized_isovalue,
               SmoothSizes sizes) {
-  return has_smooth_normals(item, list.finest_level(), sizes) &&
+  return item.chunk->block.level == list.finest_level() && item.largest_side_px > sizes.from_px &&
          is_active(item.chunk->interval, quantized_isovalue);
 }
 
@@ -134,6 +135,31 @@ Result<std::vector<int>> GradientLattice::replace_normals(const DrawContext& con
   return others;
 }
 
+bool GradientLattice::has_triangles(const DrawContext& context, const DrawList& list) {
+  const auto is_triangles = [&](const DrawItem& item) {
+    return is_drawn_as_triangles(item, context.settings);
+  };
+  return context.limits.offered.float_targets &&
+         std::any_of(list.items().begin(), list.items().end(), is_triangles);
+}
+
+Result<bool> GradientLattice::prepare_triangles(const DrawContext& context, const Source& source,
+                                                int isosurface, SampleTexture& samples) {
+  if (!has_triangles(context, source.list)) return false;
+  constexpr SmoothSizes kTriangles{float(TRIANGLE_SIDE_PX), float(TRIANGLE_SIDE_PX)};
+  const auto updated = update(context, source, isosurface, kTriangles, samples);
+  if (!updated || !*updated) return updated;
+  bind_texture(6, GL_TEXTURE_2D, gradients_.texture());
+  bind_texture(5, GL_TEXTURE_3D, table_);
+  return true;
+}
+
+void GradientLattice::set_block(const GlProgram& program, int isosurface,
+                                const BlockKey& block) const {
+  const Index3 low = surfaces_[static_cast<size_t>(isosurface)].low(), first = first_region(block);
+  glUniform3i(program.uniform("u_first_region"), first.x - low.x, first.y - low.y, first.z - low.z);
+}
+
 /// Computes the gradients around an isosurface that are not known yet. Returns false if it has
 /// none.
 Result<bool> GradientLattice::update(const DrawContext& context, const Source& source,
@@ -152,6 +178,7 @@ Result<bool> GradientLattice::update(const DrawContext& context, const Source& s
   if (!assigned || !*assigned) return assigned;
   upload_table(regions);
   if (regions.new_pages().empty()) return true;
+  bind_texture(6, GL_TEXTURE_2D, 0);  // may not be bound while it is drawn into
   if (auto ok = fill_pages(context, source, quantized_isovalue, regions, samples); !ok) {
     regions.clear(free_);
     return tl::unexpected(ok.error());

@@ -37,6 +37,17 @@ class GradientLattice {
                                            std::span<const int> isosurfaces, int layer,
                                            SmoothSizes sizes, SampleTexture& samples);
 
+  /// Whether triangles have smooth normals: some are in view, and there are float targets.
+  static bool has_triangles(const DrawContext& context, const DrawList& list);
+
+  /// Computes the gradients around an isosurface's triangles, and binds them to units 5 and 6.
+  /// Changes the visibilities of the list. Returns false without has_triangles(), or if they do not
+  /// fit into 32 MiB with the others. Errors: gl_error.
+  Result<bool> prepare_triangles(const DrawContext& context, const Source& source, int isosurface,
+                                 SampleTexture& samples);
+  /// Sets u_first_region, for a chunk.
+  void set_block(const GlProgram& program, int isosurface, const BlockKey& block) const;
+
   uint64_t bytes() const;
 
   GradientLattice() = default;

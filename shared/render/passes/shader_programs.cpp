@@ -12,12 +12,13 @@ constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse}
 
 /// Indices of variants among those of a camera.
 size_t index_of(const SplatVariant& variant) {
-  return 8 * static_cast<size_t>(variant.pass) + (variant.pulled ? 4u : 0u) +
-         (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);
+  return 16 * static_cast<size_t>(variant.pass) + (variant.smooth ? 8u : 0u) +
+         (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);
 }
 
 SplatVariant splat_variant(size_t index) {
-  return {static_cast<SplatPass>(index / 8), (index & 4) != 0, (index & 2) != 0, (index & 1) != 0};
+  return {static_cast<SplatPass>(index / 16), (index & 4) != 0, (index & 2) != 0, (index & 1) != 0,
+          (index & 8) != 0};
 }
 
 }  // namespace
@@ -111,6 +112,7 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.pulled) defines += "#define PULLED\n";
   if (variant.clipped) defines += "#define CLIPPED\n";
   if (variant.lit) defines += "#define LIT\n";
+  if (variant.smooth) defines += "#define SMOOTH\n";
   if (sheared_) defines += "#define SHEARED\n";
   if (orthographic_) defines += kOrthographicDefine;
   if (variant.pass == SplatPass::gradients) {
@@ -139,7 +141,7 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.pass == SplatPass::triangles) {
     return GlProgram::start(defines,
                             {"frame.glsl", "gamma.glsl", "light.glsl", "cell.glsl", "block.glsl",
-                             "triangles.vert.glsl"},
+                             "lattice.glsl", "triangles.vert.glsl"},
                             {"frame.glsl", "surface_pixel.glsl", "triangles.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
@@ -182,7 +184,10 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   glUseProgram(program.name());
   if (variant.lit) glUniform1i(program.uniform("u_colour_map"), 3);
   glUniform1i(program.uniform("u_positions"), 2);
-  glUniform1i(program.uniform("u_pages"), 2);
+  // Triangles have the colour map in unit 3.
+  const bool is_lattice = variant.pass == SplatPass::lattice;
+  glUniform1i(program.uniform("u_pages"), is_lattice ? 2 : 5);
+  glUniform1i(program.uniform("u_gradients"), 6);
   if (variant.pass == SplatPass::triangles) glUniform1i(program.uniform("u_cases"), 2);
   if (variant.pulled) {
     glUniform1i(program.uniform("u_samples"), 0);

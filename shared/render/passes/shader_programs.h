@@ -39,6 +39,7 @@ struct SplatVariant {
   bool pulled = false;   ///< fetches samples from a texture, and draws triangles instead of points
   bool clipped = false;  ///< there are clip planes
   bool lit = false;      ///< writes lit colours instead of surface pixels
+  bool smooth = false;   ///< triangles: normals from gradients at lattice points
 };
 
 /// A program that lights the surface pixels of layers, and blends the layers.
@@ -128,7 +129,7 @@ class ShaderPrograms {
 
   /// The programs for one kind of camera.
   struct Set {
-    std::array<Splat, kSplatPasses * 8> splats;
+    std::array<Splat, kSplatPasses * 16> splats;
     std::array<Image, kImagePasses> images;
     std::array<Image, 32> composes;
     bool is_started = false;

@@ -67,6 +67,7 @@ struct SplatPasses::Pass {
   std::span<const float> reachable;         // of the cut cells
   int rank = 0;                             // of the cut cells
   float margin_px = 0;                      // of the cut cells
+  bool smooth_triangles = false;
 
   Pass(const DrawContext& context_, const SplatFrame& splats_, SplatPass pass_, int isosurface_)
       : context(context_),
@@ -147,7 +148,8 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   const SplatPass variant = triangles ? SplatPass::triangles : large ? SplatPass::exact : pass.pass;
   const bool is_surface = !is_gradients && pass.pass != SplatPass::cut_cells;
   const bool clipped = pass.splats.frame.clipped() && is_surface;
-  const auto program = context.programs.splat({variant, pulled, clipped, pass.splats.lit});
+  const bool smooth = triangles && pass.smooth_triangles;
+  const auto program = context.programs.splat({variant, pulled, clipped, pass.splats.lit, smooth});
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
     const bool depth_tested = subset == ClusterSubset::likely_occluded || is_gradients;
@@ -163,6 +165,7 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
     glUniform3fv(bound.program->scalar, 1, weights.data());
   }
   glUniform4fv(bound.program->block, 1, item.block.data());
+  if (smooth) gradient_lattice_.set_block(bound.program->program, pass.isosurface, chunk.block);
   const SampleRange& range = chunk.range;
   uint32_t samples = 0;
   const uint32_t vertices = triangles ? TRIANGLE_SLOTS : 6;  // 6: two triangles per sample
@@ -252,8 +255,15 @@ Result<void> SplatPasses::draw_isosurface(const DrawContext& context, const Spla
   if (splats.kind == SplatKind::quad) {
     if (auto ok = drawn_depths_.prepare(width, height); !ok) return ok;
   }
-  return draw_with_occlusion_culling(Pass(context, splats, pass_of(splats.kind), isosurface),
-                                     splats.lit ? targets.picture() : targets.layer(layer));
+  Pass pass(context, splats, pass_of(splats.kind), isosurface);
+  if (splats.kind == SplatKind::quad && context.settings.shading == Shading::smooth) {
+    const GradientLattice::Source source{splats.frame, splats.list, splats.chunks, splats.mapping};
+    const auto prepared =
+        gradient_lattice_.prepare_triangles(context, source, isosurface, sample_texture_);
+    if (!prepared) return tl::unexpected(prepared.error());
+    pass.smooth_triangles = *prepared;
+  }
+  return draw_with_occlusion_culling(pass, splats.lit ? targets.picture() : targets.layer(layer));
 }
 
 Result<void> SplatPasses::draw_cut_cells(const DrawContext& context, const SplatFrame& splats,

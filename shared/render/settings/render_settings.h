@@ -18,7 +18,7 @@ enum class SplatKind : uint8_t {
   exact,    ///< intersection of the pixel's ray with the cell's trilinear surface
 };
 
-/// The normals of exact splats and ellipses.
+/// The normals of exact splats, ellipses, and quads that are drawn as triangles.
 enum class Shading : uint8_t {
   /// Continuous across cells, chunks and levels: gradients of the cells around each lattice point
   /// are averaged, and interpolated. Needs float targets. Cells below 3 px have exact ones, and in

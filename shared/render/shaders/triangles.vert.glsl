@@ -10,6 +10,12 @@ uniform float u_quantized_isovalue;
 uniform uint u_isosurface;
 uniform vec3 u_scalar;  // weights of 1, gradient length
 
+#ifdef SMOOTH
+uniform highp usampler3D u_pages;
+uniform highp sampler2D u_gradients;
+uniform ivec3 u_first_region;  // of the block, in u_pages
+#endif
+
 #ifdef LIT
 out vec3 v_colour;
 #else
@@ -58,9 +64,23 @@ uint corner_signs(vec4 lower, vec4 upper) {
   return uint(dot(bits, vec4(1.0)));
 }
 
-// The gradient by which a vertex is lit, in quantized values per cell. p: 0 to 1 in the cell.
-vec3 gradient_at_vertex(vec4 lower, vec4 upper, vec3 p) {
-  return value_and_gradient(trilinear(lower, upper), p).yzw;
+#ifdef SMOOTH
+// The sum of the gradients around a lattice point of the block; w: the number of cells.
+vec4 gradient_around(ivec3 point) {
+  return texelFetch(u_gradients, texel_of(page_of(u_pages, u_first_region + (point >> 3)), point & 7), 0);
+}
+#endif
+
+// The gradient by which a vertex is lit, in quantized values per cell, of any length. own: that of the
+// cell. The vertex is on the edge from the lattice point `start` along an axis, at t.
+vec3 gradient_at_vertex(vec3 own, ivec3 start, int axis, float t) {
+#ifdef SMOOTH
+  ivec3 end = start + ivec3(equal(ivec3(axis), ivec3(0, 1, 2)));
+  vec4 sum = mix(gradient_around(start), gradient_around(end), t);
+  return dot(sum.xyz, sum.xyz) > 0.0 ? sum.xyz : own;
+#else
+  return own;
+#endif
 }
 
 void draw_vertex(Cell cell, vec4 lower, vec4 upper, int edge) {
@@ -75,9 +95,14 @@ void draw_vertex(Cell cell, vec4 lower, vec4 upper, int edge) {
   vec3 p = axis == 0 ? vec3(t, other) : axis == 1 ? vec3(other.x, t, other.y) : vec3(other, t);
   vec3 size = cell_size();
   vec3 position = block_corner() + (cell.low + p) * size;
-  vec3 normal = row_to_view(gradient_at_vertex(lower, upper, p) / size);
-  float steepness = length(normal);
-  normal = steepness > 0.0 ? normal / steepness : vec3(0.0, 0.0, 1.0);
+  vec3 own = value_and_gradient(trilinear(lower, upper), p).yzw;
+  float steepness = length(row_to_view(own / size));
+  ivec3 start_point = ivec3(cell.low) + (axis == 0 ? ivec3(0, along & 1, along >> 1)
+                                         : axis == 1 ? ivec3(along & 1, 0, along >> 1)
+                                                     : ivec3(along & 1, along >> 1, 0));
+  vec3 normal = row_to_view(gradient_at_vertex(own, start_point, axis, t) / size);
+  float length_ = length(normal);
+  normal = length_ > 0.0 ? normal / length_ : vec3(0.0, 0.0, 1.0);
   float scalar = dot(u_scalar.xy, vec2(1.0, steepness));
   gl_Position = in_clip_space(position);
 #ifdef LIT

@@ -2,9 +2,10 @@
 // as in the paper's experiment (section 6), the kinds in turn at each view. isosplat_frame_rate
 // VOLUME ISOVALUE MESH [--size PX] [--views N] [--kind K] [--band LOW HIGH] [--close-up F]
 // [--still]
-// [--stages]
-// Prints one line of JSON. --close-up: cells are F times as large in the picture. --still: times a
-// picture of the mean of a still view, with ambient occlusion and shadows, instead of a frame.
+// [--stages] [--smooth]
+// Prints one line of JSON. --smooth: smooth shading for all kinds, not for "smooth" alone.
+// --close-up: cells are F times as large in the picture. --still: times a picture of the mean of a
+// still view, with ambient occlusion and shadows, instead of a frame.
 // --band: all samples that are active in this range are resident, as in chunks; without it, only
 // those that are active for the isovalue. --stages: prints a table instead, of the processor time
 // of all threads by stage of a frame. Other programs on the machine do not change it.
@@ -31,7 +32,7 @@ struct Options {
   double isovalue, low, high, close_up = 1;
   int size = 1024, views = 36;
   std::string kind;  ///< empty: all
-  bool still = false, stages = false;
+  bool still = false, stages = false, smooth = false;
 };
 
 Options parse_options(int argc, char** argv) {
@@ -49,6 +50,8 @@ Options parse_options(int argc, char** argv) {
       options.still = true;
     else if (!std::strcmp(argv[i], "--stages"))
       options.stages = true;
+    else if (!std::strcmp(argv[i], "--smooth"))
+      options.smooth = true;
     else if (!std::strcmp(argv[i], "--close-up"))
       options.close_up = std::max(1.0, std::atof(next()));
     else if (!std::strcmp(argv[i], "--band")) {
@@ -136,7 +139,8 @@ std::optional<std::array<Times, 5>> draw_views(render::Renderer& splats, render:
       render::Renderer& renderer = kind == kMesh ? mesh : splats;
       settings.kind = kind == kMesh ? render::SplatKind::quad
                                     : static_cast<render::SplatKind>(std::min<size_t>(kind, 2));
-      settings.shading = kind == 3 ? render::Shading::smooth : render::Shading::exact;
+      settings.shading =
+          kind == 3 || options.smooth ? render::Shading::smooth : render::Shading::exact;
       renderer.set_settings(settings);
       renderer.set_camera(camera);
       auto times = time_frame(renderer, options.size, framebuffer, options.still && kind != kMesh);
