@@ -28,7 +28,7 @@ Result<void> check_writable(const RemoteTarget& target);
 /// have arrived, and then replaces an older one. A file of up to part_bytes is sent in one request,
 /// a larger one as a multipart upload. Each request states the SHA-256 of its body, so that the
 /// service refuses bytes that were changed on the way. At the end, the length of the object is
-/// compared.
+/// compared, if the credentials may read it.
 ///
 /// After an error, the multipart upload is aborted, because its parts would cost storage. Errors:
 /// those of RandomAccessFile::read(); io_error: see response_error(), and if the file was changed;

@@ -70,15 +70,27 @@ bool is_bucket_name(std::string_view name) {
          });
 }
 
+/// Whether a path has a part "." or "..", which libcurl and proxies remove.
+bool has_dot_part(std::string_view path) {
+  while (!path.empty()) {
+    const size_t slash = std::min(path.find('/'), path.size());
+    const std::string_view part = path.substr(0, slash);
+    if (part == "." || part == "..") return true;
+    path.remove_prefix(std::min(slash + 1, path.size()));
+  }
+  return false;
+}
+
 Result<RemoteTarget> bucket_target(const std::string& address, const std::string& endpoint) {
   const std::string_view rest = std::string_view(address).substr(kBucketScheme.size());
   const size_t slash = rest.find('/');
   const std::string bucket(rest.substr(0, slash));
   const std::string_view key =
       slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
-  if (!is_bucket_name(bucket) || key.empty() || key.size() > kMaxKeyBytes) {
-    return fail(Status::invalid_argument,
-                fmt::format("expected s3://BUCKET/KEY, found '{}'", address));
+  if (!is_bucket_name(bucket) || key.empty() || key.size() > kMaxKeyBytes || has_dot_part(key)) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("expected s3://BUCKET/KEY, without parts '.' and '..', found '{}'", address));
   }
   const auto settings = load_aws_settings();
   if (!settings) return tl::unexpected(settings.error());

@@ -198,6 +198,14 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     },
   );
 
+  test("needs only the right to write, with --force", async () => {
+    proxy.fault = (_path, _number, method) =>
+      method === "HEAD" || method === "GET" ? { kind: "status", status: 403 } : undefined;
+    expect((await build(small, "blind.isosplat", ["--force"])).code).toBe(0);
+    expect((await object("blind.isosplat"))?.bytes.equals(local.small)).toBe(true);
+    expect(errorOf(await build(small, "blind.isosplat"))).toContain("status 403");
+  });
+
   test("without credentials is one error before the build", async () => {
     const error = errorOf(await build(small, "never.isosplat", [], nobody), 2);
     expect(error).toContain("expected credentials for writing");

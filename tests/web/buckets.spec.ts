@@ -169,12 +169,16 @@ describe.skipIf(!existsSync(program))("a store in a bucket", () => {
     expect(service.refused).toEqual([]);
   });
 
-  test.each(["s3://volumes", "s3://volumes/", "s3://UPPER/key", "s3:///key"])(
-    "expects an address with a bucket and a key, not %s",
-    async (address) => {
-      expect(errorOf(await run(["info", address]), 2)).toContain("expected s3://BUCKET/KEY");
-    },
-  );
+  test.each([
+    "s3://volumes",
+    "s3://volumes/",
+    "s3://UPPER/key",
+    "s3:///key",
+    "s3://volumes/a/../b",
+    "s3://volumes/.",
+  ])("expects an address with a bucket and a key, not %s", async (address) => {
+    expect(errorOf(await run(["info", address]), 2)).toContain("expected s3://BUCKET/KEY");
+  });
 
   test("expects an endpoint without a password", async () => {
     const endpoint = "https://user:sesame@host";
