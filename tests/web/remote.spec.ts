@@ -1,6 +1,7 @@
 /** Commands that read a store at an address, from the project's server and through its faults. */
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer, type Server, type ServerResponse } from "node:http";
+import { createServer as createSecureServer } from "node:https";
 import type { AddressInfo } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -294,6 +295,23 @@ describe.skipIf(!existsSync(program))("a hostile server", () => {
       answer = (response) => response.writeHead(302, { Location: location }).end();
       expect(errorOf(await runProgram(["info", address]))).toContain("expected a response");
     }
+  });
+
+  test("that redirects from https to http is one error", async () => {
+    const folder = mkdtempSync(join(tmpdir(), "isosplat-redirect-"));
+    const { certificate, key } = makeCertificate(folder, "localhost");
+    const tls = { cert: readFileSync(certificate), key: readFileSync(key) };
+    const secure = createSecureServer(tls, (_, response) => {
+      response.writeHead(302, { Location: address }).end();
+    });
+    await new Promise<void>((listening) => secure.listen(0, "127.0.0.1", listening));
+    answer = (response) => response.writeHead(200).end(storeBytes());
+    const url = `https://localhost:${(secure.address() as AddressInfo).port}/a.isosplat`;
+    const env = { SSL_CERT_FILE: certificate, no_proxy: "localhost", NO_PROXY: "localhost" };
+    expect(errorOf(await runProgram(["info", url], env))).toMatch(/after 1 attempt: .*http/);
+    expect((await runProgram(["info", address], env)).code).toBe(0);
+    secure.close();
+    rmSync(folder, { recursive: true });
   });
 
   test("an error page of any length is one short line", async () => {
