@@ -13,36 +13,19 @@ uniform vec2 u_smooth_px;          // x: side up to which cells keep their exact
                                    // which on they are smooth - x)
 layout(location = 0) out uvec2 o_normal;
 
-// The term of a corner: its hat function times the gradient there.
-vec4 corner_term(ivec3 point, uint page, float hat) {
-  return hat * texelFetch(u_gradients, texel_of(page, point & 7), 0);
-}
-
 // xyz: in units of LATTICE_WEIGHT, in quantized values per cell; w: interpolated number of cells.
-vec4 gradient_at(vec3 p) {
-  vec3 floor_ = floor(p), t = p - floor_, s = 1.0 - t;
-  ivec3 low = ivec3(floor_), region = low >> 3, high_region = (low + 1) >> 3;
-  uint page = page_of(u_pages, region);
-  // The pages of the corners that may be in other regions: those with high x, y, z.
-  uint px = page, py = page, pxy = page, pz = page, pxz = page, pyz = page, pxyz = page;
-  SKIPPABLE_IF(region.x != high_region.x) {
-    px = pxy = pxz = pxyz = page_of(u_pages, ivec3(high_region.x, region.yz));
+// corners: 8, or 0 for pixels that need no sum: software renderers skip a loop that no pixel of a group
+// runs.
+vec4 gradient_at(vec3 p, int corners) {
+  vec3 low = floor(p), t = p - low;
+  vec4 sum = vec4(0.0);
+  for (int i = 0; i < corners; ++i) {
+    ivec3 side = ivec3(i & 1, i >> 1 & 1, i >> 2), point = ivec3(low) + side;
+    uint page = page_of(u_pages, point >> 3);
+    vec3 hat = mix(1.0 - t, t, vec3(side));
+    sum += hat.x * hat.y * hat.z * texelFetch(u_gradients, texel_of(page, point & 7), 0);
   }
-  SKIPPABLE_IF(region.y != high_region.y) {
-    py = pyz = page_of(u_pages, ivec3(region.x, high_region.y, region.z));
-    pxy = pxyz = page_of(u_pages, ivec3(high_region.xy, region.z));
-  }
-  SKIPPABLE_IF(region.z != high_region.z) {
-    pz = page_of(u_pages, ivec3(region.xy, high_region.z));
-    pxz = page_of(u_pages, ivec3(high_region.x, region.y, high_region.z));
-    pyz = page_of(u_pages, ivec3(region.x, high_region.yz));
-    pxyz = page_of(u_pages, high_region);
-  }
-  vec4 low_z = s.y * (corner_term(low, page, s.x) + corner_term(low + ivec3(1, 0, 0), px, t.x)) +
-               t.y * (corner_term(low + ivec3(0, 1, 0), py, s.x) + corner_term(low + ivec3(1, 1, 0), pxy, t.x));
-  vec4 high_z = s.y * (corner_term(low + ivec3(0, 0, 1), pz, s.x) + corner_term(low + ivec3(1, 0, 1), pxz, t.x)) +
-                t.y * (corner_term(low + ivec3(0, 1, 1), pyz, s.x) + corner_term(low + 1, pxyz, t.x));
-  return s.z * low_z + t.z * high_z;
+  return sum;
 }
 
 void main() {
@@ -51,14 +34,11 @@ void main() {
   uvec4 surface = texelFetch(u_surfaces, at, 0);
   float fade = clamp((u_side_px / w_at(z) - u_smooth_px.x) * u_smooth_px.y, 0.0, 1.0);
   bool is_smooth = depth < 1.0 && surface.w >> ISOSURFACE_SHIFT == u_isosurface && fade > 0.0;
-  o_normal = uvec2(0u);
-  SKIPPABLE_IF(is_smooth) {
-    vec4 sum = gradient_at((point_at(gl_FragCoord.xy, z) - u_lattice_low) * u_per_cell);
-    vec3 gradient = row_to_view(sum.xyz * u_per_cell);
-    float steepness = length(gradient);
-    vec3 own = decode_normal(surface.xy);
-    vec3 normal = steepness > 0.0 ? mix(own, gradient / steepness, min(fade * sum.w, 1.0)) : own;
-    o_normal = encode_normal(dot(normal, normal) > 0.0 ? normal : own);
-  }
-  if (o_normal.x == 0u) discard;
+  if (!is_smooth) discard;
+  vec4 sum = gradient_at((point_at(gl_FragCoord.xy, z) - u_lattice_low) * u_per_cell, is_smooth ? 8 : 0);
+  vec3 gradient = row_to_view(sum.xyz * u_per_cell);
+  float steepness = length(gradient);
+  vec3 own = decode_normal(surface.xy);
+  vec3 normal = steepness > 0.0 ? mix(own, gradient / steepness, min(fade * sum.w, 1.0)) : own;
+  o_normal = encode_normal(dot(normal, normal) > 0.0 ? normal : own);
 }
