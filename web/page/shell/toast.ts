@@ -4,6 +4,9 @@ import type { IconName } from "./icons.ts";
 const shownMs = 2500;
 const lettersPerShownMs = 40;
 
+/** More would cover the picture. */
+const mostLetters = 500;
+
 export interface ToastMessage {
   text: string;
   /** done: the visitor's action succeeded; note: information. */
@@ -29,9 +32,12 @@ export class Toast {
     this.#show({ text, icon: "check" });
   }
 
-  /** Reports an event that the visitor may not expect. */
+  /** Reports an event that the visitor may not expect. It joins the notes that are still shown. */
   note(text: string): void {
-    this.#show({ text, icon: "alert" });
+    const { text: shown = "", icon } = this.#message ?? {};
+    const isJoined = icon === "alert" && shown.length + text.length < mostLetters;
+    if (icon === "alert" && shown.includes(text)) this.#show({ text: shown, icon });
+    else this.#show({ text: isJoined ? `${shown} ${text}` : text, icon: "alert" });
   }
 
   /** Names something in the picture. */
