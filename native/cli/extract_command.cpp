@@ -115,7 +115,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
           "  isosplat extract scene.json --mesh --layer skull -o skull.stl\n"
           "MeshLab, CloudCompare, Open3D and VTK read PLY files."));
   command->callback([call, &exit_code] {
-    const bool is_scene = scene_kind(call->input) != SceneKind::none;
+    const bool is_scene = scene_kind(call->input, call->remote_flags) != SceneKind::none;
     check_arguments(*call, is_scene);
     exit_code = is_scene ? extract_scene(*call) : run(*call);
   });

@@ -13,7 +13,9 @@
 namespace isosplat::cli {
 
 void add_extract_options(CLI::App* command, ExtractCall* call) {
-  command->add_option("store", call->input, "A store, a scene, a bundle, or the address of a store")
+  command
+      ->add_option("store", call->input,
+                   "A store, a scene, a bundle, or an address of a store or a bundle")
       ->required();
   command
       ->add_option("-i,--isovalue", call->isovalue,

@@ -240,7 +240,7 @@ Result<void> SceneExtraction::run() {
 }  // namespace
 
 int extract_scene(const ExtractCall& call) {
-  const auto scene = SceneFile::open(call.input);
+  const auto scene = open_scene(call.input, call.remote_flags);
   if (!scene) return report(scene.error());
   if (auto done = SceneExtraction(*scene, call).run(); !done) return report(done.error());
   return kSuccess;

@@ -344,8 +344,11 @@ int run_store(const InfoCall& call) {
 }
 
 int run(const InfoCall& call) {
+  if (scene_kind(call.path, call.remote_flags) != SceneKind::none) {
+    const auto scene = open_scene(call.path, call.remote_flags);
+    return scene ? print_scene(*scene, call.json) : report(scene.error());
+  }
   if (remote::is_address(call.path)) return run_store(call);
-  if (scene_kind(call.path) != SceneKind::none) return print_scene(call.path, call.json);
   return is_store(call.path) || call.path.ends_with(".isosplat") ? run_store(call)
                                                                  : run_volume(call);
 }
@@ -358,7 +361,7 @@ void add_info_command(CLI::App& program, int& exit_code) {
   command
       ->add_option("path", call->path,
                    "A store, a scene, a bundle, a volume in a format that isosplat build reads, or "
-                   "the address of a store")
+                   "the address of a store or a bundle")
       ->required();
   command->add_flag("--json", call->json, "Print JSON");
   command->add_flag(

@@ -73,28 +73,26 @@ std::string layer_text(const SceneFile& file, const SceneLayer& layer) {
 
 }  // namespace
 
-int print_scene(const std::string& path, bool as_json) {
-  const auto opened = SceneFile::open(path);
-  if (!opened) return report(opened.error());
-  const Scene& scene = opened->scene();
+int print_scene(const SceneFile& file, bool as_json) {
+  const Scene& scene = file.scene();
   if (as_json) {
     Json layers = Json::array();
-    for (const SceneLayer& layer : scene.layers) layers.push_back(layer_json(*opened, layer));
-    Json json = {{"kind", opened->is_bundle() ? "bundle" : "scene"},
+    for (const SceneLayer& layer : scene.layers) layers.push_back(layer_json(file, layer));
+    Json json = {{"kind", file.is_bundle() ? "bundle" : "scene"},
                  {"name", scene.name},
                  {"layers", std::move(layers)}};
     if (scene.time) json["time"] = {{"unit", scene.time->unit}, {"steps", scene.time->values}};
-    if (opened->is_bundle()) {
-      json["fileBytes"] = opened->bundle().file_bytes;
-      json["headerBytes"] = opened->bundle().header_bytes;
-      json["coarseBytes"] = opened->bundle().coarse_bytes;
+    if (file.is_bundle()) {
+      json["fileBytes"] = file.bundle().file_bytes;
+      json["headerBytes"] = file.bundle().header_bytes;
+      json["coarseBytes"] = file.bundle().coarse_bytes;
     }
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
     return kSuccess;
   }
-  print_line(opened->is_bundle() ? "bundle" : "scene", scene.name);
-  if (opened->is_bundle()) {
-    const BundleHeader& bundle = opened->bundle();
+  print_line(file.is_bundle() ? "bundle" : "scene", scene.name);
+  if (file.is_bundle()) {
+    const BundleHeader& bundle = file.bundle();
     print_line("size", fmt::format("{} in {} stores; {} for a first picture",
                                    format_bytes(bundle.file_bytes), bundle.stores.size(),
                                    format_bytes(bundle.header_bytes + bundle.coarse_bytes)));
@@ -107,7 +105,7 @@ int print_scene(const std::string& path, bool as_json) {
   for (size_t i = 0; i < scene.layers.size(); ++i) {
     const SceneLayer& layer = scene.layers[i];
     print_line(layer.name.empty() ? fmt::format("layer {}", i) : layer.name,
-               layer_text(*opened, layer));
+               layer_text(file, layer));
   }
   return kSuccess;
 }

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
+#include "shared/system/scene_file/scene_file.h"
 
 namespace isosplat::cli {
 
 /// Prints what a scene or a bundle holds: layers, stores, steps. Returns the exit code.
-int print_scene(const std::string& path, bool as_json);
+int print_scene(const SceneFile& file, bool as_json);
 
 }  // namespace isosplat::cli

@@ -28,6 +28,33 @@ remote::RemoteOptions RemoteFlags::options() const {
   return options;
 }
 
+Result<std::shared_ptr<const remote::HttpFile>> RemoteFlags::object(
+    const std::string& address) const {
+  const auto known = objects_.find(address);
+  if (known != objects_.end()) return known->second;
+  return objects_.emplace(address, remote::open_object(address, options())).first->second;
+}
+
+SceneKind scene_kind(const std::string& path, const RemoteFlags& flags) {
+  if (!remote::is_address(path)) return isosplat::scene_kind(path);
+  const auto object = flags.object(path);
+  return object ? isosplat::scene_kind(**object, (*object)->bytes()) : SceneKind::none;
+}
+
+Result<SceneFile> open_scene(const std::string& path, const RemoteFlags& flags) {
+  if (!remote::is_address(path)) return SceneFile::open(path);
+  const auto object = flags.object(path);
+  if (!object) return tl::unexpected(object.error());
+  const std::string& name = (*object)->name();
+  if (scene_kind(path, flags) == SceneKind::scene) {
+    return fail(Status::invalid_argument,
+                name +
+                    ": expected a store or a bundle, found the document of a scene, whose stores "
+                    "are other files: make a bundle of it with isosplat bundle");
+  }
+  return SceneFile::open(*object, (*object)->bytes(), name);
+}
+
 unsigned threads_for(const std::string& path, unsigned threads) {
   constexpr unsigned kRequests = 8;  // at the same time
   if (threads > 0 || !remote::is_address(path)) return threads;
@@ -35,8 +62,10 @@ unsigned threads_for(const std::string& path, unsigned threads) {
 }
 
 Result<std::shared_ptr<StoreFile>> open_store(const std::string& path, const RemoteFlags& flags) {
-  if (remote::is_address(path)) return remote::open_remote_store(path, flags.options());
-  return StoreFile::open(path);
+  if (!remote::is_address(path)) return StoreFile::open(path);
+  auto object = flags.object(path);
+  if (!object) return tl::unexpected(object.error());
+  return remote::open_store(std::move(*object));
 }
 
 }  // namespace isosplat::cli

@@ -86,13 +86,13 @@ struct Subject {
 
 Result<Subject> open_subject(const RenderCall& call) {
   Subject subject;
-  if (scene_kind(call.store) == SceneKind::none) {
+  if (scene_kind(call.store, call.remote_flags) == SceneKind::none) {
     auto store = open_store(call.store, call.remote_flags);
     if (!store) return tl::unexpected(store.error());
     subject.store = std::move(*store);
     return subject;
   }
-  auto scene = SceneFile::open(call.store);
+  auto scene = open_scene(call.store, call.remote_flags);
   if (!scene) return tl::unexpected(scene.error());
   subject.scene = std::move(*scene);
   return subject;
@@ -133,7 +133,7 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
 
 /// Checks that the options fit a store or a scene. Throws the errors of CLI11 for wrong arguments.
 void check_arguments(const RenderCall& call) {
-  const bool is_scene = scene_kind(call.store) != SceneKind::none;
+  const bool is_scene = scene_kind(call.store, call.remote_flags) != SceneKind::none;
   if (!is_scene && call.isovalues.empty()) throw CLI::RequiredError("--isovalue");
   if (is_scene && !(call.isovalues.empty() && call.colours.empty() && call.opacities.empty())) {
     throw CLI::ExcludesError("a scene, which states its surfaces,",

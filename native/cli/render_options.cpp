@@ -11,7 +11,9 @@ namespace isosplat::cli {
 namespace {
 
 void add_output_options(CLI::App* command, RenderCall* call) {
-  command->add_option("store", call->store, "A store, a scene, a bundle, or the address of a store")
+  command
+      ->add_option("store", call->store,
+                   "A store, a scene, a bundle, or an address of a store or a bundle")
       ->required();
   command
       ->add_option("-i,--isovalue", call->isovalues, "One or several isovalues, such as 60.5,180.5")

@@ -40,12 +40,14 @@ int verify_one(const VerifyCall& call, const std::string& name, Verify verify) {
 }
 
 /// A scene or a bundle, and each of its stores.
-int verify_scene(const VerifyCall& call, const std::string& path) {
-  const auto scene = SceneFile::open(path);
+int verify_scene(const VerifyCall& call, const std::string& given) {
+  const auto scene = open_scene(given, call.remote_flags);
   if (!scene) return report(scene.error());
+  const std::string path = scene->path().string();
   int exit_code = kSuccess;
   for (const std::string& store : store_paths(scene->scene())) {
-    const int code = verify_one(call, path + ": " + store, [&](const VerifyOptions& options) {
+    const int code = verify_one(call, path + ": " + store, [&](VerifyOptions options) {
+      options.threads = threads_for(given, options.threads);
       const auto bytes = scene->store_bytes(store);
       return bytes ? verify_store(*bytes, options)
                    : Result<VerifyReport>(tl::unexpected(bytes.error()));
@@ -59,19 +61,20 @@ int verify_scene(const VerifyCall& call, const std::string& path) {
 }
 
 int verify_remote(const VerifyCall& call, const std::string& address) {
-  const auto bytes = remote::open_remote(address, call.remote_flags.options());
-  if (!bytes) return report(bytes.error());
-  return verify_one(call, bytes->file().name(), [&](VerifyOptions options) {
+  const auto object = call.remote_flags.object(address);
+  if (!object) return report(object.error());
+  const FileParts bytes(*object, (*object)->bytes());
+  return verify_one(call, (*object)->name(), [&](VerifyOptions options) {
     options.threads = threads_for(address, options.threads);
-    return verify_store(*bytes, options).map_error([&](const Error& error) {
-      return remote::store_error(error, bytes->file().name());
+    return verify_store(bytes, options).map_error([&](const Error& error) {
+      return remote::store_error(error, (*object)->name());
     });
   });
 }
 
 int verify(const VerifyCall& call, const std::string& path) {
+  if (scene_kind(path, call.remote_flags) != SceneKind::none) return verify_scene(call, path);
   if (remote::is_address(path)) return verify_remote(call, path);
-  if (scene_kind(path) != SceneKind::none) return verify_scene(call, path);
   return verify_one(call, path,
                     [&](const VerifyOptions& options) { return verify_store_file(path, options); });
 }
@@ -91,7 +94,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand(
       "verify", "Check all checksums and chunks of stores, scenes and bundles");
   auto call = std::make_shared<VerifyCall>();
-  command->add_option("stores", call->stores, "Stores, scenes or bundles, or addresses of stores")
+  command->add_option("stores", call->stores, "Stores, scenes or bundles, or their addresses")
       ->required();
   command->add_option("--threads", call->threads, "Number of threads (0: one per core)")
       ->check(is_whole_number(0, kMaxThreads))

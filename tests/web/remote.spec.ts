@@ -9,6 +9,7 @@ import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } fr
 import { program, type RunningServer, serve } from "../browser/support/server.ts";
 import { makeCertificate } from "../support/certificate.ts";
 import { type Fault, FaultProxy, fetchedTwice } from "../support/fault_proxy.ts";
+import { rangeHost } from "../support/range_host.ts";
 import { type Ran, runProgram } from "../support/run_program.ts";
 import { storeBytes } from "../support/store_bytes.ts";
 
@@ -120,6 +121,52 @@ describe.skipIf(!existsSync(program))("a store at an address", () => {
     expect((await draw(address)).equals(await draw(local))).toBe(true);
   });
 
+  test("in a bundle is described, verified, extracted and drawn as in the file", async () => {
+    const scenes = mkdtempSync(join(tmpdir(), "isosplat-bundle-"));
+    writeFileSync(join(scenes, "head.isosplat"), storeBytes());
+    writeFileSync(join(scenes, "other.isosplat"), readFileSync(otherStore));
+    const document = {
+      format: "isosplat-scene",
+      version: 1,
+      layers: [
+        { name: "head", store: "head.isosplat", surfaces: [{ isovalue: 100.5 }] },
+        { name: "other", store: "other.isosplat", surfaces: [{ isovalue: 100.5 }] },
+      ],
+    };
+    writeFileSync(join(scenes, "two.scene.json"), JSON.stringify(document));
+    const bundle = join(scenes, "run.isobundle");
+    const made = await runProgram(["bundle", join(scenes, "two.scene.json"), "-o", bundle]);
+    expect(made.code, made.stderr).toBe(0);
+    const host = await rangeHost((requested) =>
+      existsSync(join(scenes, requested)) ? readFileSync(join(scenes, requested)) : undefined,
+    );
+    try {
+      const at = `${host.origin}/run.isobundle`;
+      expect(await runProgram(["info", at, "--json"])).toEqual(
+        await runProgram(["info", bundle, "--json"]),
+      );
+      const verified = await runProgram(["verify", at]);
+      expect(verified.stdout).toContain(`${at}: valid: 2 layers`);
+      const output = async (from: string, args: readonly string[], name: string) => {
+        const ran = await runProgram([...args, from, "-o", join(folder, name), "--force"].flat());
+        expect(ran.code, ran.stderr).toBe(0);
+        return readFileSync(join(folder, name));
+      };
+      for (const [args, name] of [
+        [["extract", "--mesh"], "scene.glb"],
+        [["render", "--size", "64x64"], "scene.png"],
+      ] as const) {
+        expect((await output(at, args, name)).equals(await output(bundle, args, name))).toBe(true);
+      }
+      const refused = await runProgram(["info", `${host.origin}/two.scene.json`]);
+      expect(refused.code).toBe(2);
+      expect(refused.stderr).toContain("make a bundle of it with isosplat bundle");
+    } finally {
+      host.stop();
+      rmSync(scenes, { recursive: true });
+    }
+  });
+
   test.each<[string, Fault]>([
     ["resets", { kind: "reset" }],
     ["status 500", { kind: "status", status: 500 }],
@@ -148,7 +195,7 @@ describe.skipIf(!existsSync(program))("a store at an address", () => {
 
   test.each(["info", "verify"])("that is no store is one error of %s", async (command) => {
     const error = errorOf(await runProgram([command, proxy.url]));
-    expect(error).toContain("expected a store, found another file");
+    expect(error).toContain("expected a store or a bundle, found another file");
     expect(error).toContain("download it first");
   });
 

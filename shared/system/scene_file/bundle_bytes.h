@@ -80,8 +80,8 @@ class BundleBytes {
   uint64_t first_bytes_ = 0;
   std::vector<File> files_;    ///< of the stores; none if the scene is a bundle
   std::vector<Piece> pieces_;  ///< ascending, without gaps, from the end of the header on
-  std::shared_ptr<const PosixFile> bundle_;  ///< null: the stores are separate files
-  File scene_;                               ///< the document, or the bundle
+  std::shared_ptr<const RandomAccessFile> bundle_;  ///< null: the stores are separate files
+  File scene_;                                      ///< the document, or the bundle
 };
 
 }  // namespace isosplat

@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <string_view>
 #include <utility>
+
+#include "shared/system/posix_file/posix_file.h"
 
 namespace isosplat {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr uint64_t kKindBytes = 256;
 
 /// Puts the path in front of the message.
 tl::unexpected<Error> at_path(const fs::path& path, Error error) {
@@ -18,7 +22,7 @@ tl::unexpected<Error> at_path(const fs::path& path, Error error) {
   return tl::unexpected(std::move(error));
 }
 
-Result<std::string> read_text(const PosixFile& file, uint64_t bytes) {
+Result<std::string> read_text(const RandomAccessFile& file, uint64_t bytes) {
   std::string text(bytes, '\0');
   auto read = file.read(0, std::as_writable_bytes(std::span(text)));
   if (!read) return tl::unexpected(read.error());
@@ -32,30 +36,37 @@ bool is_address(const std::string& path) {
 }  // namespace
 
 SceneKind scene_kind(const fs::path& path) {
-  std::array<char, 256> begin{};
   const auto file = PosixFile::open(path);
   if (!file) return SceneKind::none;
-  const auto got = file->read_some(0, std::as_writable_bytes(std::span(begin)));
-  if (!got) return SceneKind::none;
-  const std::string_view first(begin.data(), *got);
-  if (is_bundle(std::as_bytes(std::span(first)))) return SceneKind::bundle;
-  return looks_like_scene(first) ? SceneKind::scene : SceneKind::none;
+  const auto identity = file->identity();
+  return identity ? scene_kind(*file, identity->bytes) : SceneKind::none;
+}
+
+SceneKind scene_kind(const RandomAccessFile& file, uint64_t bytes) {
+  const auto first = read_text(file, std::min<uint64_t>(bytes, kKindBytes));
+  if (!first) return SceneKind::none;
+  if (is_bundle(std::as_bytes(std::span(*first)))) return SceneKind::bundle;
+  return looks_like_scene(*first) ? SceneKind::scene : SceneKind::none;
 }
 
 Result<SceneFile> SceneFile::open(const fs::path& path) {
-  SceneFile result;
-  result.path_ = path;
   auto file = PosixFile::open(path);
   if (!file) return tl::unexpected(file.error());
   const auto identity = file->identity();
   if (!identity) return tl::unexpected(identity.error());
-  result.file_ = std::make_shared<const PosixFile>(std::move(*file));
-  const uint64_t bytes = identity->bytes;
-  std::array<std::byte, kBundlePrefixBytes> prefix{};
-  const auto got = result.file_->read_some(0, prefix);
-  if (!got) return tl::unexpected(got.error());
-  if (isosplat::is_bundle(std::span(prefix).first(*got))) {
-    const auto header_bytes = bundle_header_bytes(std::span(prefix).first(*got));
+  return open(std::make_shared<const PosixFile>(std::move(*file)), identity->bytes, path);
+}
+
+Result<SceneFile> SceneFile::open(std::shared_ptr<const RandomAccessFile> file, uint64_t bytes,
+                                  const fs::path& path) {
+  SceneFile result;
+  result.path_ = path;
+  result.file_ = std::move(file);
+  const auto prefix = read_text(*result.file_, std::min<uint64_t>(bytes, kBundlePrefixBytes));
+  if (!prefix) return tl::unexpected(prefix.error());
+  const auto first = std::as_bytes(std::span(*prefix));
+  if (isosplat::is_bundle(first)) {
+    const auto header_bytes = bundle_header_bytes(first);
     if (!header_bytes) return at_path(path, header_bytes.error());
     if (*header_bytes > bytes) {
       return at_path(
