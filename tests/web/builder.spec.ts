@@ -196,8 +196,9 @@ describe("errors", () => {
       ...first,
       encode: async (task) => damage(await first.encode(task)),
     };
-    await expect(buildLocally(program, [damaged], small, smallVoxels())).rejects.toThrow(
-      /invalid_argument/,
+    await expect(buildLocally(program, [damaged], small, smallVoxels())).rejects.toHaveProperty(
+      "status",
+      "invalid_argument",
     );
   });
 

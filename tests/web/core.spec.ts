@@ -67,7 +67,9 @@ test("pages that are missing are named, and chunks need them", () => {
   open.push(store);
   const missing = store.missingPages(0, 100.5);
   expect(missing.length).toBeGreaterThan(0);
-  expect(() => store.chunksFor(0, 100.5)).toThrow(/page_not_resident/);
+  expect(() => store.chunksFor(0, 100.5)).toThrow(
+    expect.objectContaining({ status: "page_not_resident" }),
+  );
   for (const index of missing) {
     const page = store.pages()[index];
     if (!page) throw new Error("no such page");
