@@ -12,6 +12,7 @@ import {
 } from "../../web/overlay/clip_faces.ts";
 import {
   formatLength,
+  formatMeasured,
   formatPower,
   formatVolume,
   roundBelow,
@@ -152,6 +153,16 @@ describe("lengths", () => {
     expect(formatVolume(2.5e9)).toBe("2.5 m³");
     expect(formatVolume(1e-6)).toBe("1,000 µm³");
     expect(formatVolume(0)).toBe("0 mm³");
+  });
+
+  it("rounds what was measured to a tenth of a voxel, and nothing where voxels are unknown", () => {
+    const measured = (mm: number, voxelMm: number) => formatMeasured(mm, voxelMm);
+    expect(measured(56.4942, 1)).toBe("56.5 mm");
+    expect(measured(56.4942, 0.33)).toBe("56.49 mm");
+    expect(measured(0.0123456, 2e-4)).toBe("12.35 µm");
+    expect(measured(1234.5678, 25)).toBe("1.235 m");
+    expect(measured(56.4942, Infinity)).toBe("56.4942 mm");
+    expect(measured(56.4942, 0)).toBe("56.4942 mm");
   });
 
   it("have a unit that suits their size", () => {

@@ -171,6 +171,12 @@ describe("the status line", () => {
   it("states the data still to fetch, and when the view is complete", () => {
     expect(stateText(progress)).toBe("120 KB to go");
     expect(stateText({ ...progress, state: "complete" })).toBe("complete");
+    expect(stateText({ ...progress, state: "complete" }, true)).toBe(
+      "complete: a part is clipped away",
+    );
+    expect(stateText({ ...progress, state: "complete", finestLevel: -1 }, true)).toBe(
+      "complete: no surface in this view, where a part is clipped away",
+    );
     const preparation = { bytes: 1_200_000, bytesPlanned: 4_000_000 };
     const preparing = stateText({ ...progress, state: "complete", preparation });
     expect(preparing).toBe("complete · preparing other isovalues, 1.20 MB of 4.00 MB");

@@ -19,6 +19,13 @@ export function formatLength(mm: number): string {
   return localized(`${Number((mm / unit.mm).toPrecision(6))} ${unit.name}`);
 }
 
+/** A measured length, rounded to about a tenth of a voxel: 56.4942 mm → "56.5 mm" for voxels of 1 mm. */
+export function formatMeasured(mm: number, voxelMm: number): string {
+  const step = 10 ** Math.floor(Math.log10(voxelMm / 10));
+  const isKnown = step > 0 && Number.isFinite(step);
+  return formatLength(isKnown ? Math.round(mm / step) * step : mm);
+}
+
 /** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²". */
 export function formatPower(value: number, power: 2 | 3): string {
   const size = Math.abs(value);

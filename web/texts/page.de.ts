@@ -86,6 +86,8 @@ export const page: typeof English = {
   toGo: (bytes) => `noch ${bytes}`,
   complete: "vollständig",
   noSurface: "vollständig: keine Fläche in dieser Ansicht",
+  clipped: "vollständig: ein Teil ist abgeschnitten",
+  noSurfaceLeft: "vollständig: keine Fläche in dieser Ansicht, in der ein Teil abgeschnitten ist",
   limited: "durch den Arbeitsspeicher begrenzt",
   opening: "wird geöffnet",
   serverError: "Serverfehler, neuer Versuch",

@@ -83,6 +83,8 @@ export const pageTexts = part("page", {
   toGo: (bytes: string) => `${bytes} to go`,
   complete: "complete",
   noSurface: "complete: no surface in this view",
+  clipped: "complete: a part is clipped away",
+  noSurfaceLeft: "complete: no surface in this view, where a part is clipped away",
   limited: "limited by memory",
   opening: "opening",
   serverError: "server error, trying again",

@@ -20,7 +20,7 @@ import { type Session, writeSession } from "../../measure/session_file.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import { sameValue } from "../../viewer/same_value.ts";
-import { identity, scaleOf } from "../../viewer/transform.ts";
+import { identity, scaleOf, volumeScaleOf } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
 import { measureBar } from "./measure_bar.ts";
@@ -92,8 +92,11 @@ export class Measure {
       },
       host.titleOfHit,
     );
-    this.#layer = new MeasureLayer(viewer, this.tool, resultOf, () =>
-      measureBar(this.tool, viewer.canvas),
+    this.#layer = new MeasureLayer(
+      viewer,
+      this.tool,
+      (measurement) => resultOf(measurement, this.#voxelMm),
+      () => measureBar(this.tool, viewer.canvas),
     );
     const kept = keptSession(search);
     const shown = ofScene.map(withShortText);
@@ -162,7 +165,12 @@ export class Measure {
     return measureSection(
       this.tool,
       info,
-      { extents: this.#extents, problem, bytes: this.#bytesToMeasure() },
+      {
+        extents: this.#extents,
+        problem,
+        bytes: this.#bytesToMeasure(),
+        voxelMm: this.#voxelMm,
+      },
       {
         remove: (index, list) => this.#remove(index, list),
         measureSurfaces: () => void this.#measureSurfaces(),
@@ -175,6 +183,14 @@ export class Measure {
         saveSession: () => this.saveSession(),
       },
     );
+  }
+
+  /** The smallest edge of a voxel of all volumes, in mm. */
+  get #voxelMm(): number {
+    const edges = this.#viewer.layers.map(({ info, transform }) =>
+      info ? Math.min(...info.spacing) * Math.cbrt(volumeScaleOf(transform)) : Infinity,
+    );
+    return Math.min(...edges);
   }
 
   /**

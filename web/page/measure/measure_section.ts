@@ -11,7 +11,7 @@ import {
   voxelOf,
 } from "../../measure/measurement.ts";
 import type { SurfaceExtent } from "../../mesh/surface_extent.ts";
-import { formatLength, formatPower } from "../../overlay/lengths.ts";
+import { formatMeasured, formatPower } from "../../overlay/lengths.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import { listed, localized } from "../../texts/numbers.ts";
 import { formatBytes, formatValue } from "../shell/format.ts";
@@ -36,8 +36,8 @@ export interface MeasureActions {
   saveSession(): void;
 }
 
-/** The result of a measurement, in the form shown in the picture. */
-export function resultOf({ kind, points, text }: Measurement): string {
+/** The result of a measurement, in the form shown in the picture. voxelMm: the smallest edge of a voxel. */
+export function resultOf({ kind, points, text }: Measurement, voxelMm: number): string {
   if (kind === "note") return text ?? "";
   if (kind === "point") {
     const [x, y, z] = points[0]?.position ?? [0, 0, 0];
@@ -46,7 +46,7 @@ export function resultOf({ kind, points, text }: Measurement): string {
   const angle = angleOf(points);
   const value =
     kind !== "angle"
-      ? formatLength(lengthOf(points))
+      ? formatMeasured(lengthOf(points), voxelMm)
       : angle === undefined
         ? measureTexts.noAngle
         : localized(`${angle.toFixed(1)}°`);
@@ -95,7 +95,13 @@ export function measureSection(
     extents,
     problem,
     bytes,
-  }: { extents: readonly ExtentState[]; problem: string; bytes: number | undefined },
+    voxelMm,
+  }: {
+    extents: readonly ExtentState[];
+    problem: string;
+    bytes: number | undefined;
+    voxelMm: number;
+  },
   actions: MeasureActions,
 ): TemplateResult {
   const { kind, measurements } = tool;
@@ -113,7 +119,7 @@ export function measureSection(
       )}
     </div>
     ${problem ? html`<p class="measurement-facts">${problem}</p>` : nothing}
-    ${measurements.length > 0 ? list(tool, info, actions) : nothing}
+    ${measurements.length > 0 ? list(tool, info, voxelMm, actions) : nothing}
     <div class="chips">
       <button
         type="button"
@@ -189,14 +195,19 @@ function sectionOf(event: Event): Element | null {
   return (event.currentTarget as Element).closest(".fields");
 }
 
-function list(tool: MeasureTool, info: StoreInfo, actions: MeasureActions): TemplateResult {
+function list(
+  tool: MeasureTool,
+  info: StoreInfo,
+  voxelMm: number,
+  actions: MeasureActions,
+): TemplateResult {
   return html`<ol class="measurements" aria-label=${measureTexts.measurements}>
     ${repeat(tool.measurements, keyOf, (measurement, i) => {
       const name = `${measureTexts.kinds[measurement.kind]} ${i + 1}`;
       const more = facts(measurement, info);
       return html`<li class="measurement">
         <span class="measurement-value">
-          <span class="visually-hidden">${name}:</span> ${resultOf(measurement)}
+          <span class="visually-hidden">${name}:</span> ${resultOf(measurement, voxelMm)}
         </span>
         <button
           type="button"

@@ -1,6 +1,8 @@
 import type { Progress } from "../../stream/types.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { isWhole } from "../../viewer/clipping.ts";
 import type { FrameReport } from "../../viewer/types.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import { formatBytes, formatCount } from "../shell/format.ts";
 import { levelText, stateText } from "./status_text.ts";
 
@@ -23,7 +25,10 @@ export class StatusLine {
   #timer = 0;
   #maxToGo = 0;
 
-  constructor() {
+  readonly #viewer: Pick<Viewer, "clip">;
+
+  constructor(viewer: Pick<Viewer, "clip">) {
+    this.#viewer = viewer;
     this.element.className = "status";
     this.element.setAttribute("role", "group");
     this.element.setAttribute("aria-label", pageTexts.status);
@@ -80,7 +85,7 @@ export class StatusLine {
     );
     set(this.#bytes, progress ? pageTexts.fetched(formatBytes(progress.bytesFetched)) : "");
     set(this.#level, progress ? levelText(progress) : "");
-    set(this.#state, progress ? stateText(progress) : "");
+    set(this.#state, progress ? stateText(progress, !isWhole(this.#viewer.clip)) : "");
     this.element.dataset.state = progress?.state ?? "none";
 
     const toGo = progress?.bytesToGo ?? 0;

@@ -10,12 +10,12 @@ export function levelText({ finestLevel, coarsestLevel }: Progress): string {
   return pageTexts.levels(finestLevel, coarsestLevel);
 }
 
-/** The data still to fetch for this view. */
-export function stateText(progress: Progress): string {
+/** The data still to fetch for this view. isClipped: a part of the volume is hidden. */
+export function stateText(progress: Progress, isClipped = false): string {
   const toGo = progress.bytesToGo > 0 ? pageTexts.toGo(formatBytes(progress.bytesToGo)) : "";
   switch (progress.state) {
     case "complete":
-      return completeText(progress) + preparationText(progress);
+      return completeText(progress, isClipped) + preparationText(progress);
     case "limited":
       return pageTexts.limited;
     case "opening":
@@ -38,7 +38,8 @@ function incompleteText({ damagedParts, fault }: Progress): string {
   return pageTexts.damaged(damagedParts);
 }
 
-function completeText({ finestLevel }: Progress): string {
+function completeText({ finestLevel }: Progress, isClipped: boolean): string {
+  if (isClipped) return finestLevel < 0 ? pageTexts.noSurfaceLeft : pageTexts.clipped;
   return finestLevel < 0 ? pageTexts.noSurface : pageTexts.complete;
 }
 

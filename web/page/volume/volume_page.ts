@@ -33,7 +33,7 @@ export class VolumePage {
   readonly #view = takeView(() => this.#camera.reset());
   readonly #canvas = this.#view.canvas;
   readonly #viewer = this.#view.viewer;
-  readonly #status = new StatusLine();
+  readonly #status = new StatusLine(this.#viewer);
   readonly #search = location.search;
   readonly #url = readUrl(this.#search);
   readonly #toast = new Toast(() => this.#layout.request());
