@@ -333,6 +333,46 @@ test("a store stays while its files cannot be read for a time, and a full disk c
   await expect(kept(page)).toContainText("128 × 128 × 128");
 });
 
+test("what the browser does not remove is named, stays marked, and is removed later", async ({
+  page,
+}) => {
+  await openStartPage(page);
+  await writeKept(page, { [`${someId}.isosplat`]: "a store", [`${someId}.json`]: "{" });
+  await openStartPage(page);
+  await page.evaluate(() => {
+    const { removeEntry } = FileSystemDirectoryHandle.prototype;
+    FileSystemDirectoryHandle.prototype.removeEntry = function (name, ...options) {
+      if (!name.endsWith(".isosplat")) return removeEntry.call(this, name, ...options);
+      return Promise.reject(new DOMException("it is locked", "NoModificationAllowedError"));
+    };
+  });
+  await kept(page)
+    .getByRole("button", { name: /^Remove/ })
+    .click();
+  await kept(page).getByRole("button", { name: "Remove", exact: true }).click();
+  await expect(page.locator(".device [role=alert]")).toContainText("did not remove");
+  expect(await keptFiles(page)).toEqual([`${someId}.incomplete`, `${someId}.isosplat`]);
+  await openStartPage(page);
+  await expect.poll(() => keptFiles(page)).toEqual([]);
+});
+
+test("a volume that is kept again after an interrupted write stays", async ({ page }) => {
+  await openStartPage(page);
+  await drop(page, [raw]);
+  await build(page);
+  await complete(page);
+  await expect.poll(async () => (await keptFiles(page)).length).toBe(2);
+  const [store = ""] = await keptFiles(page);
+  await writeKept(page, { [store]: "half", [store.replace("isosplat", "incomplete")]: "" });
+  await drop(page, [raw]);
+  await page.getByRole("button", { name: "Open instead" }).click();
+  await build(page);
+  await complete(page);
+  await expect
+    .poll(() => keptFiles(page))
+    .toEqual([store, store.replace(".isosplat", ".json")].sort());
+});
+
 test("the browser is asked not to remove what is kept", async ({ page }) => {
   await page.addInitScript(() => {
     navigator.storage.persisted = async () => sessionStorage.getItem("granted") !== null;

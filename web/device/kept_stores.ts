@@ -90,6 +90,7 @@ export async function listKept(): Promise<{
     for (const id of idsOf(names, ".isosplat")) {
       try {
         stores.push(await readEntry(directory, id));
+        if (inMemory.delete(id)) stores.splice(stores.findIndex(isOf(id)), 1); // another tab kept it
       } catch (error) {
         if (names.has(markFile(id))) continue; // it is being written or removed
         const reason = error instanceof Error ? error.message : String(error);
@@ -99,6 +100,8 @@ export async function listKept(): Promise<{
   }
   return { stores: stores.sort((a, b) => b.keptAt - a.keptAt), unreadable };
 }
+
+const isOf = (id: string) => (store: KeptStore) => store.contentId === id;
 
 /** The stores on this device, the newest first. */
 export async function keptStores(): Promise<KeptStore[]> {
@@ -173,10 +176,11 @@ async function writeEntry(directory: FileSystemDirectoryHandle, store: KeptStore
   await writing.close();
 }
 
+/** The mark stays if the files cannot be removed, so that they are removed later. */
 async function removeFiles(directory: FileSystemDirectoryHandle, id: string): Promise<void> {
   await directory.getFileHandle(markFile(id), { create: true }).catch(() => {}); // a full disk
   for (const name of [textFile(id), storeFile(id), markFile(id)]) {
-    await directory.removeEntry(name).catch(() => {});
+    if (await exists(directory, name)) await directory.removeEntry(name);
   }
 }
 
@@ -217,11 +221,14 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
   const id = store.contentId;
   await navigator.locks.request(lockOf(id), async () => {
     const existing = await readEntry(directory, id).catch(() => undefined);
-    const isNew = !(await exists(directory, storeFile(id)));
+    // A mark is left by a tab that was closed while it wrote the store.
+    const isMarked = await exists(directory, markFile(id));
+    const isNew = isMarked || !(await exists(directory, storeFile(id)));
     const { isTemporary: _, ...entry } = store;
     if (existing) {
       // Another tab has kept the same bytes, or the volume was kept earlier from another address.
       await writeEntry(directory, { ...existing, ...entry }).catch(() => {});
+      if (isMarked) await directory.removeEntry(markFile(id)).catch(() => {});
       return;
     }
     try {
@@ -232,7 +239,8 @@ export async function keep(store: KeptStore, blob: Blob, signal?: AbortSignal): 
       await writeEntry(directory, entry);
       if (isNew) await directory.removeEntry(markFile(id));
     } catch (error) {
-      if (isNew) await removeFiles(directory, id); // else it may be readable later
+      // What was there before may be readable later.
+      if (isNew) await removeFiles(directory, id).catch(() => {});
       signal?.throwIfAborted();
       const isFull = error instanceof DOMException && error.name === "QuotaExceededError";
       if (isFull) throw full(blob.size, undefined);
@@ -252,7 +260,10 @@ function full(bytes: number, left: number | undefined): NotKeptError {
   return new NotKeptError(deviceErrorTexts.noRoom(mb(bytes), found));
 }
 
-/** Removes a store from this device. A tab that has it open can no longer read it. */
+/**
+ * Removes a store from this device. A tab that has it open can no longer read it. Rejects if the browser does not
+ * remove its files.
+ */
 export async function remove(id: string): Promise<void> {
   inMemory.delete(id);
   const directory = await folder();

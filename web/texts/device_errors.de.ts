@@ -21,6 +21,8 @@ export const deviceError: typeof English = {
   notAllowed: "Dieser Browser lässt Seiten keine Dateien auf diesem Gerät aufbewahren.",
   notKept: (reason) =>
     `Der Browser hat die Isosplat-Datei nicht auf diesem Gerät aufbewahrt: ${reason}.`,
+  notRemoved: (name, reason) =>
+    `Der Browser hat ${name} nicht entfernt: ${reason}. Schließen Sie andere Tabs, in denen es offen ist, und versuchen Sie es noch einmal.`,
   noRoom: (needed, found) =>
     `Erwartet werden ${needed} Platz für diese Website auf diesem Gerät, gefunden ${found}: Entfernen Sie andere Volumen von diesem Gerät, oder speichern Sie dieses in eine Datei.`,
   less: "weniger",

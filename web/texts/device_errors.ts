@@ -20,6 +20,8 @@ export const deviceErrorTexts = part("deviceError", {
   keptSize: (stated: number, found: number) => `expected ${stated} bytes, found ${found}`,
   notAllowed: "This browser does not let pages keep files on this device.",
   notKept: (reason: string) => `The browser did not keep the store on this device: ${reason}.`,
+  notRemoved: (name: string, reason: string) =>
+    `The browser did not remove ${name}: ${reason}. Close other tabs that have it open, and try again.`,
   noRoom: (needed: string, found: string) =>
     `Expected ${needed} of room for this site on this device, found ${found}: remove other volumes from this device, or save this one to a file.`,
   less: "less",

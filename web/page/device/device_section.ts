@@ -11,6 +11,7 @@ import {
   type UnreadableStore,
 } from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { deviceErrorTexts } from "../../texts/device_errors.ts";
 import { deviceAddress } from "../address/target.ts";
 import { formatBytes, formatDims, formatType } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";
@@ -114,6 +115,17 @@ export class DeviceSection {
     );
   }
 
+  async #remove(id: string, name: string): Promise<void> {
+    this.#asked = undefined;
+    try {
+      await remove(id);
+    } catch (error) {
+      const reason = error instanceof Error ? error.message : String(error);
+      this.notice = deviceErrorTexts.notRemoved(name, reason);
+      await this.#load();
+    }
+  }
+
   /** The button that removes a store, and the question before it does. */
   #removal(id: string, name: string) {
     const ask = (asked: string | undefined) => {
@@ -134,7 +146,7 @@ export class DeviceSection {
     return html`<div class="device-ask" role="alertdialog" aria-label=${deviceTexts.askRemove(name)}
       @keydown=${({ key }: KeyboardEvent) => key === "Escape" && ask(undefined)}>
       <p>${deviceTexts.askRemove(name)}</p>
-      <button type="button" class="chip" @click=${() => void remove(id)}>
+      <button type="button" class="chip" @click=${() => void this.#remove(id, name)}>
         ${deviceTexts.doRemove}
       </button>
       <button type="button" class="chip" ${ref(focusWhenShown)} @click=${() => ask(undefined)}>
