@@ -114,6 +114,27 @@ TEST(Suggestions, LabelsHaveOneToo) {
   EXPECT_EQ(found[0], 0.5);
 }
 
+TEST(Suggestions, AMaskIsCutInTheMiddle) {
+  for (const double inside : {100.0, 255.0}) {
+    for (const double radius : {20.0, 30.0, 41.0}) {
+      const auto found = suggestions_for(
+          phantom<uint8_t>(0, [&](Index3 p) { return inside * std::floor(ball(p, radius)); }));
+      ASSERT_FALSE(found.empty());
+      EXPECT_NEAR(found[0], inside / 2, 0.1 * inside) << radius;
+    }
+  }
+}
+
+TEST(Suggestions, AFewVoxelsInAnEmptyVolumeAreFound) {
+  std::vector<uint8_t> voxels(96 * 96 * 96);
+  for (const size_t z : {50, 51}) {
+    for (const size_t y : {40, 41}) voxels[(z * 96 + y) * 96 + 30] = 200;
+  }
+  const auto found = suggestions_for(voxels);
+  ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(is_inside(found[0], {{20, 180}})) << found[0];
+}
+
 TEST(Suggestions, NoiseAloneIsShownForLackOfAnythingElse) {
   EXPECT_FALSE(suggestions_for(phantom<int16_t>(50, [](Index3) { return 0; })).empty());
   EXPECT_TRUE(suggestions_for(phantom<int16_t>(0, [](Index3) { return 7; })).empty());

@@ -44,8 +44,11 @@ CellInterval range_without_outliers(const VolumeStatistics& statistics) {
     while (at != end && (passed += static_cast<double>(*at)) <= kOutliers * all) ++at;
     return static_cast<uint32_t>(at - begin);
   };
-  return {static_cast<QuantizedValue>(range.min + outliers(counts.begin(), counts.end())),
-          static_cast<QuantizedValue>(range.max - outliers(counts.rbegin(), counts.rend()))};
+  const CellInterval trimmed{
+      static_cast<QuantizedValue>(range.min + outliers(counts.begin(), counts.end())),
+      static_cast<QuantizedValue>(range.max - outliers(counts.rbegin(), counts.rend()))};
+  // Perhaps the outliers are a small object in a volume that is empty otherwise.
+  return trimmed.min < trimmed.max ? trimmed : range;
 }
 
 /// Small in noise, 1 if all gradients agree.
@@ -77,12 +80,19 @@ std::vector<double> smoothed(const std::vector<double>& values) {
   return means;
 }
 
+/// The highest bins, best first; of several equal ones, as masks have them, the middle one.
 std::vector<size_t> peaks_of(const std::vector<double>& score) {
+  constexpr double kEqual = 1e-9;  // sums of equal bins differ by rounding
   std::vector<size_t> peaks;
-  for (size_t bin = 0; bin < score.size(); ++bin) {
-    const bool rises = bin == 0 || score[bin] > score[bin - 1];
-    const bool falls = bin + 1 == score.size() || score[bin] >= score[bin + 1];
-    if (rises && falls && score[bin] > 0) peaks.push_back(bin);
+  for (size_t first = 0; first < score.size();) {
+    size_t end = first + 1;
+    while (end < score.size() && std::abs(score[end] - score[first]) <= kEqual * score[first]) {
+      ++end;
+    }
+    const bool rises = first == 0 || score[first] > score[first - 1];
+    const bool falls = end == score.size() || score[first] > score[end];
+    if (rises && falls && score[first] > 0) peaks.push_back((first + end - 1) / 2);
+    first = end;
   }
   std::stable_sort(peaks.begin(), peaks.end(),
                    [&](size_t a, size_t b) { return score[a] > score[b]; });
