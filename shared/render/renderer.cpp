@@ -133,7 +133,9 @@ Result<uint64_t> Renderer::reserve_chunk(ChunkHandle handle, const BlockKey& blo
     return tl::unexpected(ok.error());
   }
   if (!are_clusters(clusters)) {
-    return fail(Status::invalid_argument, "a chunk's clusters are not in the order of its regions");
+    return fail(Status::invalid_argument,
+                "expected a chunk's clusters in the order of its regions, with boxes inside "
+                "of them: decode the chunk again");
   }
   remove_chunk(handle, volume);
   ChunkStore& chunks = found->chunks;

@@ -61,6 +61,10 @@ TEST(SampleClusters, AreRecognisedByTheirOrder) {
   EXPECT_FALSE(changed([](auto& c) { c.erase(c.begin()); }));
   EXPECT_FALSE(changed([](auto& c) { c[3].region = c[2].region; }));
   EXPECT_FALSE(changed([](auto& c) { c[7].region = 512; }));
+  EXPECT_FALSE(changed([](auto& c) { c[3].high.z += 1; }));
+  EXPECT_FALSE(changed([](auto& c) { c[3].low.x -= 1; }));
+  EXPECT_FALSE(changed([](auto& c) { c[3].high.y = c[3].low.y; }));
+  EXPECT_FALSE(changed([](auto& c) { c[7].high.x = 255; }));
   EXPECT_FALSE(changed([](auto& c) { c.push_back({64, 0, {1, 2}, 511, {}, {}}); }));
 }
 

@@ -56,11 +56,30 @@ std::vector<SampleCluster> cluster_samples(std::span<const PackedSample> samples
   return clusters;
 }
 
+namespace {
+
+/// Whether the cluster's box has cells, and lies in the cluster's region.
+bool has_box_in_region(const SampleCluster& cluster) {
+  constexpr int32_t kCells = kBlockCells / kBlockRegions;
+  const Index3 region = cluster.region_index();
+  const auto is_inside = [](int32_t at, uint8_t low, uint8_t high) {
+    return at * kCells <= low && low < high && high <= (at + 1) * kCells;
+  };
+  return is_inside(region.x, cluster.low.x, cluster.high.x) &&
+         is_inside(region.y, cluster.low.y, cluster.high.y) &&
+         is_inside(region.z, cluster.low.z, cluster.high.z);
+}
+
+}  // namespace
+
 bool are_clusters(std::span<const SampleCluster> clusters) {
   uint64_t first = 0;
   uint32_t next_region = 0;
   for (const SampleCluster& cluster : clusters) {
-    if (cluster.first != first || cluster.count == 0 || cluster.region < next_region) return false;
+    if (cluster.first != first || cluster.count == 0 || cluster.region < next_region ||
+        !has_box_in_region(cluster)) {
+      return false;
+    }
     first += cluster.count;
     next_region = uint32_t{cluster.region} + 1;
   }

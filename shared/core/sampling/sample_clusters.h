@@ -33,8 +33,8 @@ static_assert(sizeof(SampleCluster) == 20 && std::is_trivially_copyable_v<Sample
 std::vector<SampleCluster> cluster_samples(std::span<const PackedSample> samples,
                                            std::vector<PackedSample>& ordered);
 
-/// Whether clusters are as cluster_samples returns them: regions ascend, and each cluster begins
-/// where the one before ends.
+/// Whether clusters are as cluster_samples returns them: regions ascend, each cluster begins where
+/// the one before ends, and its box lies in its region.
 bool are_clusters(std::span<const SampleCluster> clusters);
 
 }  // namespace isosplat

@@ -173,9 +173,10 @@ Result<bool> GradientLattice::update(const DrawContext& context, const Source& s
   surfaces_.resize(count);
   LatticeRegions& regions = surfaces_[index];
   regions.set_chunks(level, contributors(source.chunks, level, quantized_isovalue), free_);
-  if (!mark_needed(source, quantized_isovalue, sizes, regions)) return false;
-  const auto assigned = assign_pages(regions);
-  if (!assigned || !*assigned) return assigned;
+  if (!mark_needed(source, quantized_isovalue, sizes, regions) || !assign_pages(context, regions)) {
+    regions.clear(free_);
+    return false;
+  }
   upload_table(regions);
   if (regions.new_pages().empty()) return true;
   bind_texture(6, GL_TEXTURE_2D, 0);  // may not be bound while it is drawn into
@@ -186,14 +187,21 @@ Result<bool> GradientLattice::update(const DrawContext& context, const Source& s
   return true;
 }
 
-/// Gives pages to the needed regions, in a larger texture if necessary.
-Result<bool> GradientLattice::assign_pages(LatticeRegions& regions) {
+/// Gives pages to the needed regions: those that other isosurfaces do not need, or in a larger
+/// texture. Returns false if they do not fit into the largest one, or into the GPU's memory.
+bool GradientLattice::assign_pages(const DrawContext& context, LatticeRegions& regions) {
+  if (regions.assign(free_)) return true;
+  for (size_t i = 0; i < surfaces_.size(); ++i) {
+    if (&surfaces_[i] == &regions) continue;
+    const bool is_drawn = context.settings.isosurfaces[i].opacity > 0;
+    is_drawn ? surfaces_[i].drop_unneeded(free_) : surfaces_[i].clear(free_);
+  }
   if (regions.assign(free_)) return true;
   const auto needed = static_cast<uint32_t>(std::min<size_t>(regions.needed(), kMostPages));
-  if (needed >= kMostPages || capacity_ == kMostPages) return false;
+  if (needed >= kMostPages || capacity_ == kMostPages || has_no_memory_) return false;
   const uint32_t pages = std::max({kLeastPages, 2 * capacity_, std::bit_ceil(needed + 1)});
-  if (auto ok = set_capacity(pages); !ok) return tl::unexpected(ok.error());
-  return regions.assign(free_);
+  has_no_memory_ = !set_capacity(pages);
+  return !has_no_memory_ && regions.assign(free_);
 }
 
 /// All pages become free.
@@ -378,6 +386,7 @@ void GradientLattice::abandon() {
   surfaces_.clear();
   free_.clear();
   capacity_ = 0;
+  has_no_memory_ = false;
   table_ = 0;
   table_size_ = {0, 0, 0};
   uploaded_.clear();

@@ -60,7 +60,7 @@ class GradientLattice {
  private:
   Result<bool> update(const DrawContext& context, const Source& source, int isosurface,
                       SmoothSizes sizes, SampleTexture& samples);
-  Result<bool> assign_pages(LatticeRegions& regions);
+  bool assign_pages(const DrawContext& context, LatticeRegions& regions);
   Result<void> set_capacity(uint32_t pages);
   void clear_pages(std::span<const uint32_t> pages) const;
   void upload_table(const LatticeRegions& regions);
@@ -76,8 +76,9 @@ class GradientLattice {
   ImageTarget normals_{GL_RG16UI, "for smooth normals"};
   std::vector<LatticeRegions> surfaces_;  // by isosurface
   FreePages free_;
-  uint32_t capacity_ = 0;  // pages of the texture, with page 0
-  GLuint table_ = 0;       // the table of the isosurface that was updated last
+  uint32_t capacity_ = 0;       // pages of the texture, with page 0
+  bool has_no_memory_ = false;  // for a larger texture
+  GLuint table_ = 0;            // the table of the isosurface that was updated last
   Index3 table_size_{0, 0, 0};
   std::vector<uint32_t> uploaded_;
   VertexRuns runs_;  // reused between chunks, to avoid allocations

@@ -52,12 +52,13 @@ class LatticeRegions {
   /// The number of needed regions.
   size_t needed() const { return needed_; }
 
+  /// The pages of regions that are not needed become free.
+  void drop_unneeded(FreePages& free);
   /// All pages become free.
   void clear(FreePages& free);
 
  private:
   void drop_around(const LatticeChunk& chunk, FreePages& free);
-  void drop_unneeded(FreePages& free);
   bool is_in_table(Index3 region) const;
   size_t index_in_table(Index3 region) const;
 

@@ -39,6 +39,7 @@ void main() {
   vec3 gradient = row_to_view(sum.xyz * u_per_cell);
   float steepness = length(gradient);
   vec3 own = decode_normal(surface.xy);
-  vec3 normal = steepness > 0.0 ? mix(own, gradient / steepness, min(fade * sum.w, 1.0)) : own;
+  bool is_known = steepness > 0.0 && dot(sum.xyz, sum.xyz) < LATTICE_MOST_SQUARE;
+  vec3 normal = is_known ? mix(own, gradient / steepness, min(fade * sum.w, 1.0)) : own;
   o_normal = encode_normal(dot(normal, normal) > 0.0 ? normal : own);
 }

@@ -85,12 +85,14 @@
 // The texture of gradients at lattice points (lattice.glsl): a page of 8³ texels for each region.
 // COLUMNS: pages in a row of pages. PAGE_WIDTH, PAGE_HEIGHT: texels of a page. NEW_PAGE: bit of
 // pages that are to be filled. WEIGHT: factor of the gradients. Sums of eight gradients of 65535
-// quantized values per cell stay below 65504, the largest 16-bit float.
+// quantized values per cell stay below 65504, the largest 16-bit float. MOST_SQUARE: above that of
+// any such sum; cells that several chunks contain are added several times, and may exceed it.
 #define LATTICE_COLUMNS 64
 #define LATTICE_PAGE_WIDTH 32
 #define LATTICE_PAGE_HEIGHT 16
 #define LATTICE_NEW_PAGE 32768u
 #define LATTICE_WEIGHT 0.0625
+#define LATTICE_MOST_SQUARE 2.0e10
 
 // Bits of a surface pixel's fourth channel: isosurface, side.
 #define ISOSURFACE_SHIFT 2

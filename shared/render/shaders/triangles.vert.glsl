@@ -77,7 +77,8 @@ vec3 gradient_at_vertex(vec3 own, ivec3 start, int axis, float t) {
 #ifdef SMOOTH
   ivec3 end = start + ivec3(equal(ivec3(axis), ivec3(0, 1, 2)));
   vec4 sum = mix(gradient_around(start), gradient_around(end), t);
-  return dot(sum.xyz, sum.xyz) > 0.0 ? sum.xyz : own;
+  float square = dot(sum.xyz, sum.xyz);
+  return square > 0.0 && square < LATTICE_MOST_SQUARE ? sum.xyz : own;
 #else
   return own;
 #endif
