@@ -93,7 +93,7 @@ export async function listKept(): Promise<{
         if (inMemory.delete(id)) stores.splice(stores.findIndex(isOf(id)), 1); // another tab kept it
       } catch (error) {
         if (names.has(markFile(id))) continue; // it is being written or removed
-        const reason = error instanceof Error ? error.message : String(error);
+        const reason = String(error instanceof Error ? error.message : error).replace(/\.$/, "");
         if (!inMemory.has(id)) unreadable.push({ contentId: id, reason });
       }
     }

@@ -102,7 +102,7 @@ export class DeviceSection {
                     ({ contentId }) => contentId,
                     ({ contentId, reason }) =>
                       html`<li class="device-card">
-                        <div class="card">
+                        <div class="device-unreadable">
                           <h2>${contentId.slice(0, 8)}…</h2>
                           <p>${deviceTexts.unreadable(reason)}</p>
                         </div>
