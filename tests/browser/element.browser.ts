@@ -119,7 +119,9 @@ test("a view of another origin: attributes, controls, events and faults", async 
     e.removeAttribute("isovalue");
     e.src = e.src.replace("bucky", "absent");
   });
-  await expect(view.getByRole("status")).toBeVisible();
+  await expect(view.getByRole("status")).toHaveText(
+    /^No such volume\. http.*the server answers 404/,
+  );
   expect(await events.jsonValue()).toEqual(["isovalue 120.5", "camera 35", "fault not-found"]);
 });
 

@@ -166,7 +166,7 @@ export class ElementViewer {
 
   /** Shows a fault, and reports it. */
   fault(error: StreamError | RendererError): void {
-    this.#parts.showMessage(error.message);
+    this.#parts.showMessage(wordsOf(error));
     this.#report("fault", error);
   }
 
@@ -371,7 +371,7 @@ export class ElementViewer {
   /** Shows why a part of the picture is missing, if one is. */
   #settleMessage(): void {
     const error = this.#missing[0] ?? this.#layers.presentFault;
-    if (error) this.#parts.showMessage(error.message);
+    if (error) this.#parts.showMessage(wordsOf(faultOf(error)));
     else if (!this.#hasFailed) this.#parts.hideMessage();
   }
 
@@ -382,6 +382,12 @@ export class ElementViewer {
     this.#wasComplete = progress.complete;
     if (!progress.fault) this.#settleMessage();
   }
+}
+
+/** The message for visitors: what happened, then what was expected and found. */
+function wordsOf({ kind, message }: StreamError | RendererError): string {
+  const isOfAttribute = kind === "bad-address" || kind === "internal";
+  return isOfAttribute ? message : `${faults[kind].title}. ${message}`;
 }
 
 function faultOf(error: unknown): StreamError | RendererError {
