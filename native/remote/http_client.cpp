@@ -55,7 +55,7 @@ std::chrono::milliseconds HttpClient::wait_before(unsigned attempt,
 Result<HttpResponse> HttpClient::send(const HttpRequest& request, const std::string& name) {
   for (unsigned attempt = 1;; ++attempt) {
     auto response = transfers_.send(request);
-    const bool is_last = attempt >= options_.attempts;
+    const bool is_last = attempt >= std::max(options_.attempts, request.attempts);
     if (response && (is_last || !may_pass(*response))) return std::move(*response);
     if (!response && (is_last || !response.error().may_pass)) {
       return fail(Status::io_error,

@@ -55,6 +55,7 @@ Result<HttpResponse> HttpFile::request(uint64_t offset, uint64_t count, uint64_t
   HttpRequest request = request_for(target_, "GET");
   request.headers.push_back(fmt::format("Range: bytes={}-{}", offset, offset + count - 1));
   request.max_bytes = max_bytes;
+  request.max_range_bytes = count;
   auto response = client_->send(request, target_.name);
   if (!response) return response;
   const std::string encoding = response->header("content-encoding");
@@ -88,11 +89,12 @@ Result<void> HttpFile::read_first() {
   }
   const auto range = parse_content_range(response->header("content-range"));
   if (!range || range->first != 0 || range->last != std::min(kFirstBytes, range->all) - 1 ||
-      response->body.size() != range->last + 1) {
+      response->body.size() != range->last + 1 || response->is_cut) {
     return failed(
-        fmt::format("expected the first {} bytes, found {} bytes and Content-Range '{}': "
+        fmt::format("expected the first {} bytes, found {}{} bytes and Content-Range '{}': "
                     "check the server",
-                    kFirstBytes, response->body.size(), response->header("content-range")));
+                    kFirstBytes, response->is_cut ? "more than " : "", response->body.size(),
+                    response->header("content-range")));
   }
   bytes_ = range->all;
   first_ = std::move(response->body);
@@ -144,12 +146,13 @@ Result<void> HttpFile::read(uint64_t offset, std::span<std::byte> out, NoWait* n
     return tl::unexpected(response_error(*response, target_.name, "reading"));
   }
   if (response->status == 200 || !range || range->first != offset ||
-      range->last != offset + out.size() - 1 || response->body.size() != out.size()) {
+      range->last != offset + out.size() - 1 || response->body.size() != out.size() ||
+      response->is_cut) {
     return failed(
-        fmt::format("expected {} bytes at {} (status 206), found status {} with {} bytes "
+        fmt::format("expected {} bytes at {} (status 206), found status {} with {}{} bytes "
                     "and Content-Range '{}': check the server",
-                    out.size(), offset, response->status, response->body.size(),
-                    response->header("content-range")));
+                    out.size(), offset, response->status, response->is_cut ? "more than " : "",
+                    response->body.size(), response->header("content-range")));
   }
   std::copy(response->body.begin(), response->body.end(), out.begin());
   recent_.add(offset, std::move(response->body));

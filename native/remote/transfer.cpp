@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <cstdlib>
+#include <exception>
 
 namespace isosplat::remote {
 namespace {
@@ -27,14 +28,18 @@ constexpr long kMaxRedirects = 10;
 /// The response that a handle receives, for the callbacks of libcurl.
 struct Receiver {
   CURL* handle;
-  uint64_t max_bytes;
+  const HttpRequest& request;
   HttpResponse response;
+  std::exception_ptr failure;  ///< must not leave a callback, since libcurl is written in C
 };
 
-bool is_success(CURL* handle) {
+/// The largest body that is kept of the response.
+uint64_t max_body_bytes(const Receiver& receiver) {
   long status = 0;
-  curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &status);
-  return status >= 200 && status < 300;
+  curl_easy_getinfo(receiver.handle, CURLINFO_RESPONSE_CODE, &status);
+  if (status < 200 || status >= 300) return kMaxErrorBytes;
+  const HttpRequest& request = receiver.request;
+  return status == 206 ? std::min(request.max_bytes, request.max_range_bytes) : request.max_bytes;
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -47,34 +52,51 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-size_t receive_header(char* bytes, size_t size, size_t count, void* data) {
-  HttpResponse& response = static_cast<Receiver*>(data)->response;
-  const std::string_view line(bytes, size * count);
+void take_header(HttpResponse& response, std::string_view line) {
   if (line.starts_with("HTTP/")) response = {};  // the next response, after a redirect
   const size_t colon = line.find(':');
-  if (colon == std::string_view::npos || line.size() > kMaxHeaderBytes) return line.size();
+  if (colon == std::string_view::npos || line.size() > kMaxHeaderBytes) return;
   std::string name(line.substr(0, colon));
   std::transform(name.begin(), name.end(), name.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (std::find(kHeaders.begin(), kHeaders.end(), name) != kHeaders.end()) {
     response.headers[name] = trimmed(line.substr(colon + 1));
   }
-  return line.size();
+}
+
+/// Keeps as much of the body as is asked for.
+void take_body(Receiver& receiver, std::string_view bytes) {
+  HttpResponse& response = receiver.response;
+  const uint64_t limit = max_body_bytes(receiver);
+  const auto kept =
+      static_cast<size_t>(std::min<uint64_t>(bytes.size(), limit - response.body.size()));
+  const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
+  response.body.insert(response.body.end(), first, first + kept);
+  response.is_cut = kept < bytes.size();
+}
+
+/// Calls f(). Returns `count`, or 0, which ends the transfer, if it throws or the body is cut.
+template <class F>
+size_t receive(Receiver& receiver, size_t count, F f) noexcept {
+  try {
+    f();
+    return receiver.response.is_cut ? 0 : count;
+  } catch (...) {
+    receiver.failure = std::current_exception();
+    return 0;
+  }
+}
+
+size_t receive_header(char* bytes, size_t size, size_t count, void* data) {
+  auto& receiver = *static_cast<Receiver*>(data);
+  return receive(receiver, size * count, [&] {
+    take_header(receiver.response, {bytes, size * count});
+  });
 }
 
 size_t receive_body(char* bytes, size_t size, size_t count, void* data) {
   auto& receiver = *static_cast<Receiver*>(data);
-  HttpResponse& response = receiver.response;
-  const size_t arrived = size * count;
-  const bool is_content = is_success(receiver.handle);
-  const uint64_t limit = is_content ? receiver.max_bytes : kMaxErrorBytes;
-  const size_t kept =
-      static_cast<size_t>(std::min<uint64_t>(arrived, limit - response.body.size()));
-  const auto* const first = reinterpret_cast<const std::byte*>(bytes);
-  response.body.insert(response.body.end(), first, first + kept);
-  if (kept == arrived) return arrived;
-  response.is_cut = true;
-  return is_content ? 0 : arrived;  // 0 ends the transfer
+  return receive(receiver, size * count, [&] { take_body(receiver, {bytes, size * count}); });
 }
 
 /// Whether a repetition may succeed after a fault.
@@ -148,9 +170,12 @@ void set_up(CURL* handle, const HttpRequest& request, unsigned stall_s) {
   curl_easy_setopt(handle, CURLOPT_MAXREDIRS, kMaxRedirects);
   curl_easy_setopt(handle, CURLOPT_CONNECTTIMEOUT, static_cast<long>(stall_s));
   curl_easy_setopt(handle, CURLOPT_LOW_SPEED_LIMIT, 1000L);
-  curl_easy_setopt(handle, CURLOPT_LOW_SPEED_TIME, static_cast<long>(stall_s));
+  curl_easy_setopt(handle, CURLOPT_LOW_SPEED_TIME,
+                   static_cast<long>(std::max(stall_s, request.stall_s)));
   if (const char* certificates = std::getenv("SSL_CERT_FILE")) {
     curl_easy_setopt(handle, CURLOPT_CAINFO, certificates);
+    // Debian's libcurl also trusts the certificates of a folder unless this is unset.
+    curl_easy_setopt(handle, CURLOPT_CAPATH, nullptr);
   }
   if (request.method == "HEAD") {
     curl_easy_setopt(handle, CURLOPT_NOBODY, 1L);
@@ -186,7 +211,7 @@ void* Transfers::take_handle() {
 tl::expected<HttpResponse, TransferFault> Transfers::send(const HttpRequest& request) {
   CURL* const handle = take_handle();
   if (!handle) return tl::unexpected(TransferFault{"libcurl cannot be started", false});
-  Receiver receiver{handle, request.max_bytes, {}};
+  Receiver receiver{handle, request, {}, nullptr};
   std::array<char, CURL_ERROR_SIZE> detail{};
   const HeaderList headers = header_list(request);
   set_up(handle, request, stall_s_);
@@ -206,10 +231,12 @@ tl::expected<HttpResponse, TransferFault> Transfers::send(const HttpRequest& req
     const std::scoped_lock lock(mutex_);
     idle_.push_back(handle);
   }
+  if (receiver.failure) std::rethrow_exception(receiver.failure);
   if (code == CURLE_OK || (code == CURLE_WRITE_ERROR && receiver.response.is_cut)) {
     return std::move(receiver.response);
   }
-  return tl::unexpected(TransferFault{describe(code, detail.data(), stall_s_), passes});
+  return tl::unexpected(
+      TransferFault{describe(code, detail.data(), std::max(stall_s_, request.stall_s)), passes});
 }
 
 }  // namespace isosplat::remote

@@ -22,11 +22,14 @@ struct AwsSignature {
 
 struct HttpRequest {
   std::string method = "GET";
-  std::string url;                   ///< http://… or https://…
-  std::vector<std::string> headers;  ///< "Name: value"
-  std::span<const std::byte> body;   ///< must live until the request has ended
-  uint64_t max_bytes = 0;            ///< of the response's body, if its status is 200 to 299
+  std::string url;                        ///< http://… or https://…
+  std::vector<std::string> headers;       ///< "Name: value"
+  std::span<const std::byte> body;        ///< must live until the request has ended
+  uint64_t max_bytes = 0;                 ///< of the response's body, if its status is 200 to 299
+  uint64_t max_range_bytes = UINT64_MAX;  ///< the same for status 206, if less
   std::shared_ptr<const AwsSignature> signature;  ///< null: not signed
+  unsigned attempts = 0;                          ///< at least; see HttpOptions
+  unsigned stall_s = 0;                           ///< at least; see Transfers
 };
 
 struct HttpResponse {
