@@ -1,8 +1,8 @@
 #include "native/cli/bucket_output.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
+#include <algorithm>
 #include <array>
 #include <system_error>
 #include <utility>
@@ -18,15 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Result<fs::path> make_folder(const fs::path& parent) {
-  std::error_code error;
-  const fs::path folder = parent.empty() ? fs::temp_directory_path(error) : parent;
-  std::string name = (folder / "isosplat-upload-XXXXXX").string();
-  if (!error && ::mkdtemp(name.data())) return fs::path(name);
-  return fail(Status::io_error,
-              fmt::format("{}: cannot make a folder for the file before it is uploaded: give "
-                          "another folder with --temporary-folder",
-                          folder.string()));
+/// A text as one word of a shell.
+std::string shell_word(std::string_view text) {
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
 }
 
 }  // namespace
@@ -49,27 +45,18 @@ Result<BucketOutput> BucketOutput::create(const std::string& address, const Remo
                             "found '{}'",
                             address));
   }
-  auto thumbnail =
-      remote::target_of(server::thumbnail_path(address).string(), output.options_.endpoint);
-  if (!thumbnail) return tl::unexpected(thumbnail.error());
-  output.target_ = std::move(*target);
-  output.thumbnail_ = std::move(*thumbnail);
   output.client_ = std::make_unique<remote::HttpClient>(output.options_.http);
-  auto made = make_folder(folder);
+  auto made = UploadFolder::create(folder);
   if (!made) return tl::unexpected(made.error());
-  output.file_ = *made / name;
-  output.folder_.reset(new fs::path(std::move(*made)));
+  output.file_ = made->path() / name;
+  output.folder_ = std::move(*made);
   return output;
 }
 
-void BucketOutput::RemoveFolder::operator()(const fs::path* folder_to_remove) const {
-  std::error_code ignored;
-  fs::remove_all(*folder_to_remove, ignored);
-  delete folder_to_remove;
-}
-
 Result<void> BucketOutput::check_replaceable(const std::string& source_path_hash) const {
-  const auto exists = remote::object_bytes(*client_, target_);
+  const auto target = remote::target_of(address_, options_.endpoint);
+  if (!target) return tl::unexpected(target.error());
+  const auto exists = remote::object_bytes(*client_, *target);
   if (!exists) return tl::unexpected(exists.error());
   if (!*exists) return {};
   const auto bytes = remote::open_remote(address_, options_);
@@ -85,11 +72,15 @@ Result<void> BucketOutput::check_replaceable(const std::string& source_path_hash
                           address_, store ? "a store of another volume" : "another object"));
 }
 
-Result<void> BucketOutput::send(const PosixFile& file, const remote::RemoteTarget& target,
-                                std::string type) {
-  const auto identity = file.identity();
+Result<uint64_t> BucketOutput::send(const fs::path& path, const std::string& address,
+                                    std::string type) {
+  const auto target = remote::target_of(address, options_.endpoint);
+  if (!target) return tl::unexpected(target.error());
+  const auto file = PosixFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  const auto identity = file->identity();
   if (!identity) return tl::unexpected(identity.error());
-  ProgressLine line(fmt::format("Sending {}", file_.filename().string()));
+  ProgressLine line(fmt::format("Sending {}", path.filename().string()));
   uint64_t sent = 0;
   remote::UploadOptions options;
   options.content_type = std::move(type);
@@ -99,28 +90,32 @@ Result<void> BucketOutput::send(const PosixFile& file, const remote::RemoteTarge
         static_cast<double>(sent) / static_cast<double>(std::max<uint64_t>(identity->bytes, 1)),
         format_bytes(sent));
   };
-  auto uploaded = remote::upload(*client_, target, file, identity->bytes, options);
+  auto uploaded = remote::upload(*client_, *target, *file, identity->bytes, options);
   line.clear();
-  return uploaded;
+  if (!uploaded) return tl::unexpected(uploaded.error());
+  return identity->bytes;
+}
+
+Error BucketOutput::kept(Error error) {
+  const fs::path file = folder_.keep() / file_.filename();
+  const std::string endpoint =
+      options_.endpoint.empty() ? "" : " --endpoint-url " + shell_word(options_.endpoint);
+  error.message += fmt::format("; the finished file is kept: aws s3 cp {} {}{} uploads it",
+                               shell_word(file.string()), shell_word(address_), endpoint);
+  return error;
 }
 
 Result<uint64_t> BucketOutput::publish() {
-  const auto file = PosixFile::open(file_);
-  if (!file) return tl::unexpected(file.error());
-  const auto identity = file->identity();
-  if (!identity) return tl::unexpected(identity.error());
-  const auto thumbnail = PosixFile::open(server::thumbnail_path(file_));
-  folder_.reset();
-  if (auto sent = send(*file, target_, "application/octet-stream"); !sent) {
-    return tl::unexpected(sent.error());
-  }
-  if (thumbnail) {
+  const auto sent = send(file_, address_, "application/octet-stream");
+  if (!sent) return tl::unexpected(kept(sent.error()));
+  const fs::path picture = server::thumbnail_path(file_);
+  std::error_code ignored;
+  if (fs::exists(picture, ignored)) {
     // The store is complete without its picture.
-    if (auto sent = send(*thumbnail, thumbnail_, "image/png"); !sent) {
-      note("no thumbnail: " + sent.error().message);
-    }
+    const auto drawn = send(picture, server::thumbnail_path(address_).string(), "image/png");
+    if (!drawn) note("no thumbnail: " + drawn.error().message);
   }
-  return identity->bytes;
+  return *sent;
 }
 
 }  // namespace isosplat::cli

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "native/cli/remote_flags.h"
-#include "native/remote/remote_target.h"
-#include "shared/system/posix_file/posix_file.h"
+#include "native/cli/upload_folder.h"
 
 namespace isosplat::cli {
 
@@ -30,24 +28,21 @@ class BucketOutput {
   Result<void> check_replaceable(const std::string& source_path_hash) const;
 
   /// Uploads file(), and its thumbnail to KEY.png if there is one, with progress on stderr. Returns
-  /// the bytes of file(). Before, removes the temporary folder: the system frees the space when
-  /// this program ends, however it ends. Errors: io_error, those of remote::upload().
+  /// the bytes of file(). Reads the credentials again, since those of create() may have expired in
+  /// the meantime. After an error, the file is kept; the message has its path and a command that
+  /// uploads it. Errors: io_error, those of target_of() and remote::upload().
   Result<uint64_t> publish();
 
  private:
-  /// Removes a folder at the end.
-  struct RemoveFolder {
-    void operator()(const std::filesystem::path* folder) const;
-  };
-
   BucketOutput() = default;
-  Result<void> send(const PosixFile& file, const remote::RemoteTarget& target, std::string type);
+  Result<uint64_t> send(const std::filesystem::path& path, const std::string& address,
+                        std::string type);
+  Error kept(Error error);
 
-  remote::RemoteTarget target_, thumbnail_;
   remote::RemoteOptions options_;
   std::string address_;
   std::unique_ptr<remote::HttpClient> client_;
-  std::unique_ptr<const std::filesystem::path, RemoveFolder> folder_;
+  UploadFolder folder_;
   std::filesystem::path file_;
 };
 

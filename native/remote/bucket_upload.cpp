@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <exception>
 #include <mutex>
+#include <new>
 #include <random>
 #include <thread>
 
@@ -14,6 +16,9 @@ namespace {
 
 constexpr uint64_t kMaxParts = 10'000;
 constexpr uint64_t kMaxResponseBytes = 64 * 1024;
+constexpr unsigned kContentAttempts = 12;  // to send a part: a network may be gone for 2 minutes
+// S3 may assemble the parts for minutes. Meanwhile it sends a few bytes, or none.
+constexpr unsigned kCompleteStall_s = 600;
 constexpr size_t kMaxIdBytes = 2048;  // of an upload's id, and of a part's ETag
 constexpr std::string_view kMarkHeader = "x-amz-meta-isosplat-upload";
 
@@ -44,6 +49,18 @@ Result<void> check_unchanged(const RandomAccessFile& file, const FileIdentity& b
       fmt::format("{}: the file was changed while it was sent: send it again", file.name()));
 }
 
+/// Calls f(), which returns Result<void>. An exception becomes an error.
+template <class F>
+Result<void> without_exceptions(const std::string& name, F f) {
+  try {
+    return f();
+  } catch (const std::bad_alloc&) {
+    return fail(Status::io_error, name + ": out of memory while it was sent: close other programs");
+  } catch (const std::exception& error) {
+    return fail(Status::io_error, fmt::format("{}: cannot be sent: {}", name, error.what()));
+  }
+}
+
 /// One multipart upload.
 class Multipart {
  public:
@@ -61,11 +78,12 @@ class Multipart {
     if (auto begun = begin(headers); !begun) return begun;
     auto sent = send_parts();
     if (sent) sent = check_unchanged(file_, identity);
-    if (sent) sent = complete();
+    if (sent) sent = without_exceptions(target_.name, [&] { return complete(); });
     return sent ? sent : abort(std::move(sent.error()));
   }
 
  private:
+  /// If the response to an attempt is lost, an upload without parts remains, which costs nothing.
   Result<void> begin(const std::vector<std::string>& headers) {
     HttpRequest request = request_for(target_, "POST", "uploads=");
     request.headers.insert(request.headers.end(), headers.begin(), headers.end());
@@ -90,6 +108,7 @@ class Multipart {
     HttpRequest request = request_for(target_, "PUT", query, body);
     request.headers.emplace_back("Content-Type: application/octet-stream");
     request.max_bytes = kMaxResponseBytes;
+    request.attempts = kContentAttempts;
     const auto response = client_.send(request, target_.name);
     if (!response) return tl::unexpected(response.error());
     const std::string tag = response->header("etag");
@@ -110,7 +129,7 @@ class Multipart {
     Result<void> result;
     const auto work = [&] {
       for (size_t i = next++; i < tags_.size(); i = next++) {
-        auto sent = send_part(i);
+        auto sent = without_exceptions(target_.name, [&] { return send_part(i); });
         if (sent) continue;
         next = tags_.size();
         const std::scoped_lock lock(mutex_);
@@ -119,8 +138,12 @@ class Multipart {
     };
     {
       std::vector<std::jthread> threads;
-      for (size_t i = 1; i < std::min<size_t>(options_.threads, tags_.size()); ++i) {
-        threads.emplace_back(work);
+      try {
+        for (size_t i = 1; i < std::min<size_t>(options_.threads, tags_.size()); ++i) {
+          threads.emplace_back(work);
+        }
+      } catch (const std::exception&) {
+        // The threads that could be started send all parts.
       }
       work();
     }
@@ -138,15 +161,17 @@ class Multipart {
                                       std::as_bytes(std::span(xml)));
     request.headers.emplace_back("Content-Type: application/xml");
     request.max_bytes = kMaxResponseBytes;
+    request.stall_s = kCompleteStall_s;
     const auto response = client_.send(request, target_.name);
-    if (!response) return tl::unexpected(response.error());
     // The service may find an error after it has sent the status 200.
-    if (response->status == 200 && response->text().find("<Error>") == std::string_view::npos) {
+    if (response && response->status == 200 &&
+        response->text().find("<Error>") == std::string_view::npos) {
       return {};
     }
-    // If only the response to an earlier attempt was lost, the upload is complete. The status of
-    // another attempt is then 404, or others.
+    // If only responses were lost, the upload is complete. The status of another attempt is then
+    // 404, or others.
     if (has_mark()) return {};
+    if (!response) return tl::unexpected(response.error());
     return failed(*response, "completing the upload");
   }
 
@@ -158,7 +183,8 @@ class Multipart {
   Result<void> abort(Error error) {
     const HttpRequest request = request_for(target_, "DELETE", "uploadId=" + percent_encoded(id_));
     const auto response = client_.send(request, target_.name);
-    if (!response || response->status >= 300) {
+    const bool is_gone = response && (response->status < 300 || response->status == 404);
+    if (!is_gone) {
       error.message +=
           "; the parts that were sent remain in the bucket until a lifecycle rule or aws s3api "
           "abort-multipart-upload removes them";
@@ -191,6 +217,7 @@ Result<void> put_whole(HttpClient& client, const RemoteTarget& target, const Ran
   HttpRequest request = request_for(target, "PUT", {}, body);
   request.headers.insert(request.headers.end(), headers.begin(), headers.end());
   request.max_bytes = kMaxResponseBytes;
+  request.attempts = kContentAttempts;
   const auto response = client.send(request, target.name);
   if (!response) return tl::unexpected(response.error());
   if (response->status != 200) {
@@ -232,9 +259,11 @@ Result<void> upload(HttpClient& client, const RemoteTarget& target, const Random
   }
   const auto identity = file.identity();
   if (!identity) return tl::unexpected(identity.error());
-  auto sent = bytes <= options.part_bytes
-                  ? put_whole(client, target, file, bytes, options, headers, *identity)
-                  : Multipart(client, target, file, bytes, options).run(headers, *identity);
+  auto sent = without_exceptions(target.name, [&] {
+    return bytes <= options.part_bytes
+               ? put_whole(client, target, file, bytes, options, headers, *identity)
+               : Multipart(client, target, file, bytes, options).run(headers, *identity);
+  });
   if (!sent) return sent;
   const auto written = object_bytes(client, target);
   // The service has accepted all bytes. Credentials may have the right to write only.

@@ -9,7 +9,7 @@ import {
   writeFileSync,
 } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { program } from "../browser/support/server.ts";
 import { type Fault, FaultProxy } from "../support/fault_proxy.ts";
@@ -68,7 +68,16 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     return readFileSync(store);
   }
   const object = (key: string) => service.get(`${bucket}/${key}`);
-  const temporary = () => readdirSync(folder).filter((name) => name.includes("upload"));
+  const folders = (kind: "upload" | "kept") =>
+    readdirSync(folder).filter((name) => name.startsWith(`isosplat-${kind}-`));
+  /** The file that the program kept after this error. Removes it. */
+  function kept(error: string, key: string): Buffer {
+    const [, path = "", address = ""] = /kept: aws s3 cp '(.*)' '(.*?)'/.exec(error) ?? [];
+    expect(address).toBe(`s3://${bucket}/${key}`);
+    const bytes = readFileSync(path);
+    rmSync(dirname(path), { recursive: true });
+    return bytes;
+  }
 
   beforeAll(async () => {
     writeFileSync(small, noise(40 * 30 * 20));
@@ -87,7 +96,8 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     await proxy.start();
   });
   afterEach(async () => {
-    expect(temporary()).toEqual([]);
+    expect(folders("upload")).toEqual([]);
+    for (const name of folders("kept")) rmSync(join(folder, name), { recursive: true });
     await proxy.stop();
   });
   afterAll(async () => {
@@ -168,6 +178,95 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     expect(proxy.requests.at(-1)?.method).toBe("DELETE");
     expect(proxy.requests.at(-1)?.path).toContain("uploadId=");
     expect(await object("refused.isosplat")).toBeUndefined();
+    expect(kept(error, "refused.isosplat").equals(local.large)).toBe(true);
+    expect(error).toContain(`--endpoint-url '${proxy.url}' uploads it`);
+  });
+
+  test("that ends in a longer fault of the network writes the object", async () => {
+    let resets = 0;
+    proxy.fault = (path) =>
+      /partNumber=1&/.test(path) && ++resets < 7 ? { kind: "reset" } : undefined;
+    const ran = await build(large, "patient.isosplat");
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(resets).toBe(7);
+  }, 60_000);
+
+  test("reads the credentials again before it sends", async () => {
+    const credentials = join(folder, "credentials");
+    const write = (token: string) =>
+      writeFileSync(
+        credentials,
+        `[default]\naws_access_key_id=${account.accessKey}\n` +
+          `aws_secret_access_key=${account.secretKey}\naws_session_token=${token}\n`,
+      );
+    write("old");
+    proxy.fault = (_path, number) => {
+      if (number > 1) return undefined;
+      write("new");
+      service.account = { ...account, sessionToken: "new" };
+      return { kind: "status", status: 404 };
+    };
+    const env = {
+      ...nobody,
+      AWS_REGION: account.region,
+      AWS_SHARED_CREDENTIALS_FILE: credentials,
+    };
+    const ran = await build(small, "renewed.isosplat", [], env);
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(service.refused).toEqual([]);
+  });
+
+  test("removes what a killed build has left, and nothing that is in use or kept", async () => {
+    const left = join(folder, "isosplat-upload-abcdef");
+    const other = join(folder, "isosplat-kept-abcdef");
+    for (const path of [left, other]) mkdirSync(path);
+    writeFileSync(join(left, "a.isosplat"), "unfinished");
+    const used = () => folders("upload").filter((name) => name !== "isosplat-upload-abcdef");
+    let inUse: string[] = [];
+    proxy.fault = (_path, number) => {
+      if (number > 1) return undefined;
+      inUse = used();
+      return { kind: "delay", milliseconds: 1000 };
+    };
+    const first = build(small, "first.isosplat");
+    await expect.poll(() => inUse.length).toBe(1);
+    expect(existsSync(left)).toBe(false);
+    expect((await build(small, "second.isosplat")).code).toBe(0);
+    expect((await first).code).toBe(0);
+    expect(existsSync(other)).toBe(true);
+  });
+
+  test("that is completed slowly is complete, with one request", async () => {
+    const completes = () =>
+      proxy.requests.filter(({ method, path }) => method === "POST" && /uploadId/.test(path));
+    proxy.fault = (path, _number, method) =>
+      method === "POST" && /uploadId/.test(path)
+        ? { kind: "delay", milliseconds: 3000 }
+        : undefined;
+    const ran = await build(large, "slow.isosplat", ["--timeout", "1"]);
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(completes()).toHaveLength(1);
+  });
+
+  test("that is complete although no response says so is recognized", async () => {
+    proxy.fault = (path, _number, method) =>
+      method === "POST" && /uploadId/.test(path) ? { kind: "truncate", bytes: 0 } : undefined;
+    const ran = await build(large, "unheard.isosplat");
+    expect(ran.code, ran.stderr).toBe(0);
+    expect((await object("unheard.isosplat"))?.bytes.equals(local.large)).toBe(true);
+    expect(proxy.requests.some(({ method }) => method === "DELETE")).toBe(false);
+  });
+
+  test.each([
+    [404, false],
+    [403, true],
+  ])("whose abortion is answered by %s: parts remain: %s", async (status, remain) => {
+    proxy.fault = (path, _number, method) => {
+      if (method === "DELETE") return { kind: "status", status };
+      return /partNumber=2/.test(path) ? { kind: "status", status: 403 } : undefined;
+    };
+    const error = errorOf(await build(large, "aborted.isosplat"));
+    expect(error.includes("remain in the bucket")).toBe(remain);
   });
 
   test("to a service whose clock differs is one error before the build", async () => {
@@ -185,6 +284,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     const error = errorOf(await build(large, "half.isosplat"));
     expect(error).toContain("completing the upload");
     expect(error).toContain("InternalError");
+    expect(kept(error, "half.isosplat").equals(local.large)).toBe(true);
     expect(await object("half.isosplat")).toBeUndefined();
   });
 
