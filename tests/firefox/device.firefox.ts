@@ -55,6 +55,7 @@ test("a chosen volume is built, kept, reopened, and removed", async () => {
   await shows(page, ".device-card", /bucky.*128 × 128 × 128/s);
   await shows(page, ".device h2", /^On this device/);
   await page.locator("[aria-label='Remove bucky from this device']").click();
+  await page.locator(".device-ask .chip").click(); // the first one: Remove
   await page.waitForFunction(() => document.querySelector(".device-card") === null);
   await page.goto(`${server.url}?src=${programStore}`);
   await shows(page, "[role=alert]", /open its file again/);
