@@ -193,7 +193,7 @@ class Multipart {
   }
 
   tl::unexpected<Error> failed(const HttpResponse& response, const std::string& action) const {
-    return tl::unexpected(response_error(response, target_.name, action));
+    return tl::unexpected(response_error(response, target_, action));
   }
 
   HttpClient& client_;
@@ -221,10 +221,19 @@ Result<void> put_whole(HttpClient& client, const RemoteTarget& target, const Ran
   const auto response = client.send(request, target.name);
   if (!response) return tl::unexpected(response.error());
   if (response->status != 200) {
-    return tl::unexpected(response_error(*response, target.name, "writing"));
+    return tl::unexpected(response_error(*response, target, "writing"));
   }
   if (options.progress) options.progress(bytes);
   return {};
+}
+
+/// The error of a HEAD request. The cause is in the body of the response to GET.
+Error head_error(HttpClient& client, const RemoteTarget& target, const HttpResponse& head) {
+  HttpRequest request = request_for(target, "GET");
+  request.headers.emplace_back("Range: bytes=0-0");
+  const auto response = client.send(request, target.name);
+  const bool has_failed = response && response->status >= 300;
+  return response_error(has_failed ? *response : head, target, "reading its length");
 }
 
 }  // namespace
@@ -233,9 +242,7 @@ Result<std::optional<uint64_t>> object_bytes(HttpClient& client, const RemoteTar
   const auto response = client.send(request_for(target, "HEAD"), target.name);
   if (!response) return tl::unexpected(response.error());
   if (response->status == 404) return std::nullopt;
-  if (response->status != 200) {
-    return tl::unexpected(response_error(*response, target.name, "reading its length"));
-  }
+  if (response->status != 200) return tl::unexpected(head_error(client, target, *response));
   const std::string text = response->header("content-length");
   uint64_t bytes = 0;
   std::from_chars(text.data(), text.data() + text.size(), bytes);

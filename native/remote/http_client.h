@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 
+#include "native/remote/remote_target.h"
 #include "native/remote/transfer.h"
 
 namespace isosplat::remote {
@@ -40,7 +41,7 @@ std::string element_text(std::string_view xml, const std::string& name, size_t m
 /// The error of a response with a status that was not expected: "NAME: ACTION failed: …". Has the
 /// status, the code and message of S3 if the body has them, and what to do. `action`: such as "the
 /// request". Status: io_error.
-Error response_error(const HttpResponse& response, const std::string& name,
+Error response_error(const HttpResponse& response, const RemoteTarget& target,
                      const std::string& action);
 
 }  // namespace isosplat::remote

@@ -85,7 +85,7 @@ Result<void> HttpFile::read_first() {
     return {};
   }
   if (response->status != 206) {
-    return tl::unexpected(response_error(*response, target_.name, "reading"));
+    return tl::unexpected(response_error(*response, target_, "reading"));
   }
   const auto range = parse_content_range(response->header("content-range"));
   if (!range || range->first != 0 || range->last != std::min(kFirstBytes, range->all) - 1 ||
@@ -143,7 +143,7 @@ Result<void> HttpFile::read(uint64_t offset, std::span<std::byte> out, NoWait* n
     if (auto checked = check_unchanged(*response, all); !checked) return checked;
   }
   if (response->status != 206 && response->status != 200) {
-    return tl::unexpected(response_error(*response, target_.name, "reading"));
+    return tl::unexpected(response_error(*response, target_, "reading"));
   }
   if (response->status == 200 || !range || range->first != offset ||
       range->last != offset + out.size() - 1 || response->body.size() != out.size() ||

@@ -81,12 +81,29 @@ bool has_dot_part(std::string_view path) {
   return false;
 }
 
+/// What an endpoint must not have; null if it is valid. The text itself may contain a password, so
+/// messages do not repeat it.
+const char* fault_of_endpoint(CURLU* url) {
+  if (!url) return "an address that cannot be parsed";
+  const auto has = [&](CURLUPart part) { return !part_of(url, part).empty(); };
+  if (has(CURLUPART_USER) || has(CURLUPART_PASSWORD)) return "a user name or a password";
+  if (has(CURLUPART_QUERY) || has(CURLUPART_FRAGMENT)) return "parameters after '?' or '#'";
+  return nullptr;
+}
+
 Result<RemoteTarget> bucket_target(const std::string& address, const std::string& endpoint) {
   const std::string_view rest = std::string_view(address).substr(kBucketScheme.size());
   const size_t slash = rest.find('/');
   const std::string bucket(rest.substr(0, slash));
   const std::string_view key =
       slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
+  if (bucket.find_first_of("@:") != std::string::npos) {
+    // The text may contain a secret key, so it is not repeated.
+    return fail(Status::invalid_argument,
+                "expected s3://BUCKET/KEY, found a user name, a password or a port in the address: "
+                "set credentials with AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY or AWS_PROFILE, "
+                "and a host with --endpoint");
+  }
   if (!is_bucket_name(bucket) || key.empty() || key.size() > kMaxKeyBytes || has_dot_part(key)) {
     return fail(
         Status::invalid_argument,
@@ -98,11 +115,13 @@ Result<RemoteTarget> bucket_target(const std::string& address, const std::string
   RemoteTarget target{{}, address, settings->signature};
   if (!host.empty()) {
     const Url url = parse_url(host);
-    if (!url || !part_of(url.get(), CURLUPART_USER).empty() ||
-        !part_of(url.get(), CURLUPART_QUERY).empty()) {
+    if (const char* found = fault_of_endpoint(url.get())) {
       return fail(Status::invalid_argument,
-                  "--endpoint (or AWS_ENDPOINT_URL): expected http://HOST or https://HOST of an "
-                  "S3-compatible service, without a user name and parameters, found another text");
+                  fmt::format("{}: expected http://HOST or https://HOST of an S3-compatible "
+                              "service, found {}",
+                              endpoint.empty() ? "AWS_ENDPOINT_URL, or endpoint_url of the profile"
+                                               : "--endpoint",
+                              found));
     }
     std::string base = part_of(url.get(), CURLUPART_URL);
     while (base.ends_with('/')) base.pop_back();

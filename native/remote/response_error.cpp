@@ -8,7 +8,8 @@ namespace {
 constexpr size_t kMaxShown = 200;  // characters of a server's text
 
 /// What a user can do about an error code of S3, or about a status.
-std::string remedy(const HttpResponse& response, std::string_view code) {
+std::string remedy(const HttpResponse& response, const RemoteTarget& target,
+                   std::string_view code) {
   if (code == "ExpiredToken" || code == "InvalidToken" || code == "TokenRefreshRequired") {
     return "the session's credentials are no longer valid: get new ones, for example with aws sso "
            "login";
@@ -18,8 +19,9 @@ std::string remedy(const HttpResponse& response, std::string_view code) {
     return "check AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or the profile";
   }
   const std::string region = response.header("x-amz-bucket-region");
-  if (!region.empty() && (response.status == 301 || response.status == 307 ||
-                          code == "AuthorizationHeaderMalformed")) {
+  const bool is_other = target.signature ? region != target.signature->region
+                                         : response.status == 301 || response.status == 307;
+  if (!region.empty() && is_other) {
     return "the bucket is in another region: set AWS_REGION to " + region;
   }
   if (code == "NoSuchBucket") return "check the name of the bucket, and --endpoint";
@@ -53,14 +55,15 @@ std::string element_text(std::string_view xml, const std::string& name, size_t m
   return std::string(rest.substr(0, std::min(end, max_bytes)));
 }
 
-Error response_error(const HttpResponse& response, const std::string& name,
+Error response_error(const HttpResponse& response, const RemoteTarget& target,
                      const std::string& action) {
   const std::string code = element_text(response.text(), "Code", kMaxShown);
   const std::string message = element_text(response.text(), "Message", kMaxShown);
   std::string found = fmt::format("status {}", response.status);
   if (!code.empty()) found += fmt::format(" ({}{}{})", code, message.empty() ? "" : ": ", message);
-  return {Status::io_error, fmt::format("{}: {} failed: expected success, found {}: {}", name,
-                                        action, found, remedy(response, code))};
+  return {Status::io_error,
+          fmt::format("{}: {} failed: expected success, found {}: {}", target.name, action, found,
+                      remedy(response, target, code))};
 }
 
 }  // namespace isosplat::remote

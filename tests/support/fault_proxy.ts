@@ -15,7 +15,13 @@ import { Transform } from "node:stream";
 /** The fault of one response. */
 export type Fault =
   /** Sends this status instead of the server's response, like a gateway whose server has failed. */
-  | { kind: "status"; status: number; retryAfter?: number; body?: string }
+  | {
+      kind: "status";
+      status: number;
+      retryAfter?: number;
+      body?: string;
+      headers?: Record<string, string>;
+    }
   /** Requests another path from the server and passes its response on. */
   | { kind: "elsewhere"; path: string }
   /** Closes the connection before the response. */
@@ -112,7 +118,7 @@ export class FaultProxy {
     }
     if (fault?.kind === "status") {
       record.status = fault.status;
-      const headers: Record<string, string> = { "Content-Type": "text/html" };
+      const headers: Record<string, string> = { "Content-Type": "text/html", ...fault.headers };
       headers["Access-Control-Allow-Origin"] = "*";
       if (fault.retryAfter !== undefined) headers["Retry-After"] = String(fault.retryAfter);
       response.writeHead(fault.status, headers).end(fault.body ?? `<h1>${fault.status}</h1>`);

@@ -272,8 +272,19 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
   test("to a service whose clock differs is one error before the build", async () => {
     service.clockAhead = 3_600_000;
     const error = errorOf(await build(small, "never.isosplat"));
-    expect(error).toContain("status 403");
+    expect(error).toContain("status 403 (RequestTimeTooSkewed");
+    expect(error).toContain("set this machine's clock");
     expect(await object("never.isosplat")).toBeUndefined();
+  });
+
+  test("in another region is one error before the build, which names the region", async () => {
+    proxy.fault = () => ({
+      kind: "status",
+      status: 400,
+      headers: { "x-amz-bucket-region": "eu-x" },
+    });
+    const error = errorOf(await build(small, "never.isosplat"));
+    expect(error).toContain("set AWS_REGION to eu-x");
   });
 
   test("that fails at its end, after status 200, is one error", async () => {

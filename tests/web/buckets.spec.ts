@@ -180,9 +180,27 @@ describe.skipIf(!existsSync(program))("a store in a bucket", () => {
     expect(errorOf(await run(["info", address]), 2)).toContain("expected s3://BUCKET/KEY");
   });
 
-  test("expects an endpoint without a password", async () => {
-    const endpoint = "https://user:sesame@host";
-    const args = ["info", `s3://${bucket}/a`, "--endpoint", endpoint];
-    expect(errorOf(await runProgram(args, person), 2)).toContain("--endpoint");
+  test.each([
+    "s3://AKIA:sesame@volumes/a.isosplat",
+    "s3://sesame@volumes/a.isosplat",
+    "s3://sesame:9000/volumes/a.isosplat",
+  ])("is not asked for with credentials or a port in the address: %s", async (address) => {
+    const error = errorOf(await run(["info", address]), 2);
+    expect(error).toContain("expected s3://BUCKET/KEY, found a user name, a password or a port");
+  });
+
+  test.each([
+    ["https://user:sesame@host", "a user name or a password"],
+    ["https://:sesame@host", "a user name or a password"],
+    ["https://host?sesame", "parameters"],
+    ["ftp://sesame", "cannot be parsed"],
+  ])("expects a host as endpoint, not %s", async (endpoint, found) => {
+    const args = ["info", `s3://${bucket}/a`];
+    const option = errorOf(await runProgram([...args, "--endpoint", endpoint], person), 2);
+    expect(option).toContain("--endpoint: expected http://HOST or https://HOST");
+    expect(option).toContain(found);
+    const variable = errorOf(await runProgram(args, { ...person, AWS_ENDPOINT_URL: endpoint }), 2);
+    expect(variable).toContain("AWS_ENDPOINT_URL, or endpoint_url of the profile: expected");
+    expect(variable).toContain(found);
   });
 });
