@@ -30,6 +30,11 @@ std::unique_ptr<SitePlace> place_of(const PublishCall& call) {
 }
 
 int run(const PublishCall& call) {
+  if (remote::is_address(call.to) && !remote::is_bucket_address(call.to)) {
+    return report({Status::invalid_argument,
+                   "--to: expected a folder or s3://BUCKET/PREFIX, found an address that cannot be "
+                   "written to"});
+  }
   SiteOptions options;
   options.stores.assign(call.stores.begin(), call.stores.end());
   const auto place = place_of(call);

@@ -27,10 +27,6 @@ constexpr std::string_view kCatalogElements =
     "<meta name=\"isosplat-catalog\" content=\"catalog.json\">"
     "<link rel=\"preload\" as=\"fetch\" href=\"catalog.json\" crossorigin>";
 
-struct PageFile {
-  fs::path source, relative;
-};
-
 /// The files of the built page, index.html last.
 Result<std::vector<PageFile>> page_files(const fs::path& page) {
   std::vector<PageFile> files;
@@ -223,11 +219,11 @@ Result<Site> publish_site(const SiteOptions& options) {
   if (options.prune) {
     if (auto checked = place.check_prune(); !checked) return tl::unexpected(checked.error());
   }
-  if (auto checked = place.check(options.force); !checked) {
-    return tl::unexpected(checked.error());
-  }
   const auto page = page_files(options.page);
   if (!page) return tl::unexpected(page.error());
+  if (auto checked = place.check(*page, options.force); !checked) {
+    return tl::unexpected(checked.error());
+  }
   const auto index = site_index(page->back().source);
   if (!index) return tl::unexpected(index.error());
 

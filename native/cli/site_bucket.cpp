@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <mutex>
+#include <vector>
 
+#include "native/files/output_file.h"
 #include "server/routes/page_assets.h"
 
 namespace isosplat::cli {
 namespace {
+
+constexpr uint64_t kHeaderBytes = uint64_t{64} << 10;  // that are compared
 
 /// Bytes in memory.
 class MemoryFile final : public RandomAccessFile {
@@ -71,25 +74,32 @@ Result<remote::RemoteTarget> SiteBucket::target(const Path& path) const {
   return remote::target_of(address_ + "/" + path.generic_string(), options_.endpoint);
 }
 
-Result<void> SiteBucket::check(bool force) {
+Result<void> SiteBucket::check(std::span<const PageFile> page, bool force) {
   const auto catalog = target(kCatalogFile);
   if (!catalog) return tl::unexpected(catalog.error());
   if (auto checked = remote::check_writable(*catalog); !checked) return checked;
   if (force) return {};
-  for (const char* name : {kCatalogFile, kIndexFile}) {
-    const auto found = remote::object_bytes(client_, *target(name));
+  const auto is_site = begins_with(kCatalogFile, std::as_bytes(std::span(kCatalogBeginning)));
+  if (!is_site) return tl::unexpected(is_site.error());
+  if (*is_site) return {};
+  std::vector<PageFile> files{{{}, kCatalogFile}};
+  files.insert(files.end(), page.begin(), page.end());
+  for (const auto& [source, relative] : files) {
+    if (!wants(relative)) continue;
+    const auto object = target(relative);
+    if (!object) return tl::unexpected(object.error());
+    const auto found = remote::object_bytes(client_, *object);
     if (!found) return tl::unexpected(found.error());
     if (!*found) continue;
-    std::array<char, kCatalogBeginning.size()> first{};
-    const auto bytes = remote::open_remote(catalog->name, options_);
-    const bool is_site = bytes && bytes->bytes() >= first.size() &&
-                         bytes->read(0, std::as_writable_bytes(std::span(first))) &&
-                         std::string_view(first.data(), first.size()) == kCatalogBeginning;
-    if (is_site) return {};
+    // An interrupted publication has left files of the page.
+    const std::string text = first_bytes(source, **found + 1);
+    const auto is_same = begins_with(relative, std::as_bytes(std::span(text)));
+    if (!is_same) return tl::unexpected(is_same.error());
+    if (text.size() == **found && *is_same) continue;
     return fail(Status::invalid_argument,
                 fmt::format("{}: expected no {}, or that of a published site, found another "
                             "object: give another prefix with --to, or replace it with --force",
-                            address_, name));
+                            address_, relative.generic_string()));
   }
   return {};
 }
@@ -98,12 +108,29 @@ bool SiteBucket::wants(const Path& page_file) const {
   return page_file.extension() != ".br" && page_file.extension() != ".gz";
 }
 
+Result<bool> SiteBucket::begins_with(const Path& path, std::span<const std::byte> expected) {
+  const auto object = target(path);
+  if (!object) return tl::unexpected(object.error());
+  const auto bytes = remote::object_bytes(client_, *object);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (!*bytes || **bytes < expected.size()) return false;
+  const auto opened = remote::open_remote(object->name, options_);
+  if (!opened) return tl::unexpected(opened.error());
+  std::vector<std::byte> found(expected.size());
+  if (auto read = opened->read(0, found); !read) return tl::unexpected(read.error());
+  return std::ranges::equal(found, expected);
+}
+
 Result<bool> SiteBucket::has(const Path& path, const SiteSource& source) {
   const auto object = target(path);
   if (!object) return tl::unexpected(object.error());
   const auto bytes = remote::object_bytes(client_, *object);
   if (!bytes) return tl::unexpected(bytes.error());
-  return *bytes == source.bytes();
+  if (*bytes != source.bytes()) return false;
+  // The header of a store or a bundle has its content id.
+  std::vector<std::byte> header(std::min<uint64_t>(kHeaderBytes, source.bytes()));
+  if (auto read = source.read(0, header); !read) return tl::unexpected(read.error());
+  return begins_with(path, header);
 }
 
 Result<void> SiteBucket::send(const Path& path, const RandomAccessFile& file, uint64_t bytes,

@@ -17,7 +17,7 @@ class SiteBucket final : public SitePlace {
   /// address: s3://BUCKET or s3://BUCKET/PREFIX.
   SiteBucket(std::string address, const RemoteFlags& flags);
 
-  Result<void> check(bool force) override;
+  Result<void> check(std::span<const PageFile> page, bool force) override;
   bool contains(const Path&) const override { return false; }
   Result<void> check_not_input(const Path&, std::span<const Path>) const override { return {}; }
   /// Buckets do not choose between encodings of a file.
@@ -32,6 +32,8 @@ class SiteBucket final : public SitePlace {
 
  private:
   Result<remote::RemoteTarget> target(const Path& path) const;
+  /// Whether there is an object that begins with these bytes. Errors: io_error.
+  Result<bool> begins_with(const Path& path, std::span<const std::byte> expected);
   Result<void> send(const Path& path, const RandomAccessFile& file, uint64_t bytes,
                     const std::function<void(uint64_t bytes)>& sent);
 

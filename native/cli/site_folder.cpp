@@ -23,7 +23,7 @@ Result<void> create_folders(const fs::path& folder) {
 
 }  // namespace
 
-Result<void> SiteFolder::check(bool force) {
+Result<void> SiteFolder::check(std::span<const PageFile>, bool force) {
   std::error_code error;
   if (!fs::exists(folder_, error)) return {};
   if (!fs::is_directory(folder_, error)) {

@@ -9,7 +9,7 @@ class SiteFolder final : public SitePlace {
  public:
   explicit SiteFolder(Path folder) : folder_(std::move(folder)) {}
 
-  Result<void> check(bool force) override;
+  Result<void> check(std::span<const PageFile> page, bool force) override;
   bool contains(const Path& file) const override;
   Result<void> check_not_input(const Path& output, std::span<const Path> inputs) const override;
   bool wants(const Path&) const override { return true; }

@@ -18,6 +18,11 @@ inline constexpr const char* kIndexFile = "index.html";
 /// The first bytes of the catalog of every site.
 inline constexpr std::string_view kCatalogBeginning = "{\"isosplat\":\"site ";
 
+/// A file of the built page, and its path in the site.
+struct PageFile {
+  std::filesystem::path source, relative;
+};
+
 /// Where a static site is written: a folder (SiteFolder) or a bucket (SiteBucket). Paths are
 /// relative to the site, with slashes.
 class SitePlace {
@@ -26,9 +31,9 @@ class SitePlace {
 
   virtual ~SitePlace() = default;
 
-  /// Checks that the site may be written: the place is empty, or has a site. `force`: it may have
-  /// anything. Errors: invalid_argument, io_error.
-  virtual Result<void> check(bool force) = 0;
+  /// Checks that the site may be written: the place has a site, or nothing that the site would
+  /// replace. `force`: it may have anything. Errors: invalid_argument, io_error.
+  virtual Result<void> check(std::span<const PageFile> page, bool force) = 0;
 
   /// Whether a file of this machine lies in the site.
   virtual bool contains(const Path& file) const = 0;

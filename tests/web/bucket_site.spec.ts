@@ -122,6 +122,53 @@ describe.skipIf(!existsSync(program))("a site in a bucket", () => {
     expect((await publish("/mine", ["--force"])).code).toBe(0);
   });
 
+  test("replaces no file of another page without --force, even one of the same length", async () => {
+    await service.put(`${bucket}/app/icon.png`, Buffer.from("pic"));
+    const ran = await publish("/app");
+    expect(ran.code).toBe(2);
+    expect(ran.stderr).toContain("expected no icon.png, or that of a published site");
+    expect(written()).toEqual([]);
+    expect(String((await object("app/icon.png"))?.bytes)).toBe("pic");
+  });
+
+  test("continues after a publication that was interrupted", async () => {
+    await service.put(`${bucket}/half/icon.png`, Buffer.from("png"));
+    const ran = await publish("/half");
+    expect(ran.code, ran.stderr).toBe(0);
+  });
+
+  test("whose catalog cannot be read is one error, which does not recommend --force", async () => {
+    expect((await publish("/refused")).code).toBe(0);
+    proxy.fault = (path, _number, method) =>
+      method === "GET" && path.includes("catalog.json")
+        ? { kind: "status", status: 403, body: "<Error><Code>AccessDenied</Code></Error>" }
+        : undefined;
+    const ran = await publish("/refused");
+    expect(ran.code).toBe(1);
+    expect(ran.stderr).toContain("AccessDenied");
+    expect(ran.stderr).not.toContain("--force");
+  });
+
+  test("gets a store again if an object of its name and length has other bytes", async () => {
+    expect((await publish("/other")).code).toBe(0);
+    const path = written()
+      .find((found) => found.includes("/stores/head-"))
+      ?.slice(1);
+    await service.put(path ?? "", new Uint8Array(storeBytes().length));
+    const ran = await publish("/other");
+    expect(ran.stdout).not.toContain("(unchanged)");
+    expect((await service.get(path ?? ""))?.bytes.equals(storeBytes())).toBe(true);
+  });
+
+  test("is not written to a web address", async () => {
+    const args = ["publish", store, "--to", "https://user:sesame@a.example/site"];
+    const ran = await runProgram([...args, "--web-root", page]);
+    expect(ran.code).toBe(2);
+    expect(ran.stderr).toContain("--to: expected a folder or s3://BUCKET/PREFIX");
+    expect(ran.stderr).not.toContain("sesame");
+    expect(existsSync("https:")).toBe(false);
+  });
+
   test("is not pruned, and not written without credentials: one error each, before any write", async () => {
     const pruned = await publish("/no", ["--prune"]);
     expect(pruned.code).toBe(2);
