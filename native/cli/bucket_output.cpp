@@ -105,14 +105,33 @@ Error BucketOutput::kept(Error error) {
   return error;
 }
 
-Result<uint64_t> BucketOutput::publish() {
+Result<void> BucketOutput::check_thumbnail(const std::string& address) const {
+  const auto target = remote::target_of(address, options_.endpoint);
+  if (!target) return tl::unexpected(target.error());
+  const auto exists = remote::object_bytes(*client_, *target);
+  if (!exists) return tl::unexpected(exists.error());
+  if (!*exists) return {};
+  const auto object = remote::open_object(address, options_);
+  if (!object) return tl::unexpected(object.error());
+  if (!server::thumbnail_content(**object).empty()) return {};
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected no object, or a thumbnail, found another object: move it "
+                          "away, or replace it with --force",
+                          address));
+}
+
+Result<uint64_t> BucketOutput::publish(bool force) {
   const auto sent = send(file_, address_, "application/octet-stream");
   if (!sent) return tl::unexpected(kept(sent.error()));
   const fs::path picture = server::thumbnail_path(file_);
   std::error_code ignored;
   if (fs::exists(picture, ignored)) {
     // The store is complete without its picture.
-    const auto drawn = send(picture, server::thumbnail_path(address_).string(), "image/png");
+    const std::string address = server::thumbnail_path(address_).string();
+    auto drawn = force ? Result<void>() : check_thumbnail(address);
+    if (drawn) {
+      drawn = send(picture, address, "image/png").map([](uint64_t) {});
+    }
     if (!drawn) note("no thumbnail: " + drawn.error().message);
   }
   return *sent;

@@ -27,16 +27,18 @@ class BucketOutput {
   /// the output is a bundle, a bundle. Errors: invalid_argument, io_error.
   Result<void> check_replaceable(const std::string& source_path_hash) const;
 
-  /// Uploads file(), and its thumbnail to KEY.png if there is one, with progress on stderr. Returns
+  /// Uploads file(), and its thumbnail to KEY.png if there is one, with progress on stderr. Without
+  /// `force`, another object than a thumbnail keeps this name, which a note says. Returns
   /// the bytes of file(). Reads the credentials again, since those of create() may have expired in
   /// the meantime. After an error, the file is kept; the message has its path and a command that
   /// uploads it. Errors: io_error, those of target_of() and remote::upload().
-  Result<uint64_t> publish();
+  Result<uint64_t> publish(bool force);
 
  private:
   BucketOutput() = default;
   Result<uint64_t> send(const std::filesystem::path& path, const std::string& address,
                         std::string type);
+  Result<void> check_thumbnail(const std::string& address) const;
   Error kept(Error error);
 
   remote::RemoteOptions options_;

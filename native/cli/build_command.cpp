@@ -20,6 +20,7 @@ namespace {
 struct BuildCall : StoreFlags {
   std::vector<std::string> volumes;
   std::string steps, time_unit, labels, label_table, part;
+  std::string source_path_hash;  // see StoreCall
   bool has_labels = false, resumes = false;
   RemoteFlags remote_flags;
 };
@@ -162,6 +163,7 @@ int build_locally(BuildCall& call) {
                    "NAME.isobundle, or a folder with -o NAME/"});
   }
   store->volume = call.volumes.front();
+  store->source_path_hash = call.source_path_hash;
   store->resumes = call.resumes;
   if (!call.part.empty()) {
     store->part = parse_part(call.part);
@@ -185,15 +187,18 @@ int build_in_bucket(BuildCall& call) {
   if (!options) return report(options.error());
   auto output = BucketOutput::create(address, call.remote_flags, options->temporary_folder);
   if (!output) return report(output.error());
+  // A bucket has no folder to which the path could be relative.
+  if (call.volumes.size() == 1) {
+    call.source_path_hash = source_path_hash(call.volumes.front(), std::filesystem::path("/store"));
+  }
   if (!call.force) {
-    const std::string volume = call.volumes.size() == 1 ? call.volumes.front() : "";
-    auto checked = output->check_replaceable(source_path_hash(volume, output->file()));
+    auto checked = output->check_replaceable(call.source_path_hash);
     if (!checked) return report(checked.error());
   }
   const bool quiet = std::exchange(call.quiet, true);  // its result would name the temporary folder
   call.store = output->file().string();
   if (const int code = build_locally(call); code != kSuccess) return code;
-  const auto bytes = output->publish();
+  const auto bytes = output->publish(call.force);
   if (!bytes) return report(bytes.error());
   if (!quiet) fmt::print("{}: {}, built and uploaded\n", address, format_bytes(*bytes));
   return kSuccess;

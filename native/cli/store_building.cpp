@@ -156,7 +156,8 @@ int build_one_store(StoreCall call) {
   }
   BuildOptions& options = call.build;
   options.source_file = file_name(call.volume);
-  options.source_path_hash = source_path_hash(call.volume, store);
+  options.source_path_hash =
+      call.source_path_hash.empty() ? source_path_hash(call.volume, store) : call.source_path_hash;
   options.content_key = call.volume_key + (call.resumes ? input_versions(files) : "");
   if (call.part) return build_part(call, *opened);
   if (auto replaceable = check_replaceable_store(store, options.source_path_hash, call.force);

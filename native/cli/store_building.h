@@ -17,8 +17,10 @@ struct StoreCall {
   std::filesystem::path store;  ///< empty: default_store()
   import::ImportOptions import;
   BuildOptions build;
-  std::string volume_key;      ///< VolumeFlags::key()
-  std::optional<Part> part;    ///< build only this part, to part_path()
+  std::string volume_key;    ///< VolumeFlags::key()
+  std::optional<Part> part;  ///< build only this part, to part_path()
+  /// Of the store's metadata; empty: that of volume and store.
+  std::string source_path_hash;
   bool joins = false;          ///< take the encoded blocks of all parts
   bool resumes = false;        ///< keep finished blocks in a file, and take them from it
   bool removes_parts = false;  ///< remove the parts once the store is complete

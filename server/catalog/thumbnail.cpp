@@ -129,9 +129,12 @@ bool is_thumbnail(std::span<const std::byte> png, std::string_view content) {
 
 std::string thumbnail_content(const std::filesystem::path& png) {
   const auto file = PosixFile::open(png);
-  if (!file) return {};
+  return file ? thumbnail_content(*file) : std::string();
+}
+
+std::string thumbnail_content(const RandomAccessFile& png) {
   std::array<std::byte, kTextEnd> bytes;
-  if (const auto read = file->read(0, bytes); !read) return {};
+  if (const auto read = png.read(0, bytes); !read) return {};
   const std::string_view all = text_of(bytes);
   const size_t digits = big_endian(all.substr(kTextBegin)) - kKey.size();
   if (digits != kStoreDigits && digits != kSceneDigits) return {};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shared/core/base/status.h"
+#include "shared/system/posix_file/random_access_file.h"
 
 // The thumbnail of a store or a scene: a small picture for lists, in a PNG file beside it
 // (`head.isosplat.png` for `head.isosplat`). Its first text chunk names the content id that it
@@ -32,6 +33,8 @@ std::vector<std::byte> with_content_id(std::span<const std::byte> png, std::stri
 /// The content id that a PNG file names, from its first bytes; empty if there is no such file, or
 /// if it names none. Does not check the rest of the file: read_thumbnail() does.
 std::string thumbnail_content(const std::filesystem::path& png);
+/// The same for an open file.
+std::string thumbnail_content(const RandomAccessFile& png);
 
 /// The bytes of a store's thumbnail. Checks its whole structure: sizes, checksums, and that it has
 /// only chunks that a picture needs. Errors: not_found (no file, a picture of another content, or a

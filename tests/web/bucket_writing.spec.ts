@@ -44,7 +44,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
   const large = join(folder, "large.raw");
   let service: S3Service;
   let proxy: FaultProxy;
-  let local: { small: Buffer; large: Buffer };
+  let whole: { small: Buffer; large: Buffer };
 
   const shape = (volume: string): string[] =>
     volume === small ? ["--dims", "40x30x20"] : ["--dims", "280x280x240"];
@@ -58,14 +58,16 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     const args = ["build", volume, ...shape(volume), "--type", "u8", ...to, ...options];
     return runProgram(args, { TMPDIR: folder, ...env });
   };
-  /** The bytes that the same build writes to a folder. */
+  /** The bytes that a build writes to the bucket without faults: a valid store. */
   async function built(volume: string): Promise<Buffer> {
-    mkdirSync(join(folder, "local"), { recursive: true });
-    const store = join(folder, "local", "a.isosplat");
-    const args = ["build", volume, ...shape(volume), "--type", "u8", "-o", store];
-    const ran = await runProgram([...args, "--no-thumbnail", "--force"]);
+    const args = ["build", volume, ...shape(volume), "--type", "u8", "--no-thumbnail"];
+    const address = `s3://${bucket}/reference.isosplat`;
+    const to = ["-o", address, "--endpoint", service.url, "--force"];
+    const ran = await runProgram([...args, ...to], { ...person, TMPDIR: folder });
     expect(ran.code, ran.stderr).toBe(0);
-    return readFileSync(store);
+    const verified = await runProgram(["verify", address, "--endpoint", service.url], person);
+    expect(verified.code, verified.stderr).toBe(0);
+    return (await service.get(`${bucket}/reference.isosplat`))?.bytes ?? Buffer.alloc(0);
   }
   const object = (key: string) => service.get(`${bucket}/${key}`);
   const folders = (kind: "upload" | "kept") =>
@@ -82,10 +84,10 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
   beforeAll(async () => {
     writeFileSync(small, noise(40 * 30 * 20));
     writeFileSync(large, noise(280 * 280 * 240));
-    local = { small: await built(small), large: await built(large) };
-    expect(local.large.length).toBeGreaterThan(16 * mebibyte);
     service = new S3Service(join(folder, "s3"), bucket);
     await service.start();
+    whole = { small: await built(small), large: await built(large) };
+    expect(whole.large.length).toBeGreaterThan(16 * mebibyte);
   }, 120_000);
   beforeEach(async () => {
     service.account = account;
@@ -109,7 +111,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     const ran = await build(small, "a/small.isosplat");
     expect(ran.code, ran.stderr).toBe(0);
     expect(ran.stdout).toContain(`s3://${bucket}/a/small.isosplat: `);
-    expect((await object("a/small.isosplat"))?.bytes.equals(local.small)).toBe(true);
+    expect((await object("a/small.isosplat"))?.bytes.equals(whole.small)).toBe(true);
     const methods = proxy.requests.map(({ method }) => method);
     expect(methods).toEqual(["HEAD", "PUT", "HEAD"]);
     expect(service.refused).toEqual([]);
@@ -118,11 +120,11 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
   test("writes a large store in parts", async () => {
     const ran = await build(large, "large.isosplat");
     expect(ran.code, ran.stderr).toBe(0);
-    expect((await object("large.isosplat"))?.bytes.equals(local.large)).toBe(true);
+    expect((await object("large.isosplat"))?.bytes.equals(whole.large)).toBe(true);
     const parts = proxy.requests.filter(
       ({ method, path }) => method === "PUT" && /partNumber/.test(path),
     );
-    expect(parts).toHaveLength(Math.ceil(local.large.length / (16 * mebibyte)));
+    expect(parts).toHaveLength(Math.ceil(whole.large.length / (16 * mebibyte)));
     expect(service.refused).toEqual([]);
   });
 
@@ -158,7 +160,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     };
     const ran = await build(large, "large.isosplat", ["--force"]);
     expect(ran.code, ran.stderr).toBe(0);
-    expect((await object("large.isosplat"))?.bytes.equals(local.large)).toBe(true);
+    expect((await object("large.isosplat"))?.bytes.equals(whole.large)).toBe(true);
     expect(failed.size).toBeGreaterThan(1);
   });
 
@@ -178,7 +180,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     expect(proxy.requests.at(-1)?.method).toBe("DELETE");
     expect(proxy.requests.at(-1)?.path).toContain("uploadId=");
     expect(await object("refused.isosplat")).toBeUndefined();
-    expect(kept(error, "refused.isosplat").equals(local.large)).toBe(true);
+    expect(kept(error, "refused.isosplat").equals(whole.large)).toBe(true);
     expect(error).toContain(`--endpoint-url '${proxy.url}' uploads it`);
   });
 
@@ -253,7 +255,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
       method === "POST" && /uploadId/.test(path) ? { kind: "truncate", bytes: 0 } : undefined;
     const ran = await build(large, "unheard.isosplat");
     expect(ran.code, ran.stderr).toBe(0);
-    expect((await object("unheard.isosplat"))?.bytes.equals(local.large)).toBe(true);
+    expect((await object("unheard.isosplat"))?.bytes.equals(whole.large)).toBe(true);
     expect(proxy.requests.some(({ method }) => method === "DELETE")).toBe(false);
   });
 
@@ -295,7 +297,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     const error = errorOf(await build(large, "half.isosplat"));
     expect(error).toContain("completing the upload");
     expect(error).toContain("InternalError");
-    expect(kept(error, "half.isosplat").equals(local.large)).toBe(true);
+    expect(kept(error, "half.isosplat").equals(whole.large)).toBe(true);
     expect(await object("half.isosplat")).toBeUndefined();
   });
 
@@ -313,7 +315,7 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     proxy.fault = (_path, _number, method) =>
       method === "HEAD" || method === "GET" ? { kind: "status", status: 403 } : undefined;
     expect((await build(small, "blind.isosplat", ["--force"])).code).toBe(0);
-    expect((await object("blind.isosplat"))?.bytes.equals(local.small)).toBe(true);
+    expect((await object("blind.isosplat"))?.bytes.equals(whole.small)).toBe(true);
     expect(errorOf(await build(small, "blind.isosplat"))).toContain("status 403");
   });
 
@@ -330,6 +332,40 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     await service.put(`${bucket}/note.txt`, Buffer.from("a note"));
     expect(errorOf(await build(small, "note.txt"), 2)).toContain("found another object");
     expect((await build(small, "note.txt", ["--force"])).code).toBe(0);
+  });
+
+  test("knows a volume by its path, wherever the temporary folder is", async () => {
+    const at = async (name: string) => {
+      mkdirSync(join(folder, name, "temporary/deep"), { recursive: true });
+      const volume = join(folder, name, "a.raw");
+      writeFileSync(volume, readFileSync(small));
+      const to = (temporary: string) => {
+        const env = { ...person, TMPDIR: join(folder, name, temporary) };
+        const args = ["build", volume, ...shape(small), "--type", "u8", "--no-thumbnail"];
+        return runProgram([...args, "-o", `s3://${bucket}/p`, "--endpoint", proxy.url], env);
+      };
+      return { shallow: await to("temporary"), deep: await to("temporary/deep") };
+    };
+    const one = await at("one");
+    expect([one.shallow.code, one.deep.code]).toEqual([0, 0]);
+    const two = await at("two");
+    expect(errorOf(two.shallow, 2)).toContain("a store of another volume");
+  });
+
+  test("replaces no object but a thumbnail by the thumbnail, without --force", async () => {
+    await service.put(`${bucket}/pictured.isosplat.png`, Buffer.from("a photograph of a cat"));
+    const to = ["-o", `s3://${bucket}/pictured.isosplat`, "--endpoint", proxy.url];
+    const args = ["build", small, ...shape(small), "--type", "u8", ...to];
+    const picture = async () => (await object("pictured.isosplat.png"))?.bytes.subarray(1, 4);
+    const ran = await runProgram(args, { ...person, TMPDIR: folder });
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(ran.stderr).toContain("expected no object, or a thumbnail, found another object");
+    expect(String(await picture())).not.toBe("PNG");
+    for (const options of [["--force"], []]) {
+      const again = await runProgram([...args, ...options], { ...person, TMPDIR: folder });
+      expect(again.stderr).not.toContain("no thumbnail");
+      expect(String(await picture())).toBe("PNG");
+    }
   });
 
   test.each([
