@@ -30,9 +30,13 @@ remote::RemoteOptions RemoteFlags::options() const {
 
 Result<std::shared_ptr<const remote::HttpFile>> RemoteFlags::object(
     const std::string& address) const {
-  const auto known = objects_.find(address);
-  if (known != objects_.end()) return known->second;
-  return objects_.emplace(address, remote::open_object(address, options())).first->second;
+  if (address == address_) return object_;
+  if (!client_) client_ = std::make_shared<remote::HttpClient>(options().http);
+  address_.clear();
+  object_ = nullptr;  // frees what was read of the last one
+  object_ = remote::open_object(address, options(), client_);
+  address_ = address;
+  return object_;
 }
 
 SceneKind scene_kind(const std::string& path, const RemoteFlags& flags) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -17,13 +16,16 @@ class RemoteFlags {
 
   remote::RemoteOptions options() const;
 
-  /// The object at an address, which is opened once. Errors: those of remote::open_object().
+  /// The object at an address. The last one stays open, and is not opened again. Errors: those of
+  /// remote::open_object().
   Result<std::shared_ptr<const remote::HttpFile>> object(const std::string& address) const;
 
  private:
   std::string endpoint_;
   unsigned timeout_s_ = remote::HttpOptions{}.stall_s;
-  mutable std::map<std::string, Result<std::shared_ptr<const remote::HttpFile>>> objects_;
+  mutable std::shared_ptr<remote::HttpClient> client_;  // of all objects
+  mutable std::string address_;
+  mutable Result<std::shared_ptr<const remote::HttpFile>> object_;  // at address_
 };
 
 /// The number of threads that read and decode a store. `threads`: that of --threads; 0: one per

@@ -3,10 +3,16 @@
 namespace isosplat::remote {
 
 Result<std::shared_ptr<const HttpFile>> open_object(const std::string& address,
-                                                    const RemoteOptions& options) {
+                                                    const RemoteOptions& options,
+                                                    std::shared_ptr<HttpClient> client) {
   auto target = target_of(address, options.endpoint);
   if (!target) return tl::unexpected(target.error());
-  return HttpFile::open(std::make_shared<HttpClient>(options.http), std::move(*target));
+  return HttpFile::open(std::move(client), std::move(*target));
+}
+
+Result<std::shared_ptr<const HttpFile>> open_object(const std::string& address,
+                                                    const RemoteOptions& options) {
+  return open_object(address, options, std::make_shared<HttpClient>(options.http));
 }
 
 Result<FileParts> open_remote(const std::string& address, const RemoteOptions& options) {

@@ -13,7 +13,13 @@ struct RemoteOptions {
   HttpOptions http;
 };
 
-/// Opens the object at an address. Errors: those of target_of() and HttpFile::open().
+/// Opens the object at an address. `client`: sends the requests. Errors: those of target_of() and
+/// HttpFile::open().
+Result<std::shared_ptr<const HttpFile>> open_object(const std::string& address,
+                                                    const RemoteOptions& options,
+                                                    std::shared_ptr<HttpClient> client);
+
+/// The same with a client of its own.
 Result<std::shared_ptr<const HttpFile>> open_object(const std::string& address,
                                                     const RemoteOptions& options);
 

@@ -55,6 +55,8 @@ export interface ProxiedRequest {
 }
 
 export class FaultProxy {
+  /** How many connections were opened. */
+  connections = 0;
   /** Every request, in order of arrival. */
   readonly requests: ProxiedRequest[] = [];
   /** The server's address, without a slash at the end. */
@@ -84,6 +86,7 @@ export class FaultProxy {
   async start(): Promise<void> {
     const server = createServer((request, response) => void this.#handle(request, response));
     server.on("connection", (socket) => {
+      this.connections += 1;
       this.#sockets.add(socket);
       socket.on("close", () => this.#sockets.delete(socket));
     });

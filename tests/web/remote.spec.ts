@@ -97,6 +97,13 @@ describe.skipIf(!existsSync(program))("a store at an address", () => {
     expect(proxy.bytesSent).toBeLessThan(2 * bytes + 65536);
   });
 
+  test("is verified after another one through the same connection", async () => {
+    const ran = await runProgram(["verify", address, proxy.url + other, "--threads", "1"]);
+    expect(ran.code, ran.stderr).toBe(0);
+    expect(ran.stdout.match(/: valid: /g)).toHaveLength(2);
+    expect(proxy.connections).toBe(1);
+  });
+
   test("gives the points that the file gives, with fewer requests than chunks", async () => {
     const expected = await points(local);
     proxy.requests.length = 0;
