@@ -13,6 +13,7 @@ namespace isosplat {
 namespace {
 
 constexpr uint64_t kMaxRunBytes = uint64_t{4} << 20;
+constexpr uint64_t kMaxPieceBytes = uint64_t{16} << 20;  // of a page that are read at once
 
 std::string hexadecimal(std::span<const uint8_t> bytes) {
   constexpr char kDigits[] = "0123456789abcdef";
@@ -167,9 +168,15 @@ Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page, NoWait* no_wa
                                                       " ends beyond the file: rebuild the "
                                                       "store"}));
   }
-  std::vector<std::byte> bytes(ref.bytes);
-  if (Result<void> read = this->read(ref.offset, bytes, no_wait); !read)
-    return tl::unexpected(read.error());
+  // The header only claims the size, so memory grows with the bytes that arrive.
+  std::vector<std::byte> bytes;
+  while (bytes.size() < ref.bytes) {
+    const size_t begin = bytes.size();
+    bytes.resize(begin + std::min<size_t>(kMaxPieceBytes, ref.bytes - begin));
+    const std::span<std::byte> piece = std::span(bytes).subspan(begin);
+    if (Result<void> read = this->read(ref.offset + begin, piece, no_wait); !read)
+      return tl::unexpected(read.error());
+  }
   return bytes;
 }
 
