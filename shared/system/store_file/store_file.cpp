@@ -162,20 +162,13 @@ Result<void> StoreFile::read(uint64_t offset, std::span<std::byte> out, NoWait* 
 
 Result<std::vector<std::byte>> StoreFile::load_page(uint32_t page, NoWait* no_wait) const {
   const PageRef& ref = pages_[page];
-  if (ref.offset > info_.file_bytes || ref.bytes > info_.file_bytes - ref.offset) {
-    return tl::unexpected(
-        with_file_name({Status::malformed_header, "page " + std::to_string(page) +
-                                                      " ends beyond the file: rebuild the "
-                                                      "store"}));
-  }
   // The header only claims the size, so memory grows with the bytes that arrive.
   std::vector<std::byte> bytes;
   while (bytes.size() < ref.bytes) {
     const size_t begin = bytes.size();
     bytes.resize(begin + std::min<size_t>(kMaxPieceBytes, ref.bytes - begin));
-    const std::span<std::byte> piece = std::span(bytes).subspan(begin);
-    if (Result<void> read = this->read(ref.offset + begin, piece, no_wait); !read)
-      return tl::unexpected(read.error());
+    auto read = this->read(ref.offset + begin, std::span(bytes).subspan(begin), no_wait);
+    if (!read) return tl::unexpected(read.error());
   }
   return bytes;
 }
