@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "native/remote/aws_settings.h"
 
@@ -146,6 +147,14 @@ std::string sha256_of(std::span<const std::byte> bytes) {
   return text;
 }
 
+/// Schemes may be in capitals.
+bool has_scheme(std::string_view text, std::string_view scheme) {
+  return text.size() >= scheme.size() &&
+         std::equal(scheme.begin(), scheme.end(), text.begin(), [](char expected, char found) {
+           return expected == std::tolower(static_cast<unsigned char>(found));
+         });
+}
+
 }  // namespace
 
 std::string percent_encoded(std::string_view text) {
@@ -153,11 +162,11 @@ std::string percent_encoded(std::string_view text) {
 }
 
 bool is_bucket_address(std::string_view text) {
-  return text.starts_with(kBucketScheme);
+  return has_scheme(text, kBucketScheme);
 }
 
 bool is_address(std::string_view text) {
-  return text.starts_with("http://") || text.starts_with("https://") || is_bucket_address(text);
+  return has_scheme(text, "http://") || has_scheme(text, "https://") || is_bucket_address(text);
 }
 
 Result<RemoteTarget> target_of(const std::string& address, const std::string& endpoint) {
