@@ -120,7 +120,7 @@ test("a view of another origin: attributes, controls, events and faults", async 
     e.src = e.src.replace("bucky", "absent");
   });
   await expect(view.getByRole("status")).toHaveText(
-    /^No such volume\. http.*the server answers 404/,
+    /^No such volume: http.*the server answers 404/,
   );
   expect(await events.jsonValue()).toEqual(["isovalue 120.5", "camera 35", "fault not-found"]);
 });

@@ -387,7 +387,7 @@ export class ElementViewer {
 /** The message for visitors: what happened, then what was expected and found. */
 function wordsOf({ kind, message }: StreamError | RendererError): string {
   const isOfAttribute = kind === "bad-address" || kind === "internal";
-  return isOfAttribute ? message : `${faults[kind].title}. ${message}`;
+  return isOfAttribute ? message : `${faults[kind].title}: ${message}`;
 }
 
 function faultOf(error: unknown): StreamError | RendererError {
