@@ -4,15 +4,11 @@
 #include <array>
 #include <vector>
 
+#include "shared/render/passes/image_triangle.h"
 #include "shared/render/shaders/shader_constants.h"
 
 namespace isosplat::render {
 namespace {
-
-void bind_texture(GLenum unit, GLenum target, GLuint texture) {
-  glActiveTexture(GL_TEXTURE0 + unit);
-  glBindTexture(target, texture);
-}
 
 // The units of ShaderPrograms::finish.
 constexpr GLenum kCutCells = 4, kStates = 5, kTiles = 6, kNearest = 7;
@@ -36,12 +32,6 @@ Result<const GlProgram*> begin_pass(const DrawContext& context, ImagePass pass,
   glViewport(0, 0, into.width(), into.height());
   glUseProgram((*program)->name());
   return program;
-}
-
-void draw_image_triangle(const DrawContext& context) {
-  glBindVertexArray(context.empty_vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  ++context.statistics.draw_calls;
 }
 
 int tiles_of(int px) {

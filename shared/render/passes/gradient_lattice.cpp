@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "shared/render/passes/image_triangle.h"
 #include "shared/render/passes/triangle_cases.h"
 #include "shared/render/shaders/shader_constants.h"
 
@@ -14,17 +15,6 @@ namespace {
 constexpr uint32_t kLeastPages = 1024, kMostPages = 8192;
 constexpr int32_t kMaxTableSide = 256;  // every WebGL 2 context has 3D textures of this size
 constexpr int32_t kMaxTableSize = 1 << 20;
-
-void bind_texture(GLenum unit, GLenum target, GLuint texture) {
-  glActiveTexture(GL_TEXTURE0 + unit);
-  glBindTexture(target, texture);
-}
-
-void draw_image_triangle(const DrawContext& context) {
-  glBindVertexArray(context.empty_vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  ++context.statistics.draw_calls;
-}
 
 Index3 first_region(const BlockKey& block) {
   return {block.index.x * kBlockRegions, block.index.y * kBlockRegions,

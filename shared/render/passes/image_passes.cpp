@@ -2,18 +2,10 @@
 
 #include <algorithm>
 
+#include "shared/render/passes/image_triangle.h"
+
 namespace isosplat::render {
 namespace {
-
-void bind_texture(GLenum unit, GLenum target, GLuint texture) {
-  glActiveTexture(GL_TEXTURE0 + unit);
-  glBindTexture(target, texture);
-}
-
-void draw_image_triangle(const DrawContext& context) {
-  glBindVertexArray(context.empty_vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-}
 
 void bind_framebuffer(GLuint framebuffer, int width, int height) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
@@ -59,7 +51,6 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
   bind_texture(2, GL_TEXTURE_2D_ARRAY, 0);
   bind_texture(1, GL_TEXTURE_2D_ARRAY, 0);
   bind_texture(0, GL_TEXTURE_2D_ARRAY, 0);
-  ++context.statistics.draw_calls;
   return {};
 }
 
@@ -84,7 +75,6 @@ Result<void> show_lit_picture(const DrawContext& context, GLuint framebuffer) {
   draw_image_triangle(context);
   bind_texture(0, GL_TEXTURE_2D, 0);
   bind_texture(1, GL_TEXTURE_2D_ARRAY, 0);
-  ++context.statistics.draw_calls;
   return {};
 }
 
@@ -99,7 +89,6 @@ Result<void> present_mean(const DrawContext& context, const Accumulation& accumu
   glUniform1f((*program)->uniform("u_weight"), 1.0f / static_cast<float>(accumulation.pictures()));
   draw_image_triangle(context);
   glBindTexture(GL_TEXTURE_2D, 0);
-  ++context.statistics.draw_calls;
   return {};
 }
 
@@ -113,7 +102,8 @@ Result<void> show_fade(const DrawContext& context, const CrossFade& cross_fade, 
   glUniform1f((*program)->uniform("u_progress"), progress);
   bind_texture(1, GL_TEXTURE_2D, cross_fade.to().texture());
   bind_texture(0, GL_TEXTURE_2D, cross_fade.from().texture());
-  draw_image_triangle(context);
+  glBindVertexArray(context.empty_vertex_array);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
   bind_texture(1, GL_TEXTURE_2D, 0);
   bind_texture(0, GL_TEXTURE_2D, 0);
   return {};

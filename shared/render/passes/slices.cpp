@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "shared/render/passes/image_triangle.h"
 #include "shared/render/shaders/shader_constants.h"
 
 namespace isosplat::render {
@@ -68,9 +69,7 @@ Result<void> Slices::draw_pattern(const DrawContext& context, const Frame& frame
   // Lines grow with the image: 1 px up to a height of 700 px.
   glUniform1f(program.uniform("u_line_px"),
               std::max(1.0f, static_cast<float>(context.image_height) / 700));
-  glBindVertexArray(context.empty_vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  ++context.statistics.draw_calls;
+  draw_image_triangle(context);
   return {};
 }
 

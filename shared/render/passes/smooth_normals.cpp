@@ -3,22 +3,9 @@
 #include <cmath>
 
 #include "shared/render/passes/gradient_lattice.h"
+#include "shared/render/passes/image_triangle.h"
 
 namespace isosplat::render {
-namespace {
-
-void bind_texture(GLenum unit, GLenum target, GLuint texture) {
-  glActiveTexture(GL_TEXTURE0 + unit);
-  glBindTexture(target, texture);
-}
-
-void draw_image_triangle(const DrawContext& context) {
-  glBindVertexArray(context.empty_vertex_array);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  ++context.statistics.draw_calls;
-}
-
-}  // namespace
 
 bool has_smooth_normals(const DrawItem& item, uint32_t finest_level, SmoothSizes sizes) {
   const int finer = static_cast<int>(item.chunk->block.level - finest_level);
