@@ -39,6 +39,9 @@ it("leaves volumes, which are no stores, and what is no address, to the start pa
     expect(openTarget({ src })).toBeUndefined();
   }
   expect(openTarget({ src: "https://host.example/?src=https://h.example/x.nrrd" })).toBeUndefined();
+  // A page's link that names no address is opened as it stands.
+  const wrong = "https://host.example/?src=http://[";
+  expect(sourceOf(wrong).address).toBe(new URL(wrong).href);
   // Its query is its own.
   expect(sourceOf("https://host.example/get.php?volume=7").address).toBe(
     "https://host.example/get.php?volume=7",

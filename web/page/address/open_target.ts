@@ -41,7 +41,7 @@ function ofPage(address: URL): URL {
   const { pathname, searchParams } = address;
   if (!/\/(index\.html)?$/.test(pathname)) return address;
   const src = searchParams.get("src");
-  if (src !== null) return addressIn(new URL(src, address).href) ?? address;
+  if (src !== null) return addressIn(src, address.href) ?? address;
   for (const kind of ["volume", "scene"]) {
     const name = searchParams.get(kind);
     if (name === null) continue;
@@ -61,9 +61,9 @@ function isOfVolume({ pathname }: URL): boolean {
 }
 
 /** Undefined if the text is not a URL that can be fetched. */
-export function addressIn(text: string): URL | undefined {
+export function addressIn(text: string, base = location.href): URL | undefined {
   try {
-    const address = new URL(text, location.href);
+    const address = new URL(text, base);
     return /^https?:$/.test(address.protocol) ? address : undefined;
   } catch {
     return undefined;
