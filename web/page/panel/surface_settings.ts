@@ -33,7 +33,7 @@ export interface SurfaceSubject {
 export class SurfaceSettings {
   readonly #viewer: Viewer;
   readonly #url: UrlState;
-  readonly #changed: () => void;
+  readonly #changed: (isIsovalueOnly?: boolean) => void;
   /** The chosen layer. Null if it is the volume of the page, which is the viewer's first layer. */
   #subject: SurfaceSubject | null = null;
   #scale: IsovalueScale = { low: 0, high: 1, step: 0.01 };
@@ -50,7 +50,8 @@ export class SurfaceSettings {
     this.#setIsovalue(roundToScale(value, this.#scale)),
   );
 
-  constructor(viewer: Viewer, url: UrlState, changed: () => void) {
+  /** changed: `isIsovalueOnly` if nothing but the isovalue of the active surface has changed. */
+  constructor(viewer: Viewer, url: UrlState, changed: (isIsovalueOnly?: boolean) => void) {
     this.#viewer = viewer;
     this.#url = url;
     this.#changed = changed;
@@ -253,21 +254,22 @@ export class SurfaceSettings {
     if (isovalue !== undefined) this.#sweep.start(isovalue, low, high, this.#sweepSeconds);
   }
 
-  #setSurfaces(surfaces: readonly Surface[]): void {
+  #setSurfaces(surfaces: readonly Surface[], isIsovalueOnly = false): void {
     this.#surfaces = surfaces;
     if (this.#subject) this.#subject.surfaces = surfaces;
     else this.#viewer.setSurfaces(surfaces);
-    this.#changed();
+    this.#changed(isIsovalueOnly);
   }
 
-  #changeSurface(index: number, change: Partial<Surface>): void {
-    this.#setSurfaces(this.#surfaces.map((s, i) => (i === index ? { ...s, ...change } : s)));
+  #changeSurface(index: number, change: Partial<Surface>, isIsovalueOnly = false): void {
+    const changed = this.#surfaces.map((s, i) => (i === index ? { ...s, ...change } : s));
+    this.#setSurfaces(changed, isIsovalueOnly);
   }
 
   #setIsovalue(isovalue: number): void {
     const { low, high } = this.#scale;
     const inside = Math.max(low, Math.min(high, isovalue));
     if (this.#surfaces[this.#active]?.isovalue === inside) this.#changed();
-    else this.#changeSurface(this.#active, { isovalue: inside });
+    else this.#changeSurface(this.#active, { isovalue: inside }, true);
   }
 }

@@ -10,6 +10,7 @@ import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { formatValue } from "../shell/format.ts";
 import type { Toast } from "../shell/toast.ts";
 import type { LayersPart } from "./layers_part.ts";
+import { LayoutPace } from "./layout_pace.ts";
 import type { LoadedParts } from "./loaded_parts.ts";
 import type { StatusLine } from "./status_line.ts";
 import { bannerOf, type VolumeFaults } from "./volume_faults.ts";
@@ -45,7 +46,10 @@ export class PageLayout {
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;
   #isPanelHidden = false;
-  #handle = 0;
+  readonly #pace = new LayoutPace(
+    () => this.renderNow(),
+    () => this.#showIsovalue(),
+  );
 
   constructor(root: HTMLElement, page: LaidOutPage) {
     this.#root = root;
@@ -57,9 +61,9 @@ export class PageLayout {
     });
   }
 
-  /** Lays the page out in the next frame. */
-  request(): void {
-    if (this.#handle === 0) this.#handle = requestAnimationFrame(() => this.renderNow());
+  /** Lays the page out in the next frame. `isIsovalueOnly`: see LayoutPace. */
+  request(isIsovalueOnly = false): void {
+    this.#pace.request(isIsovalueOnly);
   }
 
   /** Adds a button to the bar. */
@@ -119,9 +123,8 @@ export class PageLayout {
   }
 
   renderNow(): void {
-    cancelAnimationFrame(this.#handle);
-    this.#handle = 0;
-    const { viewer, parts, info, title } = this.#page;
+    this.#pace.laidOut();
+    const { viewer, parts, title } = this.#page;
     const { surfaces } = this.#page;
     const isovalues = listed(surfaces.first.map(({ isovalue }) => formatValue(isovalue)));
     viewer.canvas.setAttribute("aria-label", pageTexts.picture(title, isovalues));
@@ -129,14 +132,29 @@ export class PageLayout {
     parts.clipHandles?.request();
     this.#page.layers.refresh();
     render(volumeLayout(this.#state(), this.#page.actions), this.#root);
-    const { chosen } = this.#page.layers;
-    const values = chosen ? chosen.info : info;
-    if (values) {
-      const { scale, isLogarithmic } = surfaces.state;
-      const { suggestions, marks } = surfaces;
-      const { histogram, active_cells: activeCells } = values.metadata;
-      this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
-    }
+    this.#showHistogram();
+  }
+
+  /** Shows the isovalue of the active surface in the histogram, the field and the slider. */
+  #showIsovalue(): void {
+    const { surfaces, active, typed } = this.#page.surfaces.state;
+    const isovalue = surfaces[active]?.isovalue;
+    if (isovalue === undefined) return;
+    const field = this.#root.querySelector<HTMLInputElement>(".isovalue-field");
+    const slider = this.#root.querySelector<HTMLInputElement>(".isovalue-slider");
+    if (field && typed === undefined) field.value = formatValue(isovalue);
+    if (slider) slider.valueAsNumber = isovalue;
+    this.#showHistogram();
+  }
+
+  #showHistogram(): void {
+    const { layers, surfaces, info } = this.#page;
+    const values = layers.chosen ? layers.chosen.info : info;
+    if (!values) return;
+    const { scale, isLogarithmic } = surfaces.state;
+    const { suggestions, marks } = surfaces;
+    const { histogram, active_cells: activeCells } = values.metadata;
+    this.#histogram.show({ scale, suggestions, histogram, activeCells, isLogarithmic }, marks);
   }
 
   #state(): LayoutState {

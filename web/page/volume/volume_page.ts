@@ -43,7 +43,7 @@ export class VolumePage {
     () => this.#layout.request(),
   );
   readonly #camera = new PageCamera(this.#viewer, this.#url, () => this.#address.changed());
-  readonly #surfaces = new SurfaceSettings(this.#viewer, this.#url, () => this.#changed());
+  readonly #surfaces = new SurfaceSettings(this.#viewer, this.#url, (only) => this.#changed(only));
   readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => this.#changed());
   /** The layers of the picture. */
   readonly layers = new LayersPart(
@@ -213,9 +213,9 @@ export class VolumePage {
   }
 
   /** A setting has changed: updates the address and the layout. */
-  #changed(): void {
+  #changed(isIsovalueOnly = false): void {
     this.#address.changed();
-    this.#layout.request();
+    this.#layout.request(isIsovalueOnly);
   }
 
   /** The state to write to the address; null while no volume is open. */
