@@ -131,6 +131,8 @@ struct Renderer::State {
   Result<void> ensure_layers();
   Result<void> begin_occlusion_query(const Volume& volume, std::span<const ChunkHandle> handles,
                                      int min_px);
+  /// Starts to compile the programs that draw a lit picture of squares, and does not wait.
+  void start_lit_programs();
 
   DrawContext context() { return context_of(targets); }
   /// The same with the layers that are shown: those with caps, if there are any.

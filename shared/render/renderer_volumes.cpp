@@ -152,7 +152,18 @@ Result<void> Renderer::State::begin_occlusion_query(const Volume& volume,
   if (is_drawn) bind_frame(volume.frame_buffer);
   const auto begun = occlusion_query.begin(picture, items, min_px, kFrameBinding);
   bind_picture_frame();
+  // The picture shows coarse chunks. On a slow GPU the next one, with the chunks that the query
+  // finds, will be of squares. The driver compiles while these chunks are being fetched.
+  if (begun && !lit) start_lit_programs();
   return begun;
+}
+
+void Renderer::State::start_lit_programs() {
+  // A driver that compiles at once would delay the caller.
+  if (!limits.parallel_compile) return;
+  programs.prepare(
+      SplatVariant{.pass = SplatPass::quad, .clipped = cuts_of(settings) > 0, .lit = true});
+  if (settings.eye_dome > 0) programs.prepare(ImagePass::darken);
 }
 
 }  // namespace isosplat::render

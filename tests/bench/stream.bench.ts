@@ -31,6 +31,7 @@ async function visits(
   const warm: number[] = [];
   const complete: number[] = [];
   const longest: number[] = [];
+  const drawing: number[] = [];
   const wire = { first: 0, firstRequests: 0, all: 0, requests: 0 };
   for (let run = 0; run < runs; ++run) {
     const visitor = await Visitor.arrive(browser, link);
@@ -46,6 +47,7 @@ async function visits(
       warm.push(first.shown / 1000);
       complete.push((await visitor.mark("isosplat:complete")).shown / 1000);
       longest.push((await visitor.work("isosplat:streaming")).longest);
+      drawing.push((await visitor.work("isosplat:drawing")).longest);
       const detail = await visitor.markDetail("isosplat:surface");
       wire.first = detail.bytesReceived / 1000;
       wire.firstRequests = detail.requests;
@@ -79,6 +81,7 @@ async function visits(
     completeIn ? { atMost: completeIn } : undefined,
   );
   bench.report(what, "main thread, longest piece of streaming work", "ms", longest, { atMost: 8 });
+  bench.report(what, "main thread, longest call that draws", "ms", drawing);
   bench.report(what, "until the first surface", "KB", wire.first, { atMost: 150 });
   bench.report(what, "until the first surface", "requests", wire.firstRequests, { atMost: 6 });
   bench.report(what, "until complete", "MB", wire.all, reach ? { atMost: reach } : undefined);

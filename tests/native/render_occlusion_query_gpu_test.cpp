@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <string>
 
 #include "native/headless/draw_image.h"
 #include "tests/native/renderer_test.h"
@@ -193,6 +194,31 @@ TEST_F(OcclusionQueryGpu, RequiresAPictureWithTheCurrentCamera) {
   renderer_->set_camera(camera);
   EXPECT_EQ(renderer_->begin_occlusion_query({&handle, 1}, 1).error().status,
             Status::invalid_argument);
+}
+
+/// The number of GL programs. Their names are small numbers.
+int count_programs() {
+  int count = 0;
+  for (GLuint name = 1; name < 1000; ++name) count += glIsProgram(name);
+  return count;
+}
+
+TEST_F(OcclusionQueryGpu, StartsToCompileTheProgramsOfTheFastPictureThatFollows) {
+  const auto extensions = reinterpret_cast<const char*>(glGetString(GL_EXTENSIONS));
+  if (std::string(extensions).find("KHR_parallel_shader_compile") == std::string::npos) {
+    GTEST_SKIP() << "the driver does not compile in the background";
+  }
+  for (const float eye_dome : {0.0f, 0.5f}) {
+    settings_.eye_dome = eye_dome;
+    settings_.kind = SplatKind::exact;
+    (void)visibility(1);
+    const int before = count_programs();
+    settings_.kind = SplatKind::quad;
+    renderer_->set_settings(settings_);
+    const auto drawn = draw_image(*renderer_, kWidth, kHeight);
+    ASSERT_TRUE(drawn);
+    EXPECT_EQ(count_programs(), before) << eye_dome;
+  }
 }
 
 }  // namespace
