@@ -61,7 +61,7 @@ class PointExtraction {
     if (options.smooth_normals) gradients_.resize(threads_);
   }
 
-  Result<uint64_t> run(const std::function<Result<void>(const PointArrays&)>& write) {
+  Result<uint64_t> run(const std::function<Result<void>(PointArrays&&)>& write) {
     uint64_t count = 0;
     for (size_t layer = 0; layer < layer_ends_.size(); ++layer) {
       Result<void> done;
@@ -107,8 +107,7 @@ class PointExtraction {
   }
 
   /// The chunks are decoded in batches, whose points are written in order.
-  Result<void> write_points(size_t layer,
-                            const std::function<Result<void>(const PointArrays&)>& write,
+  Result<void> write_points(size_t layer, const std::function<Result<void>(PointArrays&&)>& write,
                             uint64_t& count) {
     constexpr size_t kBatchChunks = 64;
     const std::span<const ChunkRef> chunks = chunks_of_layer(layer);
@@ -120,7 +119,7 @@ class PointExtraction {
       if (!done) return done;
       for (size_t i = 0; i < batch.size(); ++i) {
         count += points[i].positions.size();
-        if (auto written = write(points[i]); !written) return written;
+        if (auto written = write(std::move(points[i])); !written) return written;
       }
     }
     return {};
@@ -147,7 +146,7 @@ class PointExtraction {
 
 Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(const PointArrays&)>& write) {
+                                const std::function<Result<void>(PointArrays&&)>& write) {
   auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
   // The builder writes chunks in raster order, but the format does not require it.
@@ -171,7 +170,7 @@ Result<void> extract_samples(const StoreFile& store, double isovalue, const Extr
 
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(const PointArrays&)>& write) {
+                                const std::function<Result<void>(PointArrays&&)>& write) {
   return catch_out_of_memory(
       store, [&] { return project_chunks(store, isovalue, projection, options, write); });
 }

@@ -49,6 +49,6 @@ Result<void> extract_samples(const StoreFile& store, double isovalue, const Extr
 /// those of extract_samples, and the first error of `write`, which ends the extraction.
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(const PointArrays&)>& write);
+                                const std::function<Result<void>(PointArrays&&)>& write);
 
 }  // namespace isosplat

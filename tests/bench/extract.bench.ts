@@ -24,6 +24,12 @@ interface Extraction {
   read: number;
 }
 
+interface Points {
+  seconds: number;
+  points: number;
+  bytes: number;
+}
+
 interface Triangles {
   seconds: number;
   vertices: number;
@@ -74,6 +80,10 @@ async function runCase(bench: Bench, program: string, python: string | undefined
   await bench.command(bench.isosplat, ["build", volume, "-o", store, "--quiet"]);
   const ours = new StoreExtractor<Extraction>(program, store);
   const mesher = new StoreExtractor<Triangles>(program, store, "mesh");
+  // With the normals of their cells, as the points of a mesh would be without their neighbours, and with smooth
+  // ones, which need the sums of all cells around each lattice point.
+  const points = new StoreExtractor<Points>(program, store, "points");
+  const smooth = new StoreExtractor<Points>(program, store, "smooth_points");
   const peer = python
     ? await FlyingEdges.open(python, readNrrd(volume), threads, bench.folder)
     : undefined;
@@ -95,6 +105,14 @@ async function runCase(bench: Bench, program: string, python: string | undefined
           triangles = await mesher.extract(isovalue);
           return 1000 * triangles.seconds;
         },
+        points: async () => {
+          await points.extract(isovalue);
+          return 1000 * (await points.extract(isovalue)).seconds;
+        },
+        smooth: async () => {
+          await smooth.extract(isovalue);
+          return 1000 * (await smooth.extract(isovalue)).seconds;
+        },
         vtk: async () => {
           if (!peer) return 0;
           await peer.extract(isovalue);
@@ -109,6 +127,8 @@ async function runCase(bench: Bench, program: string, python: string | undefined
     bench.report(what, "samples decoded", "", extraction.samples);
     bench.report(what, "output", "MB", extraction.bytes / 1e6);
     bench.report(what, "read from the store", "KB", extraction.read / 1e3);
+    bench.report(what, "Isosplat, points with the normals of their cells", "ms", runs.points);
+    bench.report(what, "Isosplat, points with smooth normals", "ms", runs.smooth);
     if (triangles) {
       bench.report(what, "Isosplat, mesh", "ms", runs.mesh);
       bench.report(what, "triangles of the mesh", "", triangles.triangles);
@@ -120,6 +140,10 @@ async function runCase(bench: Bench, program: string, python: string | undefined
     bench.report(what, "its output", "MB", mesh.bytes / 1e6);
     bench.report(what, "faster by", "×", median(runs.vtk) / median(runs.isosplat), { atLeast: 3 });
     bench.report(what, "output, of its", "×", extraction.bytes / mesh.bytes, { atMost: 1 / 3 });
+    const pointsRatio = median(runs.vtk) / median(runs.points);
+    bench.report(what, "points with the normals of their cells faster by", "×", pointsRatio);
+    const smoothRatio = median(runs.vtk) / median(runs.smooth);
+    bench.report(what, "points with smooth normals faster by", "×", smoothRatio);
     const meshRatio = median(runs.vtk) / median(runs.mesh);
     bench.report(what, "mesh faster by", "×", meshRatio, { atLeast: 1.5 });
     if (!peer) return;
@@ -128,6 +152,8 @@ async function runCase(bench: Bench, program: string, python: string | undefined
   } finally {
     ours.close();
     mesher.close();
+    points.close();
+    smooth.close();
     peer?.close();
   }
 }

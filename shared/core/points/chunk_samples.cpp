@@ -93,6 +93,12 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
       static_cast<float>(displacement_threshold(grid.cell_edges()) * cell_frame.cell);
   const bool drops = options.displaced == Displaced::drop && frame.block.level == 0;
   PointArrays result;
+  const auto most = static_cast<size_t>(std::count_if(
+      cells.interval.begin(), cells.interval.end(),
+      [&](const CellInterval& interval) { return is_active(interval, quantized_isovalue); }));
+  result.positions.reserve(most);
+  result.normals.reserve(most);
+  if (options.values) result.values.reserve(most);
   for (size_t i = 0; i < cells.cell.size(); ++i) {
     if (!is_active(cells.interval[i], quantized_isovalue)) continue;
     const Trilinear field(cells.corners[i]);
