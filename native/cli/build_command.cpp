@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "native/builder/source_path.h"
 #include "native/cli/bucket_output.h"
 #include "native/cli/building.h"
 #include "native/cli/command.h"

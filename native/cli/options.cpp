@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <unistd.h>
-
-#include <fstream>
 #include <limits>
 
+#include "native/builder/machine_memory.h"
 #include "native/cli/numbers.h"
 #include "native/cli/terminal.h"
 #include "shared/import/volume/type_names.h"
@@ -16,19 +14,6 @@ namespace {
 
 tl::unexpected<Error> usage(const std::string& message) {
   return fail(Status::invalid_argument, message);
-}
-
-/// Memory of this machine, or the limit of its control group if that is smaller, in bytes.
-uint64_t machine_memory() {
-  uint64_t bytes = static_cast<uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
-                   static_cast<uint64_t>(::sysconf(_SC_PAGESIZE));
-  std::string limit;  // "max" or a number
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) {
-    if (const auto allowed = parse_whole_number(limit); allowed && *allowed > 0) {
-      bytes = std::min(bytes, static_cast<uint64_t>(*allowed));
-    }
-  }
-  return bytes;
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include "native/cli/building.h"
 #include "native/files/output_file.h"
-#include "shared/import/volume/hash.h"
 
 namespace isosplat::cli {
 namespace {
@@ -55,17 +54,6 @@ Result<void> check_replaceable(const std::filesystem::path& output, std::string_
 
 Result<void> check_replaceable_bundle(const std::filesystem::path& output, bool force) {
   return check_replaceable(output, "\x89ISOB", "a bundle", force);
-}
-
-std::string source_path_hash(const std::filesystem::path& volume,
-                             const std::filesystem::path& store) {
-  std::error_code error;
-  const auto from = std::filesystem::weakly_canonical(
-      store.has_parent_path() ? store.parent_path() : std::filesystem::path("."), error);
-  auto to = std::filesystem::weakly_canonical(volume, error);
-  if (!to.has_filename()) to = to.parent_path();  // "folder/"
-  const std::string relative = to.lexically_relative(from).generic_string();
-  return import::hash_text(relative);
 }
 
 Result<void> check_replaceable_store(const std::filesystem::path& store,

@@ -27,11 +27,6 @@ Result<void> check_replaceable(const std::filesystem::path& output, std::string_
 /// build.
 Result<void> check_replaceable_bundle(const std::filesystem::path& output, bool force);
 
-/// The hash of a volume's path in a store's metadata (FORMAT.md, META): XXH3-64 of the path
-/// relative to the store's folder, with links resolved, as 16 hexadecimal digits.
-std::string source_path_hash(const std::filesystem::path& volume,
-                             const std::filesystem::path& store);
-
 /// The file and the hash of the path from which a store was built, as in its metadata; empty if it
 /// does not state them.
 struct StoredSource {

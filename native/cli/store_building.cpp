@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "native/builder/kept_blocks.h"
+#include "native/builder/source_path.h"
 #include "native/cli/command.h"
 #include "native/cli/input_version.h"
 #include "native/cli/numbers.h"
@@ -17,11 +18,6 @@
 
 namespace isosplat::cli {
 namespace {
-
-/// The last component of a path: "scan" for "a/scan" and "a/scan/".
-std::string file_name(const std::filesystem::path& path) {
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
-}
 
 void print_result(const std::filesystem::path& store, const BuildReport& built) {
   const StoreInfo& info = built.info;
@@ -155,7 +151,7 @@ int build_one_store(StoreCall call) {
     if (auto other = check_not_input(output, files); !other) return report(other.error());
   }
   BuildOptions& options = call.build;
-  options.source_file = file_name(call.volume);
+  options.source_file = source_file_name(call.volume);
   options.source_path_hash =
       call.source_path_hash.empty() ? source_path_hash(call.volume, store) : call.source_path_hash;
   options.content_key = call.volume_key + (call.resumes ? input_versions(files) : "");
