@@ -1,0 +1,75 @@
+"""The part of the package that is in C++ (native/python). Its callers check the arguments."""
+
+from typing import Any, Callable, Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+version: str
+
+class BuildCall:
+    def __init__(
+        self,
+        *,
+        target: bytes,
+        title: str,
+        units: str,
+        max_error: float,
+        range: Optional[Tuple[float, float]],
+        threads: int,
+        memory_bytes: int,
+        overwrite: bool,
+        progress: Optional[Callable[[float, str], object]],
+    ) -> None: ...
+
+class ArrayCall:
+    def __init__(
+        self,
+        *,
+        type: str,
+        big_endian: bool,
+        shape: Sequence[int],
+        z_is_fastest: bool,
+        name: str,
+        spacing: Sequence[float],
+        origin: Sequence[float],
+        direction: Sequence[float],
+        notes: Sequence[str],
+    ) -> None: ...
+
+def build_array(data: Any, read_count: int, array: ArrayCall, call: BuildCall) -> None: ...
+def build_file(path: bytes, spacing: Optional[Sequence[float]], call: BuildCall) -> None: ...
+
+class Part:
+    def __init__(self, *, level: int, box: Optional[Sequence[float]], threads: int) -> None: ...
+
+class MeshData:
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+    @property
+    def normals(self) -> NDArray[np.float32]: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    def save(self, path: bytes, comment: str) -> None: ...
+
+class StoreHandle:
+    @property
+    def is_open(self) -> bool: ...
+    def close(self) -> None: ...
+    def info(self) -> dict[str, Any]: ...
+    def points(
+        self, isovalue: float, part: Part, *, smooth: bool, exact: bool
+    ) -> Tuple[NDArray[np.float64], NDArray[np.float32]]: ...
+    def active_cells(self, isovalue: float, part: Part) -> NDArray[np.int32]: ...
+    def bytes(self, isovalue: float, part: Part) -> int: ...
+    def measures(self, isovalue: float, *, threads: int) -> Tuple[float, float]: ...
+    def mesh(
+        self,
+        isovalue: float,
+        part: Part,
+        *,
+        components: Optional[int],
+        simplify_error: Optional[float],
+    ) -> MeshData: ...
+
+def open_store(path: bytes) -> StoreHandle: ...

@@ -1,0 +1,326 @@
+"""Open stores."""
+
+from __future__ import annotations
+
+import json
+import os
+from types import TracebackType
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._arguments import (
+    MAX_THREADS,
+    Path,
+    above_zero,
+    box_of,
+    is_address,
+    number,
+    path_bytes,
+    text,
+    whole,
+)
+from ._mesh import Mesh
+
+# The types of voxels in the metadata of a store.
+_DTYPES = {f"{kind}{8 * size}": f"{kind}{size}" for kind in "uif" for size in (1, 2, 4, 8)}
+
+# 2³² is beyond the number of vertices of a mesh.
+_MAX_COMPONENTS = 1 << 32
+
+
+class Points(NamedTuple):
+    """Points on an isosurface."""
+
+    positions: NDArray[np.float64]
+    """In the world, of shape (points, 3): x, y, z."""
+    normals: NDArray[np.float32]
+    """Unit normals towards smaller values, of shape (points, 3); zero where the gradient is zero."""
+
+
+class Histogram(NamedTuple):
+    """Numbers of voxels in bins of equal width, as numpy.histogram returns them."""
+
+    counts: NDArray[np.uint64]
+    edges: NDArray[np.float64]
+    """One more than counts."""
+
+
+def open(path: Path) -> "Store":
+    """Opens the store at a path, or at an address: http://…, https://… or s3://BUCKET/KEY, of which
+    only the parts that are needed are fetched. Raises ValueError if it is not a store, or damaged;
+    OSError, such as FileNotFoundError."""
+    encoded = path_bytes("path", path)
+    if not is_address(encoded):
+        os.stat(encoded)  # raises FileNotFoundError, PermissionError, …
+        if os.path.isdir(encoded):
+            raise IsADirectoryError(
+                f"{os.fsdecode(encoded)}: expected a store, found a folder"
+            )
+    return Store(_core.open_store(encoded), os.fsdecode(encoded))
+
+
+class Store:
+    """An open store: isosplat.open() and isosplat.build() return it. Several threads may use it at
+    the same time. Use it in a with statement, or close() it, to close the file early; afterwards
+    its methods raise ValueError.
+
+    Isovalues are in the units of the volume. `level`: 0 is the volume; each further level halves
+    the resolution of each axis. `box`: ((x0, y0, z0), (x1, y1, z1)) in the world; only cells whose
+    centres are in it count. `threads`: 0: one per core. Ctrl-C ends each method.
+    """
+
+    def __init__(self, handle: _core.StoreHandle, path: str) -> None:
+        self._handle = handle
+        self._info = handle.info()
+        metadata = self._info.pop("metadata")
+        try:
+            parsed = json.loads(metadata)
+        except (ValueError, RecursionError):
+            parsed = None
+        # It is for people: it may be anything.
+        self._metadata: Dict[str, Any] = parsed if isinstance(parsed, dict) else {}
+        self.path = path
+
+    # What the store states -------------------------------------------------------------------
+
+    @property
+    def shape(self) -> Tuple[int, int, int]:
+        """Numbers of voxels along z, y and x: the shape of an array of the volume."""
+        x, y, z = self._info["voxels"]
+        return z, y, x
+
+    @property
+    def spacing(self) -> Tuple[float, float, float]:
+        """Distances of voxels along the axes x, y and z of the volume, in world units."""
+        return self._tuple("spacing")
+
+    @property
+    def origin(self) -> Tuple[float, float, float]:
+        """The centre of voxel (0, 0, 0) in the world."""
+        return self._tuple("origin")
+
+    @property
+    def direction(self) -> NDArray[np.float64]:
+        """A 3×3 matrix whose columns are the axes x, y and z of the volume in the world."""
+        return np.array(self._info["direction"], dtype=np.float64).reshape(3, 3)
+
+    @property
+    def affine(self) -> NDArray[np.float64]:
+        """The 4×4 matrix that maps the index (x, y, z, 1) of a voxel to its world position."""
+        affine = np.eye(4)
+        affine[:3, :3] = self.direction * np.array(self.spacing)
+        affine[:3, 3] = self.origin
+        return affine
+
+    @property
+    def dtype(self) -> Optional[np.dtype[Any]]:
+        """The type of the volume's voxels; None if the store does not state it."""
+        source = self._metadata.get("source")
+        name = source.get("type") if isinstance(source, dict) else None
+        known = _DTYPES.get(name) if isinstance(name, str) else None
+        return np.dtype(known) if known else None
+
+    @property
+    def value_range(self) -> Tuple[float, float]:
+        """The lowest and the highest value."""
+        low, high = self._info["value_range"]
+        return low, high
+
+    @property
+    def max_error(self) -> float:
+        """Largest difference of a stored value from the voxel's; 0: none."""
+        return float(self._info["max_error"])
+
+    @property
+    def levels(self) -> int:
+        """The number of levels of detail."""
+        return int(self._info["levels"])
+
+    @property
+    def missing_voxels(self) -> int:
+        """The number of voxels without a value (NaN, infinity, fill values)."""
+        return int(self._info["missing_voxels"])
+
+    @property
+    def file_bytes(self) -> int:
+        """The size of the store."""
+        return int(self._info["file_bytes"])
+
+    @property
+    def content_id(self) -> str:
+        """A hash of all content, 32 hexadecimal digits: equal for equal stores only."""
+        return str(self._info["content_id"])
+
+    @property
+    def title(self) -> str:
+        return self._text("title") or self._text("name")
+
+    @property
+    def units(self) -> str:
+        """Of the values, such as "HU"; empty: unknown."""
+        return self._text("units")
+
+    @property
+    def notes(self) -> List[str]:
+        """Assumptions made when the volume was read."""
+        notes = self._metadata.get("notes")
+        return [each for each in notes if isinstance(each, str)] if isinstance(notes, list) else []
+
+    @property
+    def suggested_isovalues(self) -> List[float]:
+        """Isovalues of boundaries in the volume, best first; at most five."""
+        return _floats(self._metadata.get("suggested_isovalues"))
+
+    @property
+    def histogram(self) -> Optional[Histogram]:
+        """At most 256 bins; None if the store has no histogram."""
+        found = self._metadata.get("histogram")
+        if not isinstance(found, dict):
+            return None
+        counts = _floats(found.get("counts"))
+        ends = _floats([found.get("low"), found.get("high")])
+        if not counts or len(ends) != 2 or min(counts) < 0 or max(counts) >= 2**63:
+            return None
+        edges = np.linspace(ends[0], ends[1], len(counts) + 1)
+        return Histogram(np.array(counts).astype(np.uint64), edges)
+
+    # Surfaces --------------------------------------------------------------------------------
+
+    def points(
+        self,
+        isovalue: float,
+        level: int = 0,
+        box: Optional[Sequence[Any]] = None,
+        *,
+        normals: str = "smooth",
+        exact: bool = False,
+        threads: int = 0,
+    ) -> Points:
+        """One point for each active cell: its centre, moved onto the surface by a Newton step, but
+        not out of the cell. exact: onto the trilinear surface, where the ray along the gradient
+        meets it. normals: "smooth", continuous over the surface, or "cell", the gradient of each
+        cell. The arrays are new; they own their memory."""
+        if normals not in ("smooth", "cell"):
+            raise ValueError(f'normals: expected "smooth" or "cell", found {normals!r}')
+        part = self._part(level, box, threads)
+        value = number("isovalue", isovalue)
+        smooth = normals == "smooth"
+        return Points(*self._handle.points(value, part, smooth=smooth, exact=bool(exact)))
+
+    def mesh(
+        self,
+        isovalue: float,
+        level: int = 0,
+        box: Optional[Sequence[Any]] = None,
+        *,
+        components: Optional[int] = None,
+        simplify: Optional[float] = None,
+        threads: int = 0,
+    ) -> Mesh:
+        """The surface as triangles: closed, except at the border of the volume or box, and at
+        missing voxels. components: keep only this many connected components, the largest ones.
+        simplify: use fewer triangles, with an error of about this length in world units."""
+        value = number("isovalue", isovalue)
+        kept = None if components is None else whole("components", components, 1, _MAX_COMPONENTS)
+        error = None if simplify is None else above_zero("simplify", simplify)
+        part = self._part(level, box, threads)
+        data = self._handle.mesh(value, part, components=kept, simplify_error=error)
+        return Mesh(data, value, os.path.basename(self.path))
+
+    def active_cells(
+        self,
+        isovalue: float,
+        level: int = 0,
+        box: Optional[Sequence[Any]] = None,
+        *,
+        threads: int = 0,
+    ) -> NDArray[np.int32]:
+        """The cells that the surface crosses: the indices (x, y, z) of their first voxels in the
+        lattice of the level, of shape (cells, 3). A cell is active if min ≤ isovalue < max over its
+        eight voxels; on coarser levels, over the voxels that it stands for."""
+        part = self._part(level, box, threads)
+        return self._handle.active_cells(number("isovalue", isovalue), part)
+
+    def bytes(
+        self, isovalue: float, level: int = 0, box: Optional[Sequence[Any]] = None
+    ) -> int:
+        """The bytes of the chunks that this surface needs, known before they are fetched."""
+        return self._handle.bytes(number("isovalue", isovalue), self._part(level, box, 0))
+
+    def area(self, isovalue: float, *, threads: int = 0) -> float:
+        """The area of the surface in world units²."""
+        return self._measures(isovalue, threads)[0]
+
+    def volume(self, isovalue: float, *, threads: int = 0) -> float:
+        """The volume of the region above the isovalue, inside of the grid, in world units³. Raises
+        ValueError if voxels are missing: the surface then has holes."""
+        if self.missing_voxels:
+            raise ValueError(
+                f"{self.path}: expected a volume without missing voxels, found "
+                f"{self.missing_voxels}: the surface has holes, and encloses no volume"
+            )
+        return self._measures(isovalue, threads)[1]
+
+    # The file --------------------------------------------------------------------------------
+
+    @property
+    def closed(self) -> bool:
+        return not self._handle.is_open
+
+    def close(self) -> None:
+        """Closes the file. Methods that other threads have begun still end."""
+        self._handle.close()
+
+    def __enter__(self) -> "Store":
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        error: Optional[BaseException],
+        trace: Optional[TracebackType],
+    ) -> None:
+        self.close()
+
+    def __reduce__(self) -> Any:
+        # Another process opens the store itself.
+        return open, (self.path,)
+
+    def __repr__(self) -> str:
+        z, y, x = self.shape
+        state = ", closed" if self.closed else ""
+        return f"<isosplat.Store {self.path!r}: {x} × {y} × {z} voxels{state}>"
+
+    def _part(self, level: Any, box: Optional[Sequence[Any]], threads: Any) -> _core.Part:
+        return _core.Part(
+            level=whole("level", level, 0, self.levels - 1),
+            box=box_of(box),
+            threads=whole("threads", threads, 0, MAX_THREADS),
+        )
+
+    def _measures(self, isovalue: Any, threads: Any) -> Tuple[float, float]:
+        count = whole("threads", threads, 0, MAX_THREADS)
+        return self._handle.measures(number("isovalue", isovalue), threads=count)
+
+    def _text(self, key: str) -> str:
+        found = self._metadata.get(key)
+        return text(key, found) if isinstance(found, str) else ""
+
+    def _tuple(self, key: str) -> Tuple[float, float, float]:
+        x, y, z = self._info[key]
+        return x, y, z
+
+
+def _floats(values: Any) -> List[float]:
+    """The numbers of a list that may contain anything; none if one of them is something else."""
+    if not isinstance(values, list):
+        return []
+    if not all(isinstance(each, (int, float)) and not isinstance(each, bool) for each in values):
+        return []
+    try:
+        return [number("value", each) for each in values]
+    except (TypeError, ValueError):
+        return []
