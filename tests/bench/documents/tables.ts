@@ -118,7 +118,7 @@ function programFigures(figures: Figures): string {
       "",
     ],
     [
-      "extracting points, two threads",
+      "samples that can be drawn, two threads",
       volumes,
       `${figures.of("extract", surfaces, "Isosplat, 2 threads", "ms")} ms`,
       `VTK's Flying Edges: ${figures.of("extract", surfaces, "Flying Edges, 2 threads (TBB)", "ms")} ms`,
