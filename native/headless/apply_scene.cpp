@@ -73,8 +73,8 @@ void apply_slices(const SceneSlices& slices, const FirstVolume& first, RenderSet
     if (share) settings.slices.push_back(plane_across(axis, *share, first.grid));
   }
   if (slices.plane) settings.slices.push_back({slices.plane->normal, slices.plane->offset});
-  settings.slice_low = slices.range ? slices.range->low : first.low;
-  settings.slice_high = slices.range ? slices.range->high : first.high;
+  settings.slice_low = slices.range ? slices.range->low : first.greys.low;
+  settings.slice_high = slices.range ? slices.range->high : first.greys.high;
   settings.slice_volume = 0;
 }
 

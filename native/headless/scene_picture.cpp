@@ -65,8 +65,8 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     box.add(opened->grid);
     if (i == 0) {
       const StoreInfo& info = store.info();
-      picture.first = FirstVolume{opened->grid, info.mapping.value(info.range.min),
-                                  info.mapping.value(info.range.max)};
+      const GreyRange all{info.mapping.value(info.range.min), info.mapping.value(info.range.max)};
+      picture.first = FirstVolume{opened->grid, all.low, all.high, grey_range(info.metadata, all)};
     }
   }
   if (picture.layers == 0) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "native/headless/grey_range.h"
 #include "shared/render/renderer.h"
 #include "shared/system/scene_file/scene_file.h"
 
@@ -13,6 +14,7 @@ namespace isosplat {
 struct FirstVolume {
   VolumeGrid grid;           ///< in the scene
   double low = 0, high = 1;  ///< the range of its values
+  GreyRange greys;           ///< black and white in slices
 };
 
 /// A scene whose visible layers are in the renderer.

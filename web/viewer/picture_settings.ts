@@ -1,5 +1,6 @@
 import type { StoreInfo } from "../core/types.ts";
 import { wholeVolume } from "./clipping.ts";
+import { greyRange } from "./grey_range.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
 import { type Clip, defaultLook, type Legend, type Look, type Slices } from "./types.ts";
@@ -40,7 +41,7 @@ export class PictureSettings {
   /** Without a volume, this does nothing: the planes depend on its grid. */
   applySlices(renderer: RendererModule, info: StoreInfo | null, number: number): void {
     if (!info) return;
-    const range = this.#slices.range ?? info.range;
+    const range = this.#slices.range ?? greyRange(info);
     renderer.picture.setSlices(number, slicePlanes(this.#slices, info), range);
   }
 
@@ -50,7 +51,7 @@ export class PictureSettings {
   legend(renderer: RendererModule, info: StoreInfo): Legend | null {
     const { colourBy, colourMap } = this.look;
     const slices = this.hasSlices;
-    const sliceRange = this.#slices.range ?? info.range;
+    const sliceRange = this.#slices.range ?? greyRange(info);
     if (colourBy === "isosurface") {
       if (!slices) return null;
       return { colourBy: "isovalue", colours: ["#000", "#fff"], range: sliceRange, slices };
