@@ -183,6 +183,7 @@ test("measures by keyboard, and reports if there is no surface", async ({ page }
   await complete(page);
   await keyboard.press("Enter");
   await expect(page.locator(".measure-marks text")).toHaveText(/^[\d.]+ mm$/);
+  await expect(page.locator(".measure-announced")).toHaveText(/^Distance: [\d.]+ mm$/);
   const box = await picture.boundingBox();
   if (!box) throw new Error("no canvas");
   await page.mouse.click(box.x + 5, box.y + box.height - 60);

@@ -166,7 +166,7 @@ describe("lengths", () => {
   });
 
   it("have a unit that suits their size", () => {
-    expect([25, 0.05, 1500, 2e-5, 0, 7.25].map(formatLength)).toEqual([
+    expect([25, 0.05, 1500, 2e-5, 0, 7.25].map((mm) => formatLength(mm))).toEqual([
       "25 mm",
       "50 µm",
       "1.5 m",

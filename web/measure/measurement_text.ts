@@ -1,4 +1,5 @@
 import type { Triple } from "../core/types.ts";
+import type { LengthUnit } from "../overlay/length_unit.ts";
 import {
   isText,
   type MeasuredPoint,
@@ -53,16 +54,19 @@ function cell(text: string): string {
 /** A measurement in a table or a file. */
 export interface MeasurementRow extends Measurement {
   length_mm?: number;
+  /** Instead of `length_mm` if the size of a voxel is unknown. */
+  length_voxels?: number;
   angle_degrees?: number;
   voxels: readonly Triple[];
 }
 
-/** One line for each point; with a column `layer` if there were several. Lengths are in world units: millimetres. */
-export function toCsv(rows: readonly MeasurementRow[]): string {
+/** One line for each point; with a column `layer` if there were several. `unit`: of the world's lengths. */
+export function toCsv(rows: readonly MeasurementRow[], unit: LengthUnit = "mm"): string {
+  const of = unit === "mm" ? "mm" : "voxels";
   const hasLayers = rows.some(({ points }) => points.some(({ layer }) => layer !== undefined));
   const head =
-    "number,kind,text,point,x_mm,y_mm,z_mm,voxel_x,voxel_y,voxel_z,value," +
-    `normal_x,normal_y,normal_z,level,length_mm,angle_degrees${hasLayers ? ",layer" : ""}`;
+    `number,kind,text,point,x_${of},y_${of},z_${of},voxel_x,voxel_y,voxel_z,value,` +
+    `normal_x,normal_y,normal_z,level,length_${of},angle_degrees${hasLayers ? ",layer" : ""}`;
   const lines = rows.flatMap(({ kind, text = "", points, voxels, ...results }, i) =>
     points.map(({ position, value, normal, level, layer = "" }, j) =>
       [
@@ -75,7 +79,7 @@ export function toCsv(rows: readonly MeasurementRow[]): string {
         value ?? "",
         ...(normal ?? ["", "", ""]),
         level ?? "",
-        j === 0 ? (results.length_mm ?? "") : "",
+        j === 0 ? (results.length_mm ?? results.length_voxels ?? "") : "",
         j === 0 ? (results.angle_degrees ?? "") : "",
         ...(hasLayers ? [cell(layer)] : []),
       ].join(","),

@@ -4,7 +4,7 @@ import { boundingBox } from "./bounding_box.ts";
 import type { Screen } from "./screen.ts";
 import { svgElement } from "./shapes.ts";
 
-/** The volume's box with ticks in millimetres on three of its edges. */
+/** The volume's box with ticks in millimetres, or in voxels, on three of its edges. */
 export class BoxPart {
   readonly element = svgElement("svg", { class: "overlay-box", "aria-hidden": "true" });
 

@@ -1,6 +1,8 @@
 import { grouped, localized } from "../texts/numbers.ts";
+import { overlayTexts } from "../texts/overlay.ts";
+import type { LengthUnit } from "./length_unit.ts";
 
-/** Lengths of the world, which are in millimetres. */
+/** Lengths of the world, which are in millimetres, or in voxels whose size is unknown. */
 
 const units = [
   { name: "km", mm: 1e6 },
@@ -11,8 +13,9 @@ const units = [
   { name: "nm", mm: 1e-6 },
 ] as const;
 
-/** 25 → "25 mm"; 0.05 → "50 µm". Six significant digits at most. */
-export function formatLength(mm: number): string {
+/** 25 → "25 mm"; 0.05 → "50 µm"; in voxels: "25 voxels". Six significant digits at most. */
+export function formatLength(mm: number, world: LengthUnit = "mm", texts = overlayTexts): string {
+  if (world === "voxel") return texts.voxels(localized(String(Number(mm.toPrecision(6)))));
   const size = Math.abs(mm);
   const unit = units.find((u) => u.name !== "cm" && size >= u.mm) ?? units[units.length - 1];
   if (size === 0 || !unit) return "0 mm";
@@ -20,18 +23,19 @@ export function formatLength(mm: number): string {
 }
 
 /** A measured length, rounded to about a tenth of a voxel: 56.4942 mm → "56.5 mm" for voxels of 1 mm. */
-export function formatMeasured(mm: number, voxelMm: number): string {
+export function formatMeasured(mm: number, voxelMm: number, world: LengthUnit = "mm"): string {
   const step = 10 ** Math.floor(Math.log10(voxelMm / 10));
   const isKnown = step > 0 && Number.isFinite(step);
-  return formatLength(isKnown ? Math.round(mm / step) * step : mm);
+  return formatLength(isKnown ? Math.round(mm / step) * step : mm, world);
 }
 
-/** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²". */
-export function formatPower(value: number, power: 2 | 3): string {
+/** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²"; or in voxels. */
+export function formatPower(value: number, power: 2 | 3, world: LengthUnit = "mm"): string {
+  const sign = power === 2 ? "²" : "³";
+  if (world === "voxel") return `${formatLength(value, world)}${sign}`;
   const size = Math.abs(value);
   const unit =
     units.find((u) => u.name !== "cm" && size >= u.mm ** power) ?? units[units.length - 1];
-  const sign = power === 2 ? "²" : "³";
   if (size === 0 || !unit) return `0 mm${sign}`;
   return localized(`${Number((value / unit.mm ** power).toPrecision(6))} ${unit.name}${sign}`);
 }

@@ -58,7 +58,7 @@ export class Overlay {
         shown.push(this.#axes.element);
       }
       if (this.#parts.has("scale")) {
-        this.#scale.draw(screen, camera.target);
+        this.#scale.draw(info, screen, camera.target);
         shown.push(this.#scale.element);
       }
     }

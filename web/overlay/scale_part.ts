@@ -1,5 +1,6 @@
-import type { Triple } from "../core/types.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 import type { OverlayTexts } from "../texts/overlay.ts";
+import { unitOf } from "./length_unit.ts";
 import { formatLength, scaleBar } from "./lengths.ts";
 import type { Screen } from "./screen.ts";
 
@@ -22,11 +23,11 @@ export class ScalePart {
     this.element.append(this.#bar, this.#text);
   }
 
-  draw(screen: Screen, target: Triple): void {
+  draw(info: StoreInfo, screen: Screen, target: Triple): void {
     const bar = scaleBar(screen.pixelsPerUnit(target), longestBar);
     this.element.hidden = !bar;
     if (!bar) return;
-    const text = formatLength(bar.mm);
+    const text = formatLength(bar.mm, unitOf(info), this.#texts);
     this.#bar.style.width = `${bar.pixels}px`;
     if (this.#text.data === text) return;
     this.#text.data = text;

@@ -13,6 +13,7 @@ export const overlay: OverlayTexts = {
   orientation: "Ausrichtung",
   scale: (length) => `Maßstab: Der Balken ist ${length} lang`,
   scaleTitle: "In der Entfernung des Drehpunkts",
+  voxels: (count) => `${count} Voxel`,
   clipFaces: "Seiten des Schnittquaders",
   lowerFace: (axis) => `Untere ${axis}-Seite des Schnittquaders`,
   upperFace: (axis) => `Obere ${axis}-Seite des Schnittquaders`,

@@ -15,6 +15,7 @@ export const overlayTexts = part("overlay", {
   orientation: "Orientation",
   scale: (length: string) => `Scale: the bar is ${length} long`,
   scaleTitle: "At the distance of the centre of rotation",
+  voxels: (count: string) => (count === "1" ? "1 voxel" : `${count} voxels`),
   clipFaces: "Faces of the clip box",
   lowerFace: (axis: string) => `Lower ${axis} face of the clip box`,
   upperFace: (axis: string) => `Upper ${axis} face of the clip box`,

@@ -110,6 +110,7 @@ export const panel: typeof English = {
   voxels: "Voxel",
   axes: "Achsen",
   spacing: "Voxelabstände",
+  unknownSpacing: "unbekannt: Längen sind in Voxeln (isosplat build --spacing legt sie fest)",
   type: "Typ",
   values: "Werte",
   missing: "Fehlend",

@@ -110,6 +110,7 @@ export const panelTexts = part("panel", {
   voxels: "Voxels",
   axes: "Axes",
   spacing: "Spacing",
+  unknownSpacing: "unknown: lengths are in voxels (isosplat build --spacing sets it)",
   type: "Type",
   values: "Values",
   missing: "Missing",

@@ -17,6 +17,7 @@ import {
   writeMeasurement,
 } from "../../measure/measurement_text.ts";
 import { type Session, writeSession } from "../../measure/session_file.ts";
+import { type LengthUnit, unitOf } from "../../overlay/length_unit.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import { sameValue } from "../../viewer/same_value.ts";
@@ -24,7 +25,7 @@ import { identity, scaleOf, volumeScaleOf } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
 import { measureBar } from "./measure_bar.ts";
-import { type ExtentState, measureSection, resultOf } from "./measure_section.ts";
+import { type ExtentState, type LengthScale, measureSection, resultOf } from "./measure_section.ts";
 
 /** What is measured: a layer, or the viewer for its first one. */
 export type MeasuredLayer = Pick<Viewer, "surfaces" | "bytesOf" | "storeAccess" | "info"> &
@@ -58,6 +59,9 @@ export class Measure {
   readonly #layer: MeasureLayer;
   readonly #viewer: Viewer;
   readonly #host: MeasureHost;
+  #announced = "";
+  /** The number of measurements before the last change. */
+  #count = 0;
   #extents: readonly ExtentState[] = [];
   /** The volume that `#extents` are of. */
   #extentsOf: StoreInfo | null = null;
@@ -86,6 +90,7 @@ export class Measure {
     this.tool = new MeasureTool(
       viewer,
       () => {
+        this.#announce();
         this.#layer.request();
         if (this.tool.measurements.length === 0) this.#measured = this.#shown;
         host.changed();
@@ -95,8 +100,8 @@ export class Measure {
     this.#layer = new MeasureLayer(
       viewer,
       this.tool,
-      (measurement) => resultOf(measurement, this.#voxelMm),
-      () => measureBar(this.tool, viewer.canvas),
+      (measurement) => resultOf(measurement, this.#scale),
+      () => measureBar(this.tool, viewer.canvas, this.#announced),
     );
     const kept = keptSession(search);
     const shown = ofScene.map(withShortText);
@@ -111,6 +116,16 @@ export class Measure {
     if (known.length > 0) this.tool.set(known);
     if (viewer.info) this.#opened(viewer.info);
     viewer.on("opened", (info) => this.#opened(info));
+  }
+
+  /** Speaks the result of a measurement that the visitor has completed. */
+  #announce(): void {
+    const { kind, measurements } = this.tool;
+    const last = measurements.at(-1);
+    const isAdded = measurements.length === this.#count + 1;
+    this.#count = measurements.length;
+    if (kind === null || !isAdded || !last) return;
+    this.#announced = `${measureTexts.kinds[last.kind]}: ${resultOf(last, this.#scale)}`;
   }
 
   /** The element over the canvas. */
@@ -169,13 +184,14 @@ export class Measure {
         extents: this.#extents,
         problem,
         bytes: this.#bytesToMeasure(),
-        voxelMm: this.#voxelMm,
+        scale: this.#scale,
       },
       {
         remove: (index, list) => this.#remove(index, list),
         measureSurfaces: () => void this.#measureSurfaces(),
         copy: () => void this.#copy(),
-        saveCsv: () => this.#host.save("measurements.csv", "text/csv", toCsv(this.#rows())),
+        saveCsv: () =>
+          this.#host.save("measurements.csv", "text/csv", toCsv(this.#rows(), this.#unit)),
         saveJson: () => {
           const text = `${JSON.stringify(this.#rows(), null, 2)}\n`;
           this.#host.save("measurements.json", "application/json", text);
@@ -185,12 +201,17 @@ export class Measure {
     );
   }
 
-  /** The smallest edge of a voxel of all volumes, in mm. */
-  get #voxelMm(): number {
+  get #unit(): LengthUnit {
+    const { info } = this.#viewer;
+    return info ? unitOf(info) : "mm";
+  }
+
+  /** By the smallest edge of a voxel of all volumes, and the unit of the first one. */
+  get #scale(): LengthScale {
     const edges = this.#viewer.layers.map(({ info, transform }) =>
       info ? Math.min(...info.spacing) * Math.cbrt(volumeScaleOf(transform)) : Infinity,
     );
-    return Math.min(...edges);
+    return { voxelMm: Math.min(...edges), unit: this.#unit };
   }
 
   /**
@@ -300,7 +321,7 @@ export class Measure {
 
   async #copy(): Promise<void> {
     try {
-      await navigator.clipboard.writeText(toCsv(this.#rows()));
+      await navigator.clipboard.writeText(toCsv(this.#rows(), this.#unit));
       this.#host.done(measureTexts.copied);
     } catch {
       this.#host.note(measureTexts.noClipboard);
@@ -317,13 +338,18 @@ function withShortText({ text, ...measurement }: Measurement): Measurement {
   return { ...measurement, ...(text && { text: text.slice(0, longestText) }) };
 }
 
+function lengthIn(unit: LengthUnit, length: number) {
+  return unit === "mm" ? { length_mm: length } : { length_voxels: length };
+}
+
 function rowOf(measurement: Measurement, info: StoreInfo | null): MeasurementRow {
   const { kind, points } = measurement;
+  const unit = info ? unitOf(info) : "mm";
   const angle = kind === "angle" ? angleOf(points) : undefined;
   return {
     ...measurement,
     voxels: info ? points.map(({ position, voxel }) => voxel ?? voxelOf(info, position)) : [],
-    ...((kind === "distance" || kind === "path") && { length_mm: lengthOf(points) }),
+    ...((kind === "distance" || kind === "path") && lengthIn(unit, lengthOf(points))),
     ...(angle !== undefined && { angle_degrees: angle }),
   };
 }

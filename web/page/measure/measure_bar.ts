@@ -5,9 +5,13 @@ import { measureTexts } from "../../texts/measure.ts";
 
 /**
  * The bar over the picture while a tool is active: instructions, the result of a missed click, and
- * a button to end.
+ * a button to end. `announced`: for screen readers, the last measurement.
  */
-export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResult {
+export function measureBar(
+  tool: MeasureTool,
+  canvas: HTMLElement,
+  announced: string,
+): TemplateResult {
   const { kind, draft, miss } = tool;
   const canEnd = kind === "path" && draft.length >= pointCounts.path[0];
   const keys = kind === "path" ? measureTexts.pathKeys : measureTexts.keys;
@@ -16,7 +20,8 @@ export function measureBar(tool: MeasureTool, canvas: HTMLElement): TemplateResu
     action();
     canvas.focus({ preventScroll: true });
   };
-  return html`<div class="measure-bar" ?hidden=${!kind && !miss}>
+  return html`<span class="visually-hidden measure-announced" role="status">${announced}</span>
+  <div class="measure-bar" ?hidden=${!kind && !miss}>
     <span role="status"
       >${miss ?? (kind ? html`${measureTexts.hints[kind]} <span class="measure-keys">${keys}</span>` : "")}</span
     >

@@ -11,6 +11,7 @@ import {
   voxelOf,
 } from "../../measure/measurement.ts";
 import type { SurfaceExtent } from "../../mesh/surface_extent.ts";
+import type { LengthUnit } from "../../overlay/length_unit.ts";
 import { formatMeasured, formatPower } from "../../overlay/lengths.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import { listed, localized } from "../../texts/numbers.ts";
@@ -25,6 +26,13 @@ export interface ExtentState {
   problem?: string;
 }
 
+/** How lengths are shown. */
+export interface LengthScale {
+  /** The smallest edge of a voxel, in `unit`. */
+  voxelMm: number;
+  unit: LengthUnit;
+}
+
 export interface MeasureActions {
   /** Removes a measurement, or all; section: the element that must keep the focus. */
   remove(index: number | "all", section: Element | null): void;
@@ -36,8 +44,8 @@ export interface MeasureActions {
   saveSession(): void;
 }
 
-/** The result of a measurement, in the form shown in the picture. voxelMm: the smallest edge of a voxel. */
-export function resultOf({ kind, points, text }: Measurement, voxelMm: number): string {
+/** The result of a measurement, in the form shown in the picture. */
+export function resultOf({ kind, points, text }: Measurement, scale: LengthScale): string {
   if (kind === "note") return text ?? "";
   if (kind === "point") {
     const [x, y, z] = points[0]?.position ?? [0, 0, 0];
@@ -46,7 +54,7 @@ export function resultOf({ kind, points, text }: Measurement, voxelMm: number): 
   const angle = angleOf(points);
   const value =
     kind !== "angle"
-      ? formatMeasured(lengthOf(points), voxelMm)
+      ? formatMeasured(lengthOf(points), scale.voxelMm, scale.unit)
       : angle === undefined
         ? measureTexts.noAngle
         : localized(`${angle.toFixed(1)}°`);
@@ -95,12 +103,12 @@ export function measureSection(
     extents,
     problem,
     bytes,
-    voxelMm,
+    scale,
   }: {
     extents: readonly ExtentState[];
     problem: string;
     bytes: number | undefined;
-    voxelMm: number;
+    scale: LengthScale;
   },
   actions: MeasureActions,
 ): TemplateResult {
@@ -119,7 +127,7 @@ export function measureSection(
       )}
     </div>
     ${problem ? html`<p class="measurement-facts">${problem}</p>` : nothing}
-    ${measurements.length > 0 ? list(tool, info, voxelMm, actions) : nothing}
+    ${measurements.length > 0 ? list(tool, info, scale, actions) : nothing}
     <div class="chips">
       <button
         type="button"
@@ -139,7 +147,7 @@ export function measureSection(
       </button>
     </div>
     ${extents.map(progressPart)}
-    <div role="status">${extents.map(extentPart)}</div>
+    <div role="status">${extents.map((each) => extentPart(each, scale.unit))}</div>
     <div class="chips" role="group" aria-label=${measureTexts.copyAndSave}>
       ${
         measurements.length > 0
@@ -170,18 +178,18 @@ function progressPart({ isovalue, share }: ExtentState): TemplateResult | typeof
   </p>`;
 }
 
-function extentPart({ isovalue, extent, problem }: ExtentState) {
+function extentPart({ isovalue, extent, problem }: ExtentState, unit: LengthUnit) {
   const name = measureTexts.isovalue(formatValue(isovalue));
   if (problem) return html`<p class="measurement-facts">${name}: ${problem}</p>`;
   if (!extent) return nothing;
   const { area, volumeAbove, gridVolume } = extent;
   const percent = localized(((100 * (volumeAbove ?? 0)) / gridVolume).toPrecision(3));
   return html`<p class="measurement-facts">
-    ${name}: ${measureTexts.area} <b>${formatPower(area, 2)}</b>,
+    ${name}: ${measureTexts.area} <b>${formatPower(area, 2, unit)}</b>,
     ${
       volumeAbove === undefined
         ? measureTexts.holes
-        : html`${measureTexts.volume} <b>${formatPower(volumeAbove, 3)}</b> (${percent} %)`
+        : html`${measureTexts.volume} <b>${formatPower(volumeAbove, 3, unit)}</b> (${percent} %)`
     }
   </p>`;
 }
@@ -198,7 +206,7 @@ function sectionOf(event: Event): Element | null {
 function list(
   tool: MeasureTool,
   info: StoreInfo,
-  voxelMm: number,
+  scale: LengthScale,
   actions: MeasureActions,
 ): TemplateResult {
   return html`<ol class="measurements" aria-label=${measureTexts.measurements}>
@@ -207,7 +215,7 @@ function list(
       const more = facts(measurement, info);
       return html`<li class="measurement">
         <span class="measurement-value">
-          <span class="visually-hidden">${name}:</span> ${resultOf(measurement, voxelMm)}
+          <span class="visually-hidden">${name}:</span> ${resultOf(measurement, scale)}
         </span>
         <button
           type="button"

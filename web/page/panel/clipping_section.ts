@@ -1,13 +1,36 @@
 import { html, type TemplateResult } from "lit";
-import type { Triple } from "../../core/types.ts";
+import type { StoreInfo, Triple } from "../../core/types.ts";
+import { axisNames, isAnatomical } from "../../overlay/axis_names.ts";
+import { unitOf } from "../../overlay/length_unit.ts";
+import { formatMeasured } from "../../overlay/lengths.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import { isWhole, wholeVolume } from "../../viewer/clipping.ts";
 import type { ClipPlane } from "../../viewer/types.ts";
-import { percent } from "./form_elements.ts";
+import { percent, withValue } from "./form_elements.ts";
 import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
 
+/** The cosine of 30°. */
+const nearlyParallel = Math.sqrt(0.75);
+
 type RangeElement = HTMLElement & { minValue: number; maxValue: number };
+
+/** The volume's axis, with the anatomical sides of its ends where they are known and the axis is nearly theirs: "x, R–L". */
+function sides(axis: string, index: number, info: StoreInfo): string {
+  if (!isAnatomical(info)) return axis;
+  const along = [0, 1, 2].map((row) => info.direction[3 * row + index] ?? 0);
+  const world = along.findIndex((part) => Math.abs(part) > nearlyParallel);
+  const [low, high] = axisNames(info)[world] ?? [];
+  if (low === undefined || high === undefined) return axis;
+  return `${axis}, ${(along[world] ?? 1) > 0 ? `${low}–${high}` : `${high}–${low}`}`;
+}
+
+/** A position along the volume's axis, from its first voxel. */
+function place(share: number, index: number, info: StoreInfo): string {
+  const { voxels, spacing } = info;
+  const size = ((voxels[index] ?? 2) - 1) * (spacing[index] ?? 1);
+  return formatMeasured(share * size, spacing[index] ?? 1, unitOf(info));
+}
 
 /** The clip box, the clip planes, and closed cuts. */
 export function clippingSection(state: PanelState, actions: PanelActions): TemplateResult {
@@ -37,19 +60,22 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
     @wa-hide=${shown(false)}
   >
     <div class="fields">
-      ${["x", "y", "z"].map(
-        (axis, i) => html`<wa-slider
-          range
-          size="s"
-          label=${axis}
-          min="0"
-          max="1"
-          step="0.01"
-          .minValue=${clip.low[i] ?? 0}
-          .maxValue=${clip.high[i] ?? 1}
-          .valueFormatter=${percent}
-          @input=${change(i)}
-        ></wa-slider>`,
+      ${["x", "y", "z"].map((axis, i) =>
+        withValue(
+          html`<wa-slider
+              range
+              size="s"
+              label=${sides(axis, i, info)}
+              min="0"
+              max="1"
+              step="0.01"
+              .minValue=${clip.low[i] ?? 0}
+              .maxValue=${clip.high[i] ?? 1}
+              .valueFormatter=${percent}
+              @input=${change(i)}
+            ></wa-slider>`,
+          `${place(clip.low[i] ?? 0, i, info)} – ${place(clip.high[i] ?? 1, i, info)}`,
+        ),
       )}
       ${clip.planes.map((plane) =>
         planeSlider(panelTexts.plane, plane, info, percent, (offset) => {

@@ -22,3 +22,10 @@ export function select(
     ${Object.entries(choices).map(([value, label]) => html`<wa-option value=${value}>${label}</wa-option>`)}
   </wa-select>`;
 }
+
+/** A slider with its value beside its label. Its formatter speaks the value, so screen readers skip the text. */
+export function withValue(slider: TemplateResult, value: string): TemplateResult {
+  return html`<div class="with-value">
+    ${slider}<span class="slider-value quiet" aria-hidden="true">${value}</span>
+  </div>`;
+}

@@ -10,7 +10,7 @@ import {
   lightRanges,
 } from "../../viewer/light.ts";
 import { lightNames, lightSettings } from "../../viewer/light_settings.ts";
-import { percent, type ValueElement } from "./form_elements.ts";
+import { percent, type ValueElement, withValue } from "./form_elements.ts";
 import type { PictureActions, PictureState } from "./panel_state.ts";
 
 type Strength = Exclude<keyof Light, "azimuth" | "elevation">;
@@ -86,30 +86,38 @@ export function lightSection(state: PictureState, actions: PictureActions): Temp
   return html`<wa-details class="section" appearance="plain" summary=${panelTexts.light}>
     <div class="fields">
       ${ball(light, actions.changeLight, actions.turnLight)}
-      ${sliders.map(
-        (name) => html`<wa-slider
+      ${sliders.map((name) =>
+        withValue(
+          html`<wa-slider
+              size="s"
+              label=${panelTexts.lights[name]}
+              .min=${lightRanges[name][0]}
+              .max=${lightRanges[name][1]}
+              .step=${lightSettings[name].step}
+              .value=${light[name]}
+              .valueFormatter=${percent}
+              @input=${(event: Event) =>
+                actions.changeLight({
+                  [name]: Number((event.currentTarget as ValueElement).value),
+                })}
+            ></wa-slider>`,
+          percent(light[name]),
+        ),
+      )}
+      ${withValue(
+        html`<wa-slider
           size="s"
-          label=${panelTexts.lights[name]}
-          .min=${lightRanges[name][0]}
-          .max=${lightRanges[name][1]}
-          .step=${lightSettings[name].step}
-          .value=${light[name]}
+          label=${panelTexts.edgeShading}
+          min="0"
+          max="1"
+          step="0.05"
+          .value=${look.eyeDome}
           .valueFormatter=${percent}
           @input=${(event: Event) =>
-            actions.changeLight({ [name]: Number((event.currentTarget as ValueElement).value) })}
+            actions.changeLook({ eyeDome: Number((event.currentTarget as ValueElement).value) })}
         ></wa-slider>`,
+        percent(look.eyeDome),
       )}
-      <wa-slider
-        size="s"
-        label=${panelTexts.edgeShading}
-        min="0"
-        max="1"
-        step="0.05"
-        .value=${look.eyeDome}
-        .valueFormatter=${percent}
-        @input=${(event: Event) =>
-          actions.changeLook({ eyeDome: Number((event.currentTarget as ValueElement).value) })}
-      ></wa-slider>
       <wa-button
         size="s"
         appearance="outlined"

@@ -2,7 +2,7 @@ import { html, type TemplateResult } from "lit";
 import type { StoreInfo } from "../../core/types.ts";
 import { extentAlong } from "../../viewer/clipping.ts";
 import type { ClipPlane } from "../../viewer/types.ts";
-import type { ValueElement } from "./form_elements.ts";
+import { type ValueElement, withValue } from "./form_elements.ts";
 
 /**
  * A slider that moves a plane along its normal through the volume. `formatter` makes the text for a
@@ -20,14 +20,18 @@ export function planeSlider(
     const share = Number((event.currentTarget as ValueElement).value);
     move(low + share * (high - low));
   };
-  return html`<wa-slider
-    size="s"
-    label=${label}
-    min="0"
-    max="1"
-    step="0.005"
-    .value=${(offset - low) / (high - low)}
-    .valueFormatter=${formatter}
-    @input=${input}
-  ></wa-slider>`;
+  const share = (offset - low) / (high - low);
+  return withValue(
+    html`<wa-slider
+      size="s"
+      label=${label}
+      min="0"
+      max="1"
+      step="0.005"
+      .value=${share}
+      .valueFormatter=${formatter}
+      @input=${input}
+    ></wa-slider>`,
+    formatter(share),
+  );
 }

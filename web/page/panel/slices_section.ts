@@ -1,9 +1,11 @@
 import "./slices.css";
 import { html, nothing, type TemplateResult } from "lit";
+import { unitOf } from "../../overlay/length_unit.ts";
 import { formatLength } from "../../overlay/lengths.ts";
 import { localized } from "../../texts/numbers.ts";
 import { slicesTexts } from "../../texts/slices.ts";
 import { extentAlong } from "../../viewer/clipping.ts";
+import { greyRange } from "../../viewer/grey_range.ts";
 import { hasSlices } from "../../viewer/slices.ts";
 import type { Slices } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
@@ -66,7 +68,10 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
               step="1"
               .value=${voxel}
               .valueFormatter=${(at: number) =>
-                slicesTexts.at(localized(String(at)), formatLength(at * (info.spacing[axis] ?? 1)))}
+                slicesTexts.at(
+                  localized(String(at)),
+                  formatLength(at * (info.spacing[axis] ?? 1), unitOf(info)),
+                )}
               @input=${(event: Event) =>
                 showVoxel(Number((event.currentTarget as ValueElement).value))}
             ></wa-slider>
@@ -81,7 +86,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
               @change=${entered}
             />
             <span class="slice-place quiet"
-              >${formatLength(Number((voxel * (info.spacing[axis] ?? 1)).toPrecision(5)))}</span
+              >${formatLength(Number((voxel * (info.spacing[axis] ?? 1)).toPrecision(5)), unitOf(info))}</span
             >`
         : nothing
     }
@@ -104,7 +109,10 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
   const middle = (low + high) / 2;
   const positionText = (share: number) =>
     slicesTexts.fromCentre(
-      formatLength(Number(((low + share * (high - low) - middle) / size).toPrecision(4))),
+      formatLength(
+        Number(((low + share * (high - low) - middle) / size).toPrecision(4)),
+        unitOf(info),
+      ),
     );
   const move = (offset: number) =>
     actions.changeSlices((now) =>
@@ -122,13 +130,13 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
 function rangePart({ slices, info }: PanelState, actions: PanelActions) {
   const { range } = slices;
   const field = (label: string, end: 0 | 1) => {
-    const value = (range ?? info.range)[end];
+    const value = (range ?? greyRange(info))[end];
     const enter = (event: Event) => {
       const input = event.currentTarget as HTMLInputElement;
       const to = parseValue(input.value);
       let kept = value;
       actions.changeSlices((now) => {
-        const [low, high] = now.range ?? info.range;
+        const [low, high] = now.range ?? greyRange(info);
         const entered: [number, number] = end === 0 ? [to ?? low, high] : [low, to ?? high];
         const isInOrder = entered[0] < entered[1];
         kept = isInOrder ? entered[end] : ([low, high][end] ?? value);

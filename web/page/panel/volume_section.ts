@@ -1,4 +1,7 @@
 import { html, type TemplateResult } from "lit";
+import type { StoreInfo } from "../../core/types.ts";
+import { unitOf } from "../../overlay/length_unit.ts";
+import { formatLength } from "../../overlay/lengths.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import {
@@ -20,7 +23,7 @@ export function volumeSection({ info }: VolumeState): TemplateResult {
       panelTexts.voxels,
       `${formatDims(info.voxels)} (${formatCount(info.voxels.reduce((p, n) => p * n, 1))})`,
     ],
-    [panelTexts.spacing, info.spacing.map(formatValue).join(" × ")],
+    [panelTexts.spacing, spacingText(info)],
     [panelTexts.type, formatType(type)],
     [panelTexts.values, pageTexts.to(formatValue(info.range[0]), formatValue(info.range[1]))],
     [panelTexts.levels, String(info.levels)],
@@ -42,4 +45,10 @@ export function volumeSection({ info }: VolumeState): TemplateResult {
       ${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}
     </dl>
   </wa-details>`;
+}
+
+/** The distances between voxels, in one unit: that of the first. */
+function spacingText(info: StoreInfo): string {
+  if (unitOf(info) === "voxel") return panelTexts.unknownSpacing;
+  return info.spacing.map((mm) => formatLength(Number(mm.toPrecision(5)))).join(" × ");
 }

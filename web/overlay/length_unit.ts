@@ -1,0 +1,13 @@
+import type { StoreInfo } from "../core/types.ts";
+
+/** The unit of the world: millimetres, or voxels if nobody knows how large they are. */
+export type LengthUnit = "mm" | "voxel";
+
+/** What the readers note if a file states no distance between voxels; 1 is then assumed. */
+const assumedSpacing = /\b(1,1,1|1 mm) is assumed; --spacing sets/;
+
+/** The unit of a volume's world. With `--spacing`, the readers note nothing. */
+export function unitOf({ metadata, spacing }: Pick<StoreInfo, "metadata" | "spacing">): LengthUnit {
+  const isAssumed = metadata.notes?.some((note) => assumedSpacing.test(note)) ?? false;
+  return isAssumed && spacing.every((length) => length === 1) ? "voxel" : "mm";
+}
