@@ -190,6 +190,39 @@ test("another volume begins with its own isovalue, and changed colours keep it",
   expect(isovalues.coloured).toEqual([{ isovalue: 0.25, colour: "#c8553d", opacity: 1 }]);
 });
 
+test("a link shares only the parts that it names", async ({ page }) => {
+  await open(
+    page,
+    element("bucky", 'isovalue="100" link="a:camera"') +
+      element("bucky", 'isovalue="120" link="a:camera"'),
+  );
+  await completed(page, 2);
+  await page.locator("isosplat-viewer").first().getByRole("application").press("ArrowLeft");
+  const views = () =>
+    page.evaluate(() =>
+      [...document.querySelectorAll("isosplat-viewer")].map((e) => [
+        e.isovalues[0],
+        e.camera?.azimuth,
+      ]),
+    );
+  await expect.poll(views).toEqual([
+    [100, 35],
+    [120, 35],
+  ]);
+  const isovalues = await page.evaluate(() => {
+    const elements = [...document.querySelectorAll("isosplat-viewer")];
+    const [first] = elements;
+    if (first) first.isovalues = [90];
+    const apart = elements.map((e) => e.isovalues[0]);
+    for (const each of elements) each.link = "b:isovalues";
+    return [apart, elements.map((e) => e.isovalues[0])];
+  });
+  expect(isovalues).toEqual([
+    [90, 120],
+    [90, 90],
+  ]);
+});
+
 test("linked views move together, and those of other groups do not", async ({ page }) => {
   await open(
     page,

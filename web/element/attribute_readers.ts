@@ -7,6 +7,7 @@ import type { Camera } from "../viewer/types.ts";
 import { cameraOf, expected, loopOf, rateOf, stepOf } from "./element_attributes.ts";
 import { sceneOf } from "./element_scene.ts";
 import { sourceOf } from "./element_source.ts";
+import { type Link, linkedParts, readLink } from "./link_groups.ts";
 import { readParts, shownParts } from "./overlay_area.ts";
 
 /**
@@ -54,6 +55,11 @@ export class AttributeReaders {
 
   show(): ReturnType<typeof readParts> | null {
     return this.#read("show", `some of ${shownParts.join(",")}`, readParts);
+  }
+
+  link(): Link | null | undefined {
+    const what = `a name, or a name with some of ${linkedParts.join(",")}, as in brains:camera`;
+    return this.#read("link", what, readLink);
   }
 
   #read<T>(

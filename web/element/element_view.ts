@@ -18,7 +18,7 @@ import type { OpenOptions } from "../viewer/viewer_events.ts";
 import { cameraOf, isovaluesOf, projectionOf, stepOf, surfacesOf } from "./element_attributes.ts";
 import type { IsosplatViewerEvents } from "./element_events.ts";
 import { ElementTime } from "./element_time.ts";
-import type { LinkedElement, LinkedView } from "./link_groups.ts";
+import { type Link, type LinkedElement, type LinkedView, sharedBy } from "./link_groups.ts";
 import { groups } from "./page_resources.ts";
 
 /** The functions that a view needs from its element. */
@@ -53,6 +53,7 @@ export class ElementView {
   /** Whether the present change shows a default. */
   #isDefault = false;
   #isAttached = false;
+  #link: Link | null = null;
   /** Not 0 while the viewer is being set to a view of the group, which must not be sent back. */
   #receiving = 0;
   /**
@@ -307,28 +308,26 @@ export class ElementView {
     else this.#leave();
   }
 
-  /** The attribute names another group. */
-  relink(before: string | null): void {
-    this.#leave(before);
+  /** The attribute names another group, or other parts of the view. */
+  relink(link: Link | null): void {
+    this.#leave();
+    this.#link = link;
     this.#join();
   }
 
-  get #group(): string | null {
-    return this.#element.getAttribute("link");
-  }
-
-  #leave(group = this.#group): void {
-    if (group) groups.leave(group, this.#linked);
+  #leave(): void {
+    if (this.#link) groups.leave(this.#link.group, this.#linked);
   }
 
   #join(): void {
-    const group = this.#group;
-    if (group && this.#isAttached) {
-      this.#receive(groups.join(group, this.#linked, this.#chosen));
+    const link = this.#link;
+    if (link && this.#isAttached) {
+      this.#receive(groups.join(link.group, this.#linked, sharedBy(link, this.#chosen)));
     }
   }
 
-  #receive({ camera, isovalues, clip, slices, time }: LinkedView): void {
+  #receive(view: LinkedView): void {
+    const { camera, isovalues, clip, slices, time } = this.#link ? sharedBy(this.#link, view) : {};
     this.#receiving++;
     try {
       if (camera) this.camera = camera;
@@ -352,8 +351,10 @@ export class ElementView {
   ): void {
     if (!this.#host.isOpening() && !this.#isDefault) {
       Object.assign(this.#chosen, view);
-      const group = this.#group;
-      if (group && this.#receiving === 0) groups.send(group, this.#linked, view);
+      const link = this.#link;
+      if (link && this.#receiving === 0) {
+        groups.send(link.group, this.#linked, sharedBy(link, view));
+      }
     }
     this.#element.dispatchEvent(new CustomEvent(name, { detail }));
   }

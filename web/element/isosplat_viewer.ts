@@ -49,7 +49,7 @@ const ownProperties =
  * @attr {boolean} controls - Shows a slider and a field for the isovalue, and buttons.
  * @attr {string} show - The overlays above the picture, some of `axes,scale,box,clip`: orientation axes, a scale bar, the volume's box with ticks in mm, the clip box with handles. Default: nothing.
  * @attr {string} lang - The language of the element: `en` or `de`. Default: that of the nearest enclosing element with this attribute, when the element is added to the page. Messages of faults are in English.
- * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues, clipping, slices and time.
+ * @attr {string} link - The name of a group. Elements of a group have the same camera, isovalues, clipping, slices and time, or those that are named after a colon: `brains:camera,time` shares some of `camera,isovalues,clip,slices,time`.
  *
  * @fires {CustomEvent<StoreInfo>} opened - The volume, or the scene, is open. Its first surface follows. `detail` is of the first volume.
  * @fires {CustomEvent<Progress>} progress - The streaming progress has changed.
@@ -174,7 +174,7 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
     else if (name === "background") this.look = { background: readColour(now) ?? "#ffffff" };
     else if (name === "controls") this.#parts.controls.element.hidden = now === null;
     else if (name === "show") this.#parts.overlays.show(this.#attributes.show() ?? new Set());
-    else if (name === "link") this.#view.relink(before);
+    else if (name === "link") this.#view.relink(this.#attributes.link() ?? null);
     else if (name === "lang") void this.#parts.translate();
     else if (name === "isovalue") this.#view.readIsovalues();
     else this.surfaces = surfacesOf(this, this.isovalues);

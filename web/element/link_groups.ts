@@ -10,6 +10,30 @@ export interface LinkedView {
   time?: number;
 }
 
+/** The parts of the view that a link can name. */
+export const linkedParts = ["camera", "isovalues", "clip", "slices", "time"] as const;
+
+/** The group of an element, and what it shares there. */
+export interface Link {
+  group: string;
+  parts: ReadonlySet<keyof LinkedView>;
+}
+
+/** Reads `GROUP`, which shares all parts, or `GROUP:PART,PART`. Undefined if a part is not known. */
+export function readLink(text: string): Link | undefined {
+  const [group = "", named, ...more] = text.split(":").map((part) => part.trim());
+  if (more.length > 0 || group === "") return undefined;
+  if (named === undefined) return { group, parts: new Set(linkedParts) };
+  const parts = named.split(",").map((name) => linkedParts.find((part) => part === name.trim()));
+  return parts.every((part) => part !== undefined) ? { group, parts: new Set(parts) } : undefined;
+}
+
+/** The parts of a view that a link shares. */
+export function sharedBy({ parts }: Link, view: LinkedView): LinkedView {
+  const shared = Object.entries(view).filter(([part]) => parts.has(part as keyof LinkedView));
+  return Object.fromEntries(shared);
+}
+
 export interface LinkedElement {
   /** Receives changes of another element of the group. Must not send them on. */
   receive(view: LinkedView): void;
