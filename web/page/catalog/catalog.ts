@@ -17,6 +17,7 @@ import {
   withBackoff,
 } from "../shell/volumes_api.ts";
 import { sceneCard, skeleton, volumeCard } from "./cards.ts";
+import { keepPlace, keptPlace } from "./list_place.ts";
 import { Previews } from "./previews.ts";
 
 /** A search begins when its text has not changed for this time (ms). */
@@ -62,7 +63,45 @@ export class Catalog {
     this.#device = device;
     document.title = "Isosplat";
     onTheme(() => this.#render());
-    void this.#load();
+    window.addEventListener("pagehide", () => this.#keepPlace());
+    void this.#begin();
+  }
+
+  /** Loads the list, and returns to the place where the visitor left it. */
+  async #begin(): Promise<void> {
+    const place = keptPlace();
+    await this.#load();
+    if (!place) return;
+    if (place.query !== "") {
+      this.#query = place.query;
+      await this.#load();
+    }
+    await this.#loadUntil("volumes", place.volumes);
+    await this.#loadUntil("scenes", place.scenes);
+    if (window.scrollY === 0) window.scrollTo({ top: place.top, behavior: "instant" });
+  }
+
+  /** Loads more of a list until it shows this many entries, or has no more. */
+  async #loadUntil(list: "volumes" | "scenes", count: number): Promise<void> {
+    let before = -1;
+    let shown = this.#shown[list];
+    while (shown > before && shown < count) {
+      await this.#load(list);
+      before = shown;
+      shown = this.#shown[list];
+    }
+  }
+
+  /** The number of entries that are shown. */
+  get #shown() {
+    return {
+      volumes: this.#list?.volumes.length ?? 0,
+      scenes: this.#scenes?.scenes.length ?? 0,
+    };
+  }
+
+  #keepPlace(): void {
+    keepPlace({ query: this.#shownQuery, ...this.#shown, top: window.scrollY });
   }
 
   /** The URL of the picture of a volume or a scene on the server or site. */
@@ -178,6 +217,7 @@ export class Catalog {
                     type="search"
                     placeholder=${startTexts.search}
                     label=${startTexts.searchLabel}
+                    .value=${this.#query}
                     @input=${(event: Event) => this.#search((event.target as HTMLInputElement).value)}
                   ></wa-input>`
                 : nothing

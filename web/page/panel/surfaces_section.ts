@@ -18,7 +18,7 @@ export function surfacesSection(state: VolumeState, actions: VolumeActions): Tem
         size="s"
         title=${panelTexts.saveSurfaceTitle}
         @click=${actions.saveSurface}
-        ><span class="visually-hidden">${panelTexts.saveSurface}</span>${icon("save")}</wa-button
+        ><span class="visually-hidden">${panelTexts.saveSurface}</span>${icon("mesh")}</wa-button
       >
       <wa-button
         class="icon-button"

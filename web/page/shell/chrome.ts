@@ -22,27 +22,31 @@ export interface IconAction {
   icon: IconName;
   label: string;
   action: () => void;
+  isDisabled?: boolean;
   /** Hidden in narrow windows. */
   isMinor?: boolean;
 }
 
-export function iconButton({ icon: name, label, action, isMinor }: IconAction): TemplateResult {
+export function iconButton(button: IconAction): TemplateResult {
+  const { icon: name, label, action, isDisabled = false, isMinor = false } = button;
   return html`<wa-button
     class=${isMinor ? "icon-button minor" : "icon-button"}
     appearance="plain"
     size="s"
     title=${label}
+    ?disabled=${isDisabled}
     @click=${action}
     ><span class="visually-hidden">${label}</span>${icon(name)}</wa-button
   >`;
 }
 
-export function themeButton(): TemplateResult {
+export function themeButton(isMinor = false): TemplateResult {
   const isDark = theme() === "dark";
   return iconButton({
     icon: isDark ? "sun" : "moon",
     label: isDark ? pageTexts.lightTheme : pageTexts.darkTheme,
     action: toggleTheme,
+    isMinor,
   });
 }
 

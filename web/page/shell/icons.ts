@@ -3,6 +3,7 @@ import { html } from "lit";
 import { guard } from "lit/directives/guard.js";
 import {
   ArrowLeft,
+  Box,
   Camera,
   Check,
   ChevronDown,
@@ -30,6 +31,7 @@ import {
   StepForward,
   Sun,
   Trash,
+  Undo2,
 } from "lucide";
 
 const icons = {
@@ -45,6 +47,7 @@ const icons = {
   link: Link,
   save: Download,
   maximize: Maximize,
+  mesh: Box,
   moon: Moon,
   missing: SearchX,
   next: StepForward,
@@ -58,6 +61,7 @@ const icons = {
   shown: Eye,
   sun: Sun,
   trash: Trash,
+  undo: Undo2,
   up: ChevronUp,
 } satisfies Record<string, IconNode>;
 

@@ -96,7 +96,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
     isPanelHidden ? " panel-hidden" : ""
   }`;
   return html`<div class=${classes}>
-    ${guard([state.title, panel?.info, state.tools, theme()], () => bar(state, actions))}
+    ${guard([state.title, panel?.info, panel?.canUndo, state.tools, theme()], () => bar(state, actions))}
     <main class="stage" style=${`background:${state.background}`}>
       ${state.canvas} ${state.problem ? nothing : state.overlay} ${state.problem ? nothing : state.measure?.element} ${state.problem ? nothing : state.clipHandles} ${state.banner ? bannerPart(state.banner, actions) : nothing}
       ${cover(state, actions)}
@@ -127,15 +127,16 @@ function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): Temp
     </h1>
     <span class="bar-space"></span>${tools}
     ${iconButton({
-      icon: "reset",
-      label: pageTexts.reset,
-      action: actions.reset,
-      isMinor: true,
+      icon: "undo",
+      label: panelTexts.undoTitle,
+      action: actions.undo,
+      isDisabled: !panel?.canUndo,
     })}
+    ${iconButton({ icon: "reset", label: pageTexts.reset, action: actions.reset })}
     ${iconButton({ icon: "camera", label: pageTexts.savePicture, action: actions.savePicture })}
     ${iconButton({ icon: "link", label: pageTexts.copyLink, action: actions.copyLink })}
-    ${iconButton({ icon: "help", label: pageTexts.keys, action: actions.help, isMinor: true })}
-    ${themeButton()}
+    ${iconButton({ icon: "help", label: pageTexts.keys, action: actions.help })}
+    ${themeButton(true)}
   </header>`;
 }
 
@@ -193,7 +194,7 @@ function panelPart(
   const layersPart = html`<wa-details class="section layers-section" appearance="plain" ?open=${isOfSeveral} summary=${panelTexts.layers} @wa-show=${actions.loadLayers}>
     ${layersSection}
   </wa-details>`;
-  return html`<aside class="panel" aria-label=${pageTexts.controls}>
+  return html`<aside class="panel" aria-label=${pageTexts.controls} @wa-after-show=${showWhole}>
     <button
       class="sheet-handle"
       type="button"
@@ -222,6 +223,11 @@ function panelPart(
       ${ofChosen ? guard([info], () => volumeSection(ofChosen)) : nothing}
     </div>
   </aside>`;
+}
+
+/** Scrolls a section that was opened into view, as far as it fits. */
+function showWhole({ target }: Event): void {
+  (target as HTMLElement).scrollIntoView({ block: "nearest", behavior: "smooth" });
 }
 
 /** Replaces the isovalue section if the chosen layer has not been opened. */
