@@ -5,6 +5,7 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { type BrowserContext, expect, type Page, test } from "@playwright/test";
+import { loadCore } from "../../web/core/index.ts";
 import { hasNginx, nginx } from "../support/nginx.ts";
 import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
 import { complete } from "./support/view.ts";
@@ -25,8 +26,8 @@ test.afterAll(async () => {
  * Opens a store or a bundle and saves it. Returns the file's path and the size that the page
  * predicted.
  */
-async function save(page: Page, option: string, file: string, opened = bucky) {
-  await page.goto(server.url);
+async function save(page: Page, option: string, file: string, opened = bucky, view = "") {
+  await page.goto(server.url + view);
   await page.locator(".device-drop input").first().setInputFiles(opened);
   await complete(page);
   await page.getByRole("button", { name: /^Save this (volume|scene as a page)$/ }).click();
@@ -74,6 +75,26 @@ test("a single page opens from file:// and makes no requests", async ({ page, co
   await saved.getByRole("button", { name: "Save", exact: true }).click();
   expect((await surface).suggestedFilename()).toMatch(/^bucky-[\d.]+\.stl$/);
   expect(requested()).toEqual([]);
+});
+
+test("a single page has the view with which it was saved, and no link of a file", async ({
+  page,
+  context,
+}) => {
+  const core = await loadCore();
+  const store = core.openStore(readFileSync(bucky));
+  const view =
+    "isovalue=100,140&opacity=0.5,1&camera=20,10,250,63,63,63&clip=0,0.5,0,1,0,1&measure=distance,1,2,3,30,40,50";
+  const link = `?src=device:${store.info.contentId}&${view}`;
+  store.close();
+  const { path } = await save(page, "Single page", "view.html", bucky, link);
+  const { page: saved } = await openAlone(context, path);
+  await expect(saved.locator(".surface")).toHaveCount(2);
+  await expect(saved.locator(".isovalue-slider")).toHaveValue("100");
+  await expect(saved.locator(".status-state")).toHaveText("complete: a part is clipped away");
+  await expect(saved.locator(".measure-marks text")).toHaveCount(1);
+  await saved.getByRole("button", { name: "Copy a link to this view" }).click();
+  await expect(saved.locator(".toast")).toContainText("opened from a file has no link for others");
 });
 
 test("a bundle is saved as a single page, which shows the scene from file://", async ({

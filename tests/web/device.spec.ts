@@ -48,7 +48,7 @@ test("names volumes by their files", () => {
 test("saving a single page without a network reports the missing file", async () => {
   vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
   try {
-    await expect(singlePage(new Blob(["store"]), "head")).rejects.toThrow(
+    await expect(singlePage(new Blob(["store"]), "head", "")).rejects.toThrow(
       "single.html: expected a file of this page, found no network",
     );
   } finally {

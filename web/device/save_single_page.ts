@@ -21,9 +21,10 @@ export async function singlePageBytes(storeBytes: number): Promise<number> {
 
 /**
  * Makes one HTML file with the viewer and the store, or the bundle of a scene. It opens from file://, without a
- * server. Rejects with an Error if the store is too large, or if the template of the page cannot be read.
+ * server, with this view (a query, as in the address). Rejects with an Error if the store is too large, or if the
+ * template of the page cannot be read.
  */
-export async function singlePage(store: Blob, name: string): Promise<Blob> {
+export async function singlePage(store: Blob, name: string, view: string): Promise<Blob> {
   if (store.size > maxSinglePageStore) {
     const mb = (n: number) => `${Math.round(n / 1e6)} MB`;
     throw new Error(deviceErrorTexts.tooLargeForPage(mb(maxSinglePageStore), mb(store.size)));
@@ -39,7 +40,11 @@ export async function singlePage(store: Blob, name: string): Promise<Blob> {
     // The browser may keep a Blob on disk.
     parts.push(new Blob([`<script type="text/plain" data-store>${base64(piece)}</script>\n`]));
   }
-  parts.push(`<meta name="isosplat-name" content="${name.replace(/[^\w.-]/g, "")}">`, after);
+  parts.push(
+    `<meta name="isosplat-name" content="${name.replace(/[^\w.-]/g, "")}">`,
+    `<meta name="isosplat-view" content="${view.replace(/&/g, "&amp;").replace(/"/g, "&quot;")}">`,
+    after,
+  );
   return new Blob(parts, { type: "text/html" });
 }
 

@@ -25,7 +25,7 @@ try {
   await startLanguage();
   if (!target) {
     const { start } = await import("./start.ts");
-    await start(root, url.src);
+    await start(root, url);
   } else {
     // The code of the controls is several times larger than the rest, so it loads after the first
     // surface.

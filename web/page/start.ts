@@ -2,6 +2,7 @@ import { StreamError } from "../stream/types.ts";
 import { startTexts } from "../texts/start.ts";
 import { addressIn } from "./address/open_target.ts";
 import { deviceAddress } from "./address/target.ts";
+import type { UrlState } from "./address/url_state.ts";
 import { Catalog } from "./catalog/catalog.ts";
 import { DeviceFiles } from "./device/device_files.ts";
 import { VolumePage } from "./volume/volume_page.ts";
@@ -10,7 +11,7 @@ import { VolumePage } from "./volume/volume_page.ts";
  * Shows everything except stores of a server or of another host: the start page, a store on this
  * device (`src=device:CONTENT-ID`), or a volume at a URL.
  */
-export async function start(root: HTMLElement, src: string | undefined): Promise<void> {
+export async function start(root: HTMLElement, { src, file }: UrlState): Promise<void> {
   const components = import("./shell/components.ts");
   const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
   const address = src !== undefined && id === undefined ? addressIn(src) : undefined;
@@ -24,7 +25,7 @@ export async function start(root: HTMLElement, src: string | undefined): Promise
     const files = new DeviceFiles(root);
     if (id === undefined || !(await files.openKept(id))) {
       if (id !== undefined) {
-        files.section.notice = startTexts.notHere;
+        files.expect(id, file);
       }
       new Catalog(root, files.section.element);
     }

@@ -51,6 +51,15 @@ export const device: typeof English = {
   oneAtATime:
     "Nicht geöffnet: was inzwischen abgelegt wurde. Legen Sie es noch einmal ab, wenn dies fertig ist, oder brechen Sie dies ab.",
   notOpened: "Nicht geöffnet",
+  expectedTitle: (name) =>
+    name === undefined
+      ? "Dieser Link zeigt ein Volumen, das nicht auf diesem Gerät ist"
+      : `Dieser Link zeigt eine Ansicht von „${name}“`,
+  expectedText:
+    "Das Volumen selbst ist nicht im Link. Legen Sie dieselbe Datei hier ab, oder wählen Sie sie: Dann erscheint die Ansicht. Alles bleibt auf diesem Gerät, nichts wird hochgeladen.",
+  otherThanLink: "Geöffnet, aber nicht das Volumen des Links",
+  notOfLink: (name) =>
+    `Der Link gehört zu einer anderen Datei als „${name}“, oder zu einer, die eine andere Version von Isosplat umgewandelt hat. Seine Ansicht wird nicht gezeigt.`,
   fromDevice: "Von diesem Gerät",
   unreachable: (host) => `${host} ist nicht erreichbar: Dies wurde aufbewahrt.`,
   removed: "Die Isosplat-Datei wurde von diesem Gerät entfernt: Öffnen Sie ihr Volumen noch einmal",

@@ -31,6 +31,14 @@ export const page: typeof English = {
   voxels: (text, voxels) => `${text} ${plural(voxels, { one: "Voxel", other: "Voxel" })}`,
   nothingThere: "In der Mitte des Bildes ist keine Ebene mit einem Namen.",
   linkCopied: "Link kopiert",
+  linkNeedsFile: (names: string) =>
+    `Er enthält die Ansicht, nicht das Volumen, das nur auf diesem Gerät liegt: Wer ihn öffnet, braucht dieselbe Datei („${names}“).`,
+  linkOfThisComputer:
+    "Er gilt nur auf diesem Rechner: Andere Rechner erreichen die Adresse des Servers nicht.",
+  noLinkOfFile:
+    "Eine Seite, die aus einer Datei geöffnet wurde, hat keinen Link für andere. Senden Sie die Datei selbst.",
+  noLinkOfScene:
+    "Eine Szene, die von diesem Gerät geöffnet wurde, hat keinen Link. Senden Sie ihre Datei, oder speichern Sie sie als einzelne Seite.",
   noClipboard:
     "Der Browser erlaubt keinen Zugriff auf die Zwischenablage: Kopieren Sie die Adresszeile",
   pictureSaved: "Bild gespeichert",

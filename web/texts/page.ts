@@ -33,6 +33,15 @@ export const pageTexts = part("page", {
     `${text} ${plural(voxels, { one: "voxel", other: "voxels" })}`,
   nothingThere: "There is no layer with a name in the middle of the picture.",
   linkCopied: "Link copied",
+  /** names: of volumes, with commas. */
+  linkNeedsFile: (names: string) =>
+    `It has the view, not the volume, which is on this device alone: whoever opens it needs the same file (“${names}”).`,
+  linkOfThisComputer:
+    "It works on this computer only: its server has an address that other computers do not reach.",
+  noLinkOfFile:
+    "A page that was opened from a file has no link for others. Send them the file itself.",
+  noLinkOfScene:
+    "A scene that was opened from this device has no link. Send its file, or save it as a single page.",
   noClipboard: "The browser does not allow access to the clipboard: copy the address bar instead",
   pictureSaved: "Picture saved",
   noPicture: "There is no picture yet",

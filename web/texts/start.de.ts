@@ -50,8 +50,6 @@ export const start: typeof English = {
     "Die Adresse einer Isosplat-Datei (.isosplat), der Datei eines Volumens (.nii.gz, .nrrd, …) oder von OME-Zarr auf einem Host, der anderen Seiten das Lesen erlaubt (CORS). Von einer Isosplat-Datei werden Teile geladen (HTTP Range); ein Volumen wird ganz geladen und hier im Browser umgewandelt.",
   address: "Adresse einer Isosplat-Datei oder eines Volumens",
   open: "Öffnen",
-  notHere:
-    "Dieses Volumen ist nicht oder nicht mehr auf diesem Gerät: Öffnen Sie seine Datei noch einmal.",
   badAddress: (address, example) =>
     `src=${address}: Erwartet wird die http- oder https-Adresse einer Isosplat-Datei, wie ${example}; berichtigen Sie sie in der Adresszeile`,
 };

@@ -50,7 +50,6 @@ export const startTexts = part("start", {
     "The address of a store (.isosplat), of a volume’s file (.nii.gz, .nrrd, …) or of OME-Zarr on any host that allows other sites to read it (CORS). Of a store, the page fetches only parts (HTTP Range). It fetches a volume as a whole, and builds a store from it here in the browser.",
   address: "Address of a store or a volume",
   open: "Open",
-  notHere: "This volume is not on this device, or not any more: open its file again.",
   badAddress: (address: string, example: string) =>
     `src=${address}: expected the http or https address of a store, such as ${example}; correct it in the address bar`,
 });

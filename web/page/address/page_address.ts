@@ -117,8 +117,25 @@ export class AddressBar {
     return this.#timer !== 0;
   }
 
-  get view(): AddressState | null {
-    return this.#view();
+  /** The query of the present view without its measurements; null if there is none. */
+  get picture(): string | null {
+    const view = this.#view();
+    return view && writeUrl(addressOf({ ...view, measures: null }));
+  }
+
+  /** The query of the present view for another copy of its volume or scene: without added layers, of any length. */
+  get settings(): string {
+    const view = this.#view();
+    if (!view) return "";
+    const {
+      volume: _,
+      scene: __,
+      src: ___,
+      layers = [],
+      layerOrder: ____,
+      ...rest
+    } = addressOf(view);
+    return writeUrl({ ...rest, layers: layers.filter(({ index }) => index !== undefined) });
   }
 
   changed(): void {

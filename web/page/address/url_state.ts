@@ -54,6 +54,8 @@ export const minOpacity = 0.05;
  *   volume=engine                  a volume of this server, or
  *   scene=head                     a scene of this server, or
  *   src=https://…/engine.isosplat  a store, or a scene (.isobundle, scene.json), on any host with Range
+ *   src=device:CONTENT-ID          a store on this device; in a link that was copied, with
+ *   file=head.nii.gz               the name of the volume, for whoever opens the link elsewhere
  *   isovalue=60.5,180              one for each isosurface
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
@@ -79,6 +81,8 @@ export interface UrlState {
   volume?: string;
   scene?: string;
   src?: string;
+  /** In links to volumes of a device alone. */
+  file?: string;
   isovalues?: number[];
   colours?: string[];
   opacities?: number[];
@@ -103,6 +107,12 @@ export interface UrlState {
   measures?: readonly string[];
   /** Settings of the address that were ignored or changed: one sentence each, for the visitor. */
   notes?: string[];
+}
+
+/** The query with which this page was opened: that of its address, or the view that a single page was saved with. */
+export function openedQuery(): string {
+  const saved = document.querySelector<HTMLMetaElement>("meta[name=isosplat-view]");
+  return location.search || (saved?.content ?? "");
 }
 
 function oneOf<T extends string>(text: string | null, values: readonly T[]): T | undefined {
@@ -158,6 +168,8 @@ export function readUrl(search: string): UrlState {
   if (scene) state.scene = scene;
   const src = query.get("src");
   if (src) state.src = src;
+  const file = query.get("file");
+  if (file) state.file = file;
 
   const isovalues = read("isovalue", readNumbers, pageTexts.isNumbers);
   if (isovalues) state.isovalues = isovalues.slice(0, maxSurfaces);
@@ -262,6 +274,7 @@ export function writeUrl(state: UrlState): string {
   add("volume", state.volume);
   add("scene", state.scene);
   add("src", state.src);
+  add("file", state.file);
   add("isovalue", state.isovalues?.join(","));
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));
   add("opacity", state.opacities?.join(","));

@@ -67,6 +67,8 @@ export class DeviceFiles {
   #task: Task | undefined;
   /** Whether the running task adds its volume to the picture, or replaces the open one. */
   #manner: Manner = "replace";
+  /** The content id of the volume for which the page of a link waits. */
+  #expected: string | undefined;
   /** Aborts the preview of a volume. */
   #previewing: AbortController | undefined;
 
@@ -113,6 +115,12 @@ export class DeviceFiles {
     const found = await keptBlob(id);
     if (found) this.#shown.show(found.store, found.blob);
     return found !== undefined;
+  }
+
+  /** Asks for the volume of a link that is not on this device: shows the link's view once its file is there. */
+  expect(id: string, name: string | undefined): void {
+    this.#expected = id;
+    this.section.expects(name);
   }
 
   /** Opens the volume at a URL: fetches it, or opens its kept store. */
@@ -293,7 +301,9 @@ export class DeviceFiles {
         { signal, progress: (progress) => task.progress(progress, volume.voxelBytes) },
         previewing.signal,
         (built, voxels) =>
+          // The view of a link is for its volume alone.
           this.#manner === "replace" &&
+          this.#expected === undefined &&
           this.#shown.openProvisional(
             {
               contentId: built.report.contentId,
@@ -340,7 +350,12 @@ export class DeviceFiles {
       await page.layers.add({ src: deviceAddress + id });
       return;
     }
+    const expected = this.#expected;
+    this.#expected = undefined;
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
+    if (expected !== undefined && expected !== id) {
+      this.#task?.fail(deviceTexts.notOfLink(found.store.name), deviceTexts.otherThanLink);
+    }
   }
 }
 

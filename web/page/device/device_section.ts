@@ -35,6 +35,7 @@ export class DeviceSection {
   /** The store about whose removal the visitor is asked. */
   #asked: string | undefined;
   #notice = "";
+  #expected: { name: string | undefined } | undefined;
 
   constructor(actions: DeviceSectionActions) {
     this.#actions = actions;
@@ -43,6 +44,12 @@ export class DeviceSection {
     onKeptChange(() => void this.#load());
     void this.#load();
     void this.#removeRemains();
+  }
+
+  /** Asks for the volume of a link, by its name if the link states it. */
+  expects(name: string | undefined): void {
+    this.#expected = { name };
+    this.#render();
   }
 
   /** Sets a sentence above the list. */
@@ -70,7 +77,8 @@ export class DeviceSection {
     const stores = this.#stores;
     const bytes = stores.reduce((sum, store) => sum + store.bytes, 0);
     render(
-      html`<div class="device-drop">
+      html`${this.#expected ? expectation(this.#expected.name) : nothing}
+        <div class="device-drop">
           <p>
             <strong>${deviceTexts.drop}</strong>${deviceTexts.orChoose(
               this.#chooser(deviceTexts.chooseFiles, false),
@@ -174,6 +182,13 @@ export class DeviceSection {
 
 function focusWhenShown(element?: Element): void {
   (element as HTMLElement | undefined)?.focus();
+}
+
+function expectation(name: string | undefined) {
+  return html`<div class="device-expected" role="alert">
+    <h2>${deviceTexts.expectedTitle(name)}</h2>
+    <p>${deviceTexts.expectedText}</p>
+  </div>`;
 }
 
 function card(store: KeptStore) {

@@ -17,20 +17,24 @@ export class SaveButton {
   readonly #store: KeptStore | null;
   readonly #fileName: string;
   readonly #blob: Blob;
-  readonly #info: () => StoreInfo | null;
+  readonly #page: { info: StoreInfo | null; view: string };
   readonly #holder = document.createElement("div");
   #message = "";
   #isKept = true;
   #busy = "";
   #bytes: { site: number; page: number } | undefined;
 
-  /** `saved`: a store, or the name of a bundle. `info`: the store's description, once it is open. */
-  constructor(saved: KeptStore | string, blob: Blob, info: () => StoreInfo | null = () => null) {
+  /** `saved`: a store, or the name of a bundle. `page`: the page that shows it, with its present view as a query. */
+  constructor(
+    saved: KeptStore | string,
+    blob: Blob,
+    page: { info: StoreInfo | null; view: string },
+  ) {
     this.#store = typeof saved === "string" ? null : saved;
     const name = typeof saved === "string" ? saved.replace(/\.isobundle$/i, "") : saved.name;
     this.#fileName = name.replace(/[^\w.-]+/g, "-") || "volume";
     this.#blob = blob;
-    this.#info = info;
+    this.#page = page;
     const action = () => void this.#open();
     render(iconButton({ icon: "save", label: this.#label, action }), this.element);
   }
@@ -87,7 +91,8 @@ export class SaveButton {
           size(bytes?.page),
           async () => {
             const { singlePage } = await import("../../device/save_single_page.ts");
-            await this.#download(await singlePage(this.#blob, this.#fileName), "html");
+            const { view } = this.#page;
+            await this.#download(await singlePage(this.#blob, this.#fileName, view), "html");
           },
         )}
         ${
@@ -138,7 +143,7 @@ export class SaveButton {
   }
 
   async #saveSite(): Promise<void> {
-    const info = this.#info();
+    const { info } = this.#page;
     if (!info) throw new Error(deviceTexts.notOpenYet);
     const { siteZip } = await import("../../device/save_site.ts");
     const picture = thumbnail(info.contentId);
@@ -147,7 +152,7 @@ export class SaveButton {
 
   async #keep(): Promise<void> {
     if (!this.#store) return;
-    const info = this.#info();
+    const { info } = this.#page;
     const type = info?.metadata.source?.type;
     await keep(
       {

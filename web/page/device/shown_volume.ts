@@ -68,7 +68,7 @@ export class ShownVolume {
       this.#provisional = undefined;
       const src = keepsAddress ? undefined : deviceAddress + store.contentId;
       void page.replace(deviceTarget(store, blob), src);
-      page.tools = new SaveButton(store, blob, () => page.info).element;
+      page.tools = new SaveButton(store, blob, page).element;
     } else {
       if (!keepsAddress) pushAddress(store);
       this.show(store, blob);
@@ -98,13 +98,13 @@ export class ShownVolume {
   openScene(target: SceneTarget, bundle?: Blob): void {
     history.pushState(null, "", location.pathname);
     const page = this.#showPage(target);
-    if (bundle) page.tools = new SaveButton(target.name, bundle).element;
+    if (bundle) page.tools = new SaveButton(target.name, bundle, page).element;
   }
 
   /** Shows a store at the present address. */
   show(store: KeptStore, blob: Blob): void {
     const page = this.#showPage(deviceTarget(store, blob));
-    page.tools = new SaveButton(store, blob, () => page.info).element;
+    page.tools = new SaveButton(store, blob, page).element;
   }
 
   #showPage(target: Target): VolumePage {
@@ -137,6 +137,9 @@ export class ShownVolume {
   }
 }
 
+/** An address that names the store already keeps its view: it may be that of a link. */
 function pushAddress({ contentId }: KeptStore): void {
-  history.pushState(null, "", `${location.pathname}?src=${deviceAddress}${contentId}`);
+  const src = deviceAddress + contentId;
+  if (readUrl(location.search).src === src) return;
+  history.pushState(null, "", `${location.pathname}?src=${src}`);
 }

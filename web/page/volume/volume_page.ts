@@ -2,9 +2,9 @@ import type { StoreInfo } from "../../core/types.ts";
 import { type Progress, StreamError } from "../../stream/types.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { RendererError } from "../../viewer/renderer_error.ts";
-import { AddressBar, type AddressState, addressOf } from "../address/page_address.ts";
+import { AddressBar, type AddressState } from "../address/page_address.ts";
 import type { Target } from "../address/target.ts";
-import { readUrl, writeUrl } from "../address/url_state.ts";
+import { openedQuery, readUrl } from "../address/url_state.ts";
 import { ViewHistory } from "../address/view_history.ts";
 import { DisplaySettings } from "../panel/display_settings.ts";
 import { SurfaceSettings } from "../panel/surface_settings.ts";
@@ -34,7 +34,7 @@ export class VolumePage {
   readonly #canvas = this.#view.canvas;
   readonly #viewer = this.#view.viewer;
   readonly #status = new StatusLine(this.#viewer);
-  readonly #search = location.search;
+  readonly #search = openedQuery();
   readonly #url = readUrl(this.#search);
   readonly #toast = new Toast(() => this.#layout.request());
   readonly #listeners = new AbortController();
@@ -76,10 +76,7 @@ export class VolumePage {
     names: (text) => this.#toast.names(text),
     done: (text) => this.#toast.done(text),
     save: (name, type, text) => this.#files.save(name, new Blob([text], { type })),
-    view: () => {
-      const view = this.#address.view;
-      return view ? writeUrl(addressOf({ ...view, measures: null })) : location.search;
-    },
+    view: () => this.#address.picture ?? location.search,
   });
   readonly #history = new ViewHistory<AddressState>();
   readonly #address = new AddressBar(
@@ -263,10 +260,7 @@ export class VolumePage {
     );
   }
 
-  /**
-   * Handles an error of the viewer. For an open volume, its progress gives more details on faults
-   * of the source.
-   */
+  /** For an open volume, its progress gives more details on faults of the source. */
   #onViewerError(error: StreamError | RendererError): void {
     if (this.#viewer.info === null) {
       this.#showError(error, error instanceof StreamError && error.retrying);
@@ -354,6 +348,11 @@ export class VolumePage {
   /** The volume, once it is open. */
   get info(): StoreInfo | null {
     return this.#info;
+  }
+
+  /** The query of the present view, for another copy of the volume. */
+  get view(): string {
+    return this.#address.settings;
   }
 
   /** Adds a button to the bar. */
