@@ -7,6 +7,7 @@ import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 import { complete, settled } from "./support/view.ts";
 
 const file = resolve(demoFolder, "bucky.nrrd");
+test.slow(); // two pages, one after the other
 let server: RunningServer;
 test.beforeAll(async () => {
   server = await serve([demoFolder]);

@@ -81,6 +81,7 @@ test("a single page has the view with which it was saved, and no link of a file"
   page,
   context,
 }) => {
+  test.slow(); // two pages, one after the other
   const core = await loadCore();
   const store = core.openStore(readFileSync(bucky));
   const view =
