@@ -6,6 +6,7 @@ import { ewaTable } from "./ewa_table.ts";
 import { growthTable } from "./growth.ts";
 import { markdown, short } from "./markdown.ts";
 import { peerTables } from "./peer_tables.ts";
+import { rankAssumptions, rankPartsTable, ranksTable, twoRanks } from "./ranks.ts";
 import { assumptions, checks, limits, viewersPlan, volumePlan } from "./scale.ts";
 import { replayTable, visitsTable } from "./viewers.ts";
 
@@ -333,6 +334,10 @@ function scaleTables(): DocumentTable[] {
     })),
     { file, name: "volume", table: volumePlan() },
     { file, name: "checks", table: checks() },
+    { file, name: "ranks: assumptions", table: rankAssumptions() },
+    { file, name: "ranks: parts", table: rankPartsTable() },
+    { file, name: "ranks: two", table: twoRanks() },
+    { file, name: "ranks", table: ranksTable() },
     { file, name: "visits", table: visitsTable() },
     { file, name: "replays", table: replayTable() },
     { file, name: "assumptions", table: assumptions() },
