@@ -12,7 +12,4 @@ namespace isosplat {
 /// previous number of components.
 size_t keep_largest_components(MeshPart& mesh, size_t count);
 
-/// Drops the vertices that no triangle uses. The order of the others remains.
-void drop_unused_vertices(MeshPart& mesh);
-
 }  // namespace isosplat

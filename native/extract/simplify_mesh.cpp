@@ -6,7 +6,7 @@
 #include <new>
 #include <vector>
 
-#include "native/extract/mesh_components.h"
+#include "shared/core/mesh/unused_vertices.h"
 
 namespace isosplat {
 

@@ -116,7 +116,9 @@ void BlockMesher::move_to(int32_t z) {
 uint32_t BlockMesher::make_vertex(const EdgeFrame& edge, Index3 low, float t, BlockMesh& mesh) {
   const Index3 at{low.x + edge.at[0], low.y + edge.at[1], low.z + edge.at[2]};
   Vec3f position{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
-  (edge.axis == 0 ? position.x : edge.axis == 1 ? position.y : position.z) += t;
+  (edge.axis == 0   ? position.x
+   : edge.axis == 1 ? position.y
+                    : position.z) += std::clamp(t, least_t_, 1 - least_t_);
   const auto index = static_cast<uint32_t>(mesh.vertices.size());
   mesh.vertices.push_back({position, {}});
   if (is_on_border(at, edge.axis, cells_)) {

@@ -54,6 +54,10 @@ class BlockMesher {
 
   BlockMesher();
 
+  /// Moves vertices that are nearer than `cells` to an end of their lattice edge away from it, so
+  /// that no vertices of different edges coincide. Default: 0.
+  void keep_off_lattice_points(float cells) { least_t_ = cells; }
+
   /// Replaces the content of `mesh`. origin: the block's low corner in cells of the level. cells:
   /// the cells of the block's chunk for this isovalue, in raster order as DecodedCells has them;
   /// inactive ones are skipped. Vertices are numbered by the order of cells.
@@ -78,6 +82,7 @@ class BlockMesher {
 
   Index3 cells_{}, origin_{};
   float isovalue_ = 0;
+  float least_t_ = 0;  ///< of vertices: their distance from the ends of their edges
   std::array<const CellTriangles*, 256> simple_surfaces_{};  ///< by signs: see simple_cell_surface
   std::array<EdgePlane, 2> planes_;  ///< at the low and the high z of the current cells
   int32_t z_ = 0;                    ///< of the current cells

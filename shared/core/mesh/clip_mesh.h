@@ -1,0 +1,21 @@
+#pragma once
+
+#include "shared/core/base/status.h"
+#include "shared/core/mesh/mesh_part.h"
+
+namespace isosplat {
+
+/// The points with normal · point ≥ offset.
+struct HalfSpace {
+  Vec3d normal;  ///< any length > 0
+  double offset = 0;
+};
+
+/// Cuts off what is outside of a half-space, and closes the cut. mesh: closed, with coordinates in
+/// voxels; vertices that are no longer used stay in it. half_space: finite, with a normal of unit
+/// length. Vertices of the cut are between the ends of edges, at least 2⁻¹⁴ voxels from them if the
+/// edge is long enough: so those of different edges differ. Errors: invalid_argument (the mesh is
+/// not closed).
+Result<void> clip_closed(MeshPart& mesh, const HalfSpace& half_space);
+
+}  // namespace isosplat
