@@ -33,6 +33,8 @@ int run(const ExtractCall& call) {
   if (!replaceable) return report(replaceable.error());
   auto options = extract_options(call, info.grid);
   if (!options) return report(options.error());
+  const auto solid = solid_request(call, **format);
+  if (!solid) return report(solid.error());
   options->threads = threads_for(call.input, options->threads);
   const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, isovalue,
@@ -40,7 +42,7 @@ int run(const ExtractCall& call) {
   const auto file = (*format)->create(path, {info.grid, isovalue, comment, call.content()});
   if (!file) return report(file.error());
   if (call.mesh) {
-    const auto mesh = append_mesh(**store, isovalue, *options, call.changes, **file);
+    const auto mesh = append_mesh(**store, isovalue, *options, call.changes, *solid, **file);
     if (!mesh) return report(mesh.error());
     if (auto published = (*file)->publish(); !published) return report(published.error());
     explain_changes(*mesh, call);
@@ -82,9 +84,10 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "With --mesh, triangles are counter-clockwise seen from the side of smaller values. In PLY,\n"
       "OBJ and GLB files they share vertices, which have smooth normals; STL has a normal for "
       "each\n"
-      "triangle, and 3MF has none. Positions are in world space. For GLB and 3MF the unit is "
-      "assumed\n"
-      "to be the millimetre, and GLB positions are converted to metres, with y up. PLY files "
+      "triangle, and 3MF has none. Positions are in world space. Its unit is taken to\n"
+      "be the millimetre: STL files, which state no unit, and 3MF files have millimetres, as "
+      "programs for\n"
+      "printing expect; GLB positions are converted to metres, with y up. PLY files "
       "store\n"
       "positions in double precision if single precision would be wrong by more than 1/2000 of a "
       "voxel.\n"
@@ -92,10 +95,16 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "normal and value. An .npz file has the arrays positions, normals and isovalue, and with "
       "--mesh the\n"
       "array triangles.\n"
-      "With --box, the surface ends at faces of cells. It is open there, as it is at the volume's\n"
-      "border, and its normals there come from the cells inside the box. Adjacent boxes share no "
-      "cell,\n"
-      "so their parts together make the whole surface.\n"
+      "A closed surface (--closed, and STL and 3MF files unless --open is given) encloses the "
+      "solid: where\n"
+      "values are above the isovalue. It ends at the volume's outermost voxels, and is in memory "
+      "as a whole,\n"
+      "some 150 bytes for each vertex. If missing voxels leave holes in it, it stays open, or "
+      "with --closed\n"
+      "is refused. An open surface with --box ends at faces of cells, and its normals there come "
+      "from the\n"
+      "cells inside the box. Adjacent boxes share no cell, so their parts together make the whole "
+      "surface.\n"
       "For a scene, each surface of each layer is extracted, at its position in the scene. GLB,\n"
       "3MF and OBJ files hold all of them, with their names, and GLB and 3MF with their colours.\n"
       "In the other formats, each surface becomes a separate file: OUTPUT-LAYER.ply. The scene's\n"
@@ -110,6 +119,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
           "part.3mf\n"
           "  isosplat extract engine.isosplat -i 60.5 --mesh --box 50,50,20,200,200,90 -o "
           "part.stl\n"
+          "  isosplat extract engine.isosplat -i 60.5 --mesh --clip-plane 1,1,0,180 -o half.stl\n"
           "  isosplat extract head.isobundle --mesh --level 1 -o head.glb\n"
           "  isosplat extract https://example.org/stores/engine.isosplat -i 60.5 -o engine.ply\n"
           "  isosplat extract scene.json --mesh --layer skull -o skull.stl\n"

@@ -11,6 +11,11 @@
 #include "shared/core/scene/scene.h"
 
 namespace isosplat::cli {
+namespace {
+
+constexpr int kMostClipPlanes = 64;
+
+}  // namespace
 
 void add_extract_options(CLI::App* command, ExtractCall* call) {
   command
@@ -46,14 +51,34 @@ void add_extract_options(CLI::App* command, ExtractCall* call) {
   command
       ->add_option(
           "--box", call->box,
-          "X0,Y0,Z0,X1,Y1,Z1 in world units: extract only cells whose centres are in this box")
+          "X0,Y0,Z0,X1,Y1,Z1 in world units: extract only what is in this box; of points and open\n"
+          "surfaces, the cells whose centres are in it")
       ->delimiter(',')
       ->check(is_number())
       ->expected(6);
-  CLI::Option* mesh = command->add_flag(
-      "--mesh", call->mesh,
-      "Write triangles instead of points: a closed surface (except at the volume's\n"
-      "border and at missing voxels)");
+  CLI::Option* mesh = command->add_flag("--mesh", call->mesh, "Write triangles instead of points");
+  command
+      ->add_flag_callback(
+          "--closed", [call] { call->closed = true; },
+          "Close the surface around the solid, where values are above the isovalue: at the\n"
+          "volume's border, and at the faces of --box and --clip-plane, which cut exactly\n"
+          "(default for STL and 3MF)")
+      ->needs(mesh);
+  command
+      ->add_flag_callback(
+          "--open", [call] { call->closed = false; },
+          "Leave the surface open there; --box then keeps whole cells (default for PLY, OBJ,\n"
+          "GLB and NPZ)")
+      ->needs(mesh)
+      ->excludes("--closed");
+  command
+      ->add_option("--clip-plane", call->clip_planes,
+                   "X,Y,Z,OFFSET in world units: cut off a closed surface where the dot product\n"
+                   "of a point with the normal X,Y,Z is below OFFSET; may be given several times")
+      ->delimiter(',')
+      ->check(is_number())
+      ->expected(1, kMostClipPlanes)
+      ->needs(mesh);
   command
       ->add_option("--components", call->changes.components,
                    "Keep only this many connected components, those with the largest areas")
@@ -113,6 +138,30 @@ Result<ExtractOptions> extract_options(const ExtractCall& call, const VolumeGrid
                           fmt::join(call.box, ",")));
 }
 
+Result<std::optional<SolidRequest>> solid_request(const ExtractCall& call,
+                                                  const MeshFormat& format) {
+  if (!call.mesh || !call.closed.value_or(format.is_solid)) {
+    if (call.clip_planes.empty()) return std::optional<SolidRequest>{};
+    return fail(Status::invalid_argument,
+                "--clip-plane: expected a closed surface, found an open one: add --closed");
+  }
+  SolidRequest request{.cuts = {},
+                       .is_required = call.closed.has_value() || !call.clip_planes.empty()};
+  if (!call.box.empty()) {
+    request.cuts.box = {
+        {{call.box[0], call.box[1], call.box[2]}, {call.box[3], call.box[4], call.box[5]}}};
+  }
+  for (const auto& [x, y, z, offset] : call.clip_planes) {
+    if (x == 0 && y == 0 && z == 0) {
+      return fail(Status::invalid_argument,
+                  "--clip-plane: expected X,Y,Z,OFFSET with a normal X,Y,Z other than 0,0,0, found "
+                  "the normal 0,0,0");
+    }
+    request.cuts.planes.push_back({{x, y, z}, offset});
+  }
+  return std::optional(std::move(request));
+}
+
 void explain_no_surface(const StoreInfo& info, double isovalue, const ExtractCall& call) {
   const std::string reason = no_isosurface(info, isovalue);
   note(!reason.empty() ? reason
@@ -126,6 +175,9 @@ void explain_no_surface(const StoreInfo& info, double isovalue, const ExtractCal
 }
 
 void explain_changes(const WrittenMesh& mesh, const ExtractCall& call) {
+  if (mesh.is_left_open) {
+    note("the surface is open: missing voxels leave holes in it, and --box keeps whole cells");
+  }
   if (mesh.components_found) {
     note(fmt::format("kept {} of {} components",
                      with_commas(std::min(*call.changes.components, *mesh.components_found)),

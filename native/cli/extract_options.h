@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ struct ExtractCall {
   std::string shading = "smooth";
   std::vector<double> box;
   bool mesh = false;
+  std::optional<bool> closed;  ///< none: as the format is used
+  std::vector<std::array<double, 4>> clip_planes;
   MeshChanges changes;
   bool force = false;
   RemoteFlags remote_flags;
@@ -35,6 +38,11 @@ void add_extract_options(CLI::App* command, ExtractCall* call);
 
 /// The options for a volume that lies there, with the cells of --box. Errors: invalid_argument.
 Result<ExtractOptions> extract_options(const ExtractCall& call, const VolumeGrid& grid);
+
+/// How the surfaces of a file of this format are closed, if they are: with --box and --clip-plane,
+/// in the world. Errors: invalid_argument (clip planes for an open surface, or without a normal).
+Result<std::optional<SolidRequest>> solid_request(const ExtractCall& call,
+                                                  const MeshFormat& format);
 
 /// Prints why there is no surface.
 void explain_no_surface(const StoreInfo& info, double isovalue, const ExtractCall& call);

@@ -46,6 +46,7 @@ class SceneExtraction {
   const SceneFile& file_;
   const ExtractCall& call_;
   const size_t step_;
+  std::optional<SolidRequest> solid_;
   std::vector<Part> parts_;
   std::vector<MeshObject> objects_;  ///< of the parts
   MeshCounts counts_;  ///< of what was written since they were reset; vertices: points
@@ -162,7 +163,7 @@ Result<void> SceneExtraction::append(size_t i, MeshFile& file) {
   if (!options) return tl::unexpected(options.error());
   bool is_empty = false;
   if (call_.mesh) {
-    const auto mesh = append_mesh(store, isovalue, *options, call_.changes, file);
+    const auto mesh = append_mesh(store, isovalue, *options, call_.changes, solid_, file);
     if (!mesh) return tl::unexpected(with_layer(scene(), layer, mesh.error()));
     explain_changes(*mesh, call_);
     is_empty = mesh->counts.triangles == 0;
@@ -230,6 +231,9 @@ Result<void> SceneExtraction::run() {
                               : call_.output;
   const auto format = mesh_format(output, call_.content());
   if (!format) return tl::unexpected(format.error());
+  auto solid = solid_request(call_, **format);
+  if (!solid) return tl::unexpected(solid.error());
+  solid_ = std::move(*solid);
   if (auto listed = list_parts(); !listed) return listed;
   const auto outputs = paths(output, **format);
   if (auto checked = check_outputs(outputs, **format); !checked) return checked;

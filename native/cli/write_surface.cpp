@@ -6,24 +6,33 @@
 namespace isosplat::cli {
 namespace {
 
-void append(MeshPart& all, const MeshPart& part) {
-  const auto add = [](auto& to, const auto& from) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  add(all.vertices.positions, part.vertices.positions);
-  add(all.vertices.normals, part.vertices.normals);
-  add(all.triangles, part.triangles);
-}
-
-/// Extracts the whole mesh, changes it, and writes it in one part.
-Result<void> write_changed(const StoreFile& store, double isovalue, const ExtractOptions& options,
-                           const MeshChanges& changes, MeshFile& file, WrittenMesh& written) {
+/// The whole mesh, not closed.
+Result<MeshPart> extract_whole(const StoreFile& store, double isovalue,
+                               const ExtractOptions& options) {
   MeshPart mesh;
   const auto extracted = extract_mesh(store, isovalue, options, [&](const MeshPart& part) {
-    append(mesh, part);
+    append_part(mesh, part);
     return Result<void>{};
   });
   if (!extracted) return tl::unexpected(extracted.error());
+  return mesh;
+}
+
+/// The whole mesh, closed. If that is not required, a surface with holes stays open.
+Result<MeshPart> extract_closed(const StoreFile& store, double isovalue,
+                                const ExtractOptions& options, const SolidRequest& solid,
+                                WrittenMesh& written) {
+  auto mesh = extract_solid(store, isovalue, options, solid.cuts);
+  const bool has_holes =
+      !mesh && mesh.error().status == Status::invalid_argument && store.info().mapping.has_missing;
+  if (!has_holes || solid.is_required) return mesh;
+  written.is_left_open = true;
+  return extract_whole(store, isovalue, options);
+}
+
+/// Changes a mesh, and writes it in one part.
+Result<void> write_changed(MeshPart mesh, const MeshChanges& changes, MeshFile& file,
+                           WrittenMesh& written) {
   if (changes.components) {
     written.components_found = keep_largest_components(mesh, *changes.components);
   }
@@ -40,10 +49,13 @@ Result<void> write_changed(const StoreFile& store, double isovalue, const Extrac
 
 Result<WrittenMesh> append_mesh(const StoreFile& store, double isovalue,
                                 const ExtractOptions& options, const MeshChanges& changes,
-                                MeshFile& file) {
+                                const std::optional<SolidRequest>& solid, MeshFile& file) {
   WrittenMesh written;
-  if (changes.any()) {
-    auto done = write_changed(store, isovalue, options, changes, file, written);
+  if (solid || changes.any()) {
+    auto mesh = solid ? extract_closed(store, isovalue, options, *solid, written)
+                      : extract_whole(store, isovalue, options);
+    if (!mesh) return tl::unexpected(mesh.error());
+    auto done = write_changed(std::move(*mesh), changes, file, written);
     if (!done) return tl::unexpected(done.error());
     return written;
   }

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "native/extract/extract_solid.h"
 #include "native/extract/mesh_file.h"
 
 namespace isosplat::cli {
@@ -19,13 +20,21 @@ struct WrittenMesh {
   MeshCounts counts;
   std::optional<size_t> components_found;   ///< before some were dropped
   std::optional<double> simplified_within;  ///< the largest error of the simplification
+  bool is_left_open = false;  ///< it should have been closed, but missing voxels leave holes
 };
 
-/// Extracts an isosurface as triangles into a file. Errors: those of extract_mesh, simplify_mesh
-/// and MeshFile.
+/// How a surface is closed.
+struct SolidRequest {
+  SolidCuts cuts = {};
+  /// Whether holes that missing voxels leave are an error. Otherwise the surface is written open.
+  bool is_required = true;
+};
+
+/// Extracts an isosurface as triangles into a file. solid: closes it. Errors: those of
+/// extract_mesh, extract_solid, simplify_mesh and MeshFile.
 Result<WrittenMesh> append_mesh(const StoreFile& store, double isovalue,
                                 const ExtractOptions& options, const MeshChanges& changes,
-                                MeshFile& file);
+                                const std::optional<SolidRequest>& solid, MeshFile& file);
 
 /// Extracts an isosurface as points into a file. Returns their number. Errors: those of
 /// extract_points and MeshFile.

@@ -17,6 +17,7 @@ struct ExtractOptions {
   bool smooth_normals = true;             ///< of points; false: the gradient of each cell
   std::optional<CellRegion> region = {};  ///< only these cells are extracted
   std::optional<VolumeGrid> grid = {};    ///< where the volume lies, if not where its store says
+  float least_distance = 0;               ///< of meshes: BlockMesher::keep_off_lattice_points
 };
 
 /// Where the volume of a store lies.

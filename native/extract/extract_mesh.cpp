@@ -19,6 +19,7 @@ class MeshExtraction {
         threads_(thread_count(options, chunks_.size())),
         workers_(threads_),
         assembly_(grid_of(store, options), options.level) {
+    for (Worker& worker : workers_) worker.mesher.keep_off_lattice_points(options.least_distance);
     std::ranges::sort(chunks_, {}, [](const ChunkRef& chunk) {
       const Index3 at = chunk.block.index;
       return std::array{at.z, at.y, at.x};

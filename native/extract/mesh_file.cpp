@@ -58,16 +58,17 @@ Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path,
   return std::make_unique<File>(std::move(*file));
 }
 
-// extension, beginning, name; whether it has points, triangles, objects; creation
+// extension, beginning, name; whether it has points, triangles, objects, and is solid; creation
 constexpr std::array kFormats{
-    MeshFormat{".ply", "ply\n", "a PLY file", true, true, false, create_ply},
-    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true, false, create_stl},
-    MeshFormat{".obj", "# isosurface", "an OBJ file of this program", false, true, true,
+    MeshFormat{".ply", "ply\n", "a PLY file", true, true, false, false, create_ply},
+    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true, false, true,
+               create_stl},
+    MeshFormat{".obj", "# isosurface", "an OBJ file of this program", false, true, true, false,
                create<ObjFile>},
-    MeshFormat{".glb", "glTF", "a GLB file", false, true, true, create_glb},
-    MeshFormat{".3mf", "PK", "a 3MF file", false, true, true, create<ThreeMfFile>},
-    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, false, create_npy},
-    MeshFormat{".npz", "PK", "an NPZ file", true, true, false, create<NpzFile>},
+    MeshFormat{".glb", "glTF", "a GLB file", false, true, true, false, create_glb},
+    MeshFormat{".3mf", "PK", "a 3MF file", false, true, true, true, create<ThreeMfFile>},
+    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, false, false, create_npy},
+    MeshFormat{".npz", "PK", "an NPZ file", true, true, false, false, create<NpzFile>},
 };
 
 }  // namespace

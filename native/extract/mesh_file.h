@@ -58,6 +58,7 @@ struct MeshFormat {
   std::string_view name;  ///< for messages: "a PLY file"
   bool has_points, has_triangles;
   bool has_objects;  ///< several surfaces of triangles, with names
+  bool is_solid;     ///< for printing: surfaces are closed unless the user wants them open
 
   /// Creates a file. Errors: those of OutputFile.
   Result<std::unique_ptr<MeshFile>> (*create)(const std::filesystem::path& path,
