@@ -67,9 +67,24 @@ test("saves the part in the clipping box, or the whole surface on request", asyn
   await openDialog(page, "&clip=0,0.5,0,1,0,1");
   // Half of the 127 cells along x: the cells whose centres are below 63.5.
   expect((await save(page)).equals(extracted("--box", "-1,-1,-1,63.5,200,200"))).toBe(true);
-  await page.getByLabel("Only whole cells").uncheck();
+  await page.getByLabel("Only what is inside").uncheck();
   await expect(page.getByText(/^About [\d.]+ k/)).toBeVisible();
   expect((await save(page)).equals(extracted())).toBe(true);
+});
+
+test("closes the surface where oblique planes cut it, or says that an open one is not cut", async ({
+  page,
+}) => {
+  await openDialog(page, "&plane=1,1,0,120");
+  await expect(page.getByLabel("Closed")).toBeChecked();
+  await expect(page.getByText("in millimetres")).toBeVisible();
+  const cut = await save(page);
+  expect(cut.equals(extracted("--clip-plane", "1,1,0,120"))).toBe(true);
+  await page.getByLabel("Closed").uncheck();
+  await expect(page.getByText("planes cut only a closed surface")).toBeVisible();
+  await expect(page.getByText(/bout [\d.]+ k/)).toBeVisible();
+  expect((await save(page)).equals(extracted("--open"))).toBe(true);
+  expect(await findings(page)).toEqual([]);
 });
 
 test("can be cancelled, and then started again", async ({ page }) => {

@@ -47,6 +47,34 @@ function extracted(format: string, ...more: string[]): { file: Buffer; comment: 
   return { file, comment };
 }
 
+/** The edges of an STL file that are not used as often in one direction as in the other. */
+function openEdges(stl: Buffer): number {
+  const surplus = new Map<string, number>();
+  for (let at = 84; at < stl.length; at += 50) {
+    const corners = [0, 1, 2].map((i) =>
+      stl.subarray(at + 12 + 12 * i, at + 24 + 12 * i).toString("hex"),
+    );
+    corners.forEach((from, i) => {
+      const to = corners[(i + 1) % 3] ?? "";
+      const [key, step] = from < to ? [from + to, 1] : [to + from, -1];
+      if (from !== to) surplus.set(key, (surplus.get(key) ?? 0) + step);
+    });
+  }
+  return [...surplus.values()].filter((count) => count !== 0).length;
+}
+
+/** The largest difference of a coordinate of two STL files with the same triangles. */
+function largestDifference(a: Buffer, b: Buffer): number {
+  expect(a.length).toBe(b.length);
+  let largest = 0;
+  for (let at = 84; at < a.length; at += 50) {
+    for (let i = 12; i < 48; i += 4) {
+      largest = Math.max(largest, Math.abs(a.readFloatLE(at + i) - b.readFloatLE(at + i)));
+    }
+  }
+  return largest;
+}
+
 async function saved(options: SaveSurfaceOptions): Promise<Buffer> {
   const { file } = await saveSurface(source(), isovalue, options);
   return Buffer.from(await file.arrayBuffer());
@@ -74,15 +102,48 @@ describe("a surface as a file", () => {
     const world = [low, high].flatMap((corner) =>
       corner.map((n, i) => (origin[i] ?? 0) + n * (spacing[i] ?? 0)),
     );
-    const { file, comment } = extracted("stl", "--box", world.join());
     const box = { low: [0.5, 0, 0.25], high: [1, 0.75, 0.75] } as const;
-    const mine = await saved({
-      format: "stl",
-      comment,
-      box: { low: [...box.low], high: [...box.high] },
-    });
-    expect(file.length).toBeGreaterThan(100_000);
-    expect(file.equals(mine)).toBe(true);
+    for (const closed of [true, false]) {
+      const how = closed ? "--closed" : "--open";
+      const { file, comment } = extracted("stl", "--box", world.join(), how);
+      const mine = await saved({ format: "stl", comment, box, closed });
+      expect(file.length).toBeGreaterThan(100_000);
+      // Cuts of a box in the world are rounded differently.
+      if (closed) expect(largestDifference(file, mine)).toBeLessThan(1e-4);
+      else expect(file.equals(mine)).toBe(true);
+    }
+  });
+
+  test("has the program's bytes where oblique planes cut it", async () => {
+    const planes = [
+      { normal: [1, 2, -1], offset: 150 },
+      { normal: [-1, 0, -0.5], offset: -120.25 },
+    ] as const;
+    const args = planes.map(({ normal, offset }) => `--clip-plane=${[...normal, offset]}`);
+    for (const format of meshFormats) {
+      const { file, comment } = extracted(format, "--closed", ...args);
+      const mine = await saved({ format, comment, planes, closed: true });
+      expect(file.length).toBeGreaterThan(10_000);
+      expect(file.equals(mine)).toBe(true);
+    }
+  });
+
+  test("has two triangles at each edge if it is closed", async () => {
+    const planes = [{ normal: [1, 2, -1], offset: 150 }] as const;
+    const box = { low: [0.1, 0, 0.25], high: [1, 0.75, 0.9] } as const;
+    expect(openEdges(await saved({ format: "stl", planes, box }))).toBe(0);
+    expect(openEdges(await saved({ format: "stl", closed: false, box }))).toBeGreaterThan(100);
+  });
+
+  test("refuses planes that an open surface cannot have", async () => {
+    const planes = [{ normal: [1, 0, 0], offset: 1 }] as const;
+    await expect(saveSurface(source(), isovalue, { planes })).rejects.toThrow(
+      "found an open one: set closed to true",
+    );
+    const wrong = [{ normal: [0, 0, 0], offset: 1 }] as const;
+    await expect(saveSurface(source(), isovalue, { planes: wrong, format: "stl" })).rejects.toThrow(
+      "normal other than 0,0,0",
+    );
   });
 
   test("has the predicted size", async () => {
@@ -140,7 +201,7 @@ describe("a surface as a file", () => {
     const huge = forecastOf(
       { metadata: {} } as StoreInfo,
       isovalue,
-      { level: 0, format: "stl", hasBox: false },
+      { level: 0, format: "stl", closed: true, hasBox: false },
       [chunk] as never,
     );
     expect(huge.problem).toContain("30 million cells: choose a coarser level");

@@ -25,6 +25,8 @@ const cellsPerSecond = 2e6;
 const mostMemory = 1.7e9;
 /** Memory for the mesh of a cell, while its layer of blocks is in memory. */
 const memoryPerCell = 100;
+/** Memory for the mesh of a cell of a closed surface, which is in memory as a whole. */
+const memoryPerClosedCell = 150;
 /** GLB files have 32-bit lengths; larger files of other formats would fill the device. */
 const mostFileBytes = 2 ** 32 - 1;
 /** Header bytes, and bytes of a vertex and of a triangle. */
@@ -41,7 +43,12 @@ const sizes = {
 export function forecastOf(
   info: StoreInfo,
   isovalue: number,
-  { level, format, hasBox }: { level: number; format: MeshFormat; hasBox: boolean },
+  {
+    level,
+    format,
+    closed,
+    hasBox,
+  }: { level: number; format: MeshFormat; closed: boolean; hasBox: boolean },
   chunks: readonly Chunk[],
 ): SurfaceForecast {
   const layers = new Map<number, number>();
@@ -57,7 +64,8 @@ export function forecastOf(
   const { header, vertex, triangle } = sizes[format];
   const fileBytes = header + cells * (vertex + 2 * triangle);
   const two = Math.max(0, ...[...layers].map(([z, count]) => count + (layers.get(z + 1) ?? 0)));
-  const memory = two * memoryPerCell + (format === "stl" ? 24 * cells : 0);
+  const whole = closed ? memoryPerClosedCell * cells : 0;
+  const memory = two * memoryPerCell + whole + (format === "stl" ? 24 * cells : 0);
   const found = memory > mostMemory || fileBytes > mostFileBytes;
   return {
     bytesToFetch,

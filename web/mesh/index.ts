@@ -14,4 +14,4 @@ export {
 } from "./save_surface.ts";
 export { type SurfaceExtent, surfaceExtent } from "./surface_extent.ts";
 export { SurfaceReader } from "./surface_reader.ts";
-export { type GridBox, type MeshFormat, meshFormats } from "./types.ts";
+export { type GridBox, type HalfSpace, type MeshFormat, meshFormats } from "./types.ts";

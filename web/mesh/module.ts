@@ -19,6 +19,7 @@ export interface MeshModule {
     commentBytes: number,
   ): number;
   _isosplat_mesh_set_region(box: number): number;
+  _isosplat_mesh_close(box: number, planes: number, planeCount: number): number;
   _isosplat_mesh_add(data: number, bytes: number, shape: number, checksum: number): number;
   _isosplat_mesh_parts_left(): number;
   _isosplat_mesh_encode_part(): number;

@@ -4,15 +4,29 @@ import type { Source } from "../stream/source.ts";
 import { forecastOf, type SurfaceForecast } from "./forecast.ts";
 import { type JobOptions, runJob } from "./run_job.ts";
 import { SurfaceReader } from "./surface_reader.ts";
-import type { GridBox, MeshFormat } from "./types.ts";
+import type { GridBox, HalfSpace, MeshFormat } from "./types.ts";
 
 export interface SurfaceOptions {
-  /** Default: "glb". STL has no shared vertices and no normals of vertices. */
+  /**
+   * Default: "glb". STL has no shared vertices, no normals of vertices, and no unit: it has the
+   * volume's own, millimetres.
+   */
   format?: MeshFormat;
   /** 0 (the default) is the finest; each further level halves each axis. */
   level?: number;
-  /** Only cells whose centres are in this box, in fractions of the volume: `clip` of a viewer. */
+  /**
+   * Only what is in this box, in fractions of the volume: `clip` of a viewer. Of an open surface:
+   * only cells whose centres are in it.
+   */
   box?: GridBox;
+  /**
+   * Closes the surface around the solid, where values are above the isovalue: at the volume's border,
+   * and where `box` and `planes` cut it. Default: true for STL. Rejects with invalid_argument if
+   * missing voxels leave holes.
+   */
+  closed?: boolean;
+  /** Only what is in these half-spaces: `clip.planes` of a viewer. Only of closed surfaces. */
+  planes?: readonly HalfSpace[];
   /** Ends the work; it then rejects with the signal's reason. */
   signal?: AbortSignal;
 }
@@ -50,7 +64,8 @@ export async function saveSurface(
   options: SaveSurfaceOptions = {},
 ): Promise<SavedSurface> {
   return withReader(from, options, async (reader) => {
-    const { format = "glb", level = 0, box } = options;
+    const { format = "glb", level = 0, box, planes = [] } = options;
+    const closed = isClosed(options);
     const [chunks, forecast] = await plan(reader, isovalue, options);
     if (forecast.problem) throw new CoreError("out_of_memory", forecast.problem);
     const { info } = reader;
@@ -67,6 +82,8 @@ export async function saveSurface(
         comment:
           options.comment ?? `isosurface ${isovalue} of ${name}, level ${level}, by isosplat`,
         ...(box && { box: { low: box.low, high: box.high } }),
+        closed,
+        planes: planes.map(({ normal, offset }) => ({ normal, offset })),
       },
       options,
     );
@@ -76,12 +93,25 @@ export async function saveSurface(
   });
 }
 
+function isClosed({ format, closed = format === "stl" }: SurfaceOptions): boolean {
+  return closed;
+}
+
 async function plan(
   reader: SurfaceReader,
   isovalue: number,
-  { format = "glb", level = 0, box, signal = new AbortController().signal }: SurfaceOptions,
+  options: SurfaceOptions,
 ): Promise<[Chunk[], SurfaceForecast]> {
+  const { format = "glb", level = 0, box, planes = [] } = options;
+  const { signal = new AbortController().signal } = options;
+  const closed = isClosed(options);
   const { levels } = reader.info;
+  if (planes.length > 0 && !closed) {
+    throw new CoreError(
+      "invalid_argument",
+      "expected a closed surface, which planes can cut, found an open one: set closed to true",
+    );
+  }
   if (!(Number.isInteger(level) && level >= 0 && level < levels)) {
     throw new CoreError(
       "not_found",
@@ -91,7 +121,12 @@ async function plan(
   const chunks = await reader.chunksOf(isovalue, level, signal, box);
   return [
     chunks,
-    forecastOf(reader.info, isovalue, { level, format, hasBox: box !== undefined }, chunks),
+    forecastOf(
+      reader.info,
+      isovalue,
+      { level, format, closed, hasBox: box !== undefined || planes.length > 0 },
+      chunks,
+    ),
   ];
 }
 

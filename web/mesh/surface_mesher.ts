@@ -48,7 +48,8 @@ export class SurfaceMesher {
     });
   }
 
-  #beginFile(volume: number, { info, quantizedIsovalue, level, format, comment, box }: FileJob) {
+  #beginFile(volume: number, job: FileJob) {
+    const { info, quantizedIsovalue, level, format, comment, box, closed, planes } = job;
     const module = this.#module;
     const text = new TextEncoder().encode(comment);
     this.#withBytes(text, (at) =>
@@ -63,14 +64,22 @@ export class SurfaceMesher {
         ),
       ),
     );
-    if (!box) return;
+    if (!box && !closed) return;
     // A side of the box at the volume's border does not clip: coarse cells may reach beyond the
     // last voxel.
-    const low = box.low.map((n, i) => (n <= 0 ? -Infinity : n * ((info.voxels[i] ?? 1) - 1)));
-    const high = box.high.map((n, i) => (n >= 1 ? Infinity : n * ((info.voxels[i] ?? 1) - 1)));
-    const corners = Float64Array.from([...low, ...high]);
-    this.#withBytes(new Uint8Array(corners.buffer), (at) =>
-      this.#check(module._isosplat_mesh_set_region(at)),
+    const { low, high } = box ?? { low: [0, 0, 0], high: [1, 1, 1] };
+    const from = low.map((n, i) => (n <= 0 ? -Infinity : n * ((info.voxels[i] ?? 1) - 1)));
+    const to = high.map((n, i) => (n >= 1 ? Infinity : n * ((info.voxels[i] ?? 1) - 1)));
+    const corners = new Uint8Array(Float64Array.from([...from, ...to]).buffer);
+    if (!closed) {
+      this.#withBytes(corners, (at) => this.#check(module._isosplat_mesh_set_region(at)));
+      return;
+    }
+    const numbers = planes.flatMap(({ normal, offset }) => [...normal, offset]);
+    this.#withBytes(corners, (boxAt) =>
+      this.#withBytes(new Uint8Array(Float64Array.from(numbers).buffer), (at) =>
+        this.#check(module._isosplat_mesh_close(boxAt, at, planes.length)),
+      ),
     );
   }
 

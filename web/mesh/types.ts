@@ -10,6 +10,12 @@ export interface GridBox {
   high: Readonly<Triple>;
 }
 
+/** The points with normal · point ≥ offset, in the world. */
+export interface HalfSpace {
+  normal: Readonly<Triple>;
+  offset: number;
+}
+
 /** An isosurface as a file. */
 export interface FileJob {
   kind: "file";
@@ -19,8 +25,12 @@ export interface FileJob {
   format: MeshFormat;
   /** One line for the file's header. */
   comment: string;
-  /** Only cells whose centres are in the box. */
+  /** Closed: only what is in the box. Open: only cells whose centres are in it. */
   box?: GridBox;
+  /** Whether the surface is closed: at the volume's border, and where box and planes cut it. */
+  closed: boolean;
+  /** Only for closed surfaces. */
+  planes: readonly HalfSpace[];
 }
 
 /** Area and volume of an isosurface, at full detail. */

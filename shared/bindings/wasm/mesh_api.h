@@ -43,6 +43,11 @@ IsosplatStatus isosplat_mesh_begin_file(const IsosplatVolume* volume, uint32_t l
 /// the low corner and the high one.
 IsosplatStatus isosplat_mesh_set_region(const double* box);
 
+/// Closes the surface of the file, within a box in voxels of level 0 (SolidRegion). Call it after
+/// begin_file, instead of set_region. planes: four numbers each, a normal and an offset in the
+/// world. The whole mesh is then in memory. Errors: those of SolidRegion.
+IsosplatStatus isosplat_mesh_close(const double* box, const double* planes, uint32_t plane_count);
+
 /// Adds a chunk of the level that has the isovalue in its band. The chunks of a file must be added
 /// in ascending order by z, then y, then x. Errors: checksum_mismatch, and those of ChunkDecoder
 /// and MeshAssembly.
@@ -55,7 +60,7 @@ uint32_t isosplat_mesh_parts_left(void);
 /// Encodes the next complete part. Results: its body and its tail. Errors: those of MeshEncoder.
 IsosplatStatus isosplat_mesh_encode_part(void);
 
-/// No chunk follows: completes the last parts of a file.
+/// No chunk follows: completes the last parts of a file. Errors: those of SolidRegion::close.
 IsosplatStatus isosplat_mesh_finish(void);
 
 /// Call it when all parts are encoded. Results: the header, and NUMBERS. These are, for a file:

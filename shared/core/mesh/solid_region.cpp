@@ -79,10 +79,12 @@ Result<void> SolidRegion::clip_to_voxels(Vec3d low, Vec3d high) {
     }
     shrink(static_cast<int>(axis), from[axis], to[axis]);
   }
+  const std::array<Vec3d, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (size_t axis = 0; axis < 3; ++axis) {
-    const Vec3d n{axis == 0 ? 1.0 : 0, axis == 1 ? 1.0 : 0, axis == 2 ? 1.0 : 0};
-    if (std::isfinite(from[axis])) clip_voxels(n, from[axis]);
-    if (std::isfinite(to[axis])) clip_voxels(n * -1, -to[axis]);
+    if (std::isfinite(from[axis])) clip_voxels(axes[axis], from[axis]);
+  }
+  for (size_t axis = 0; axis < 3; ++axis) {
+    if (std::isfinite(to[axis])) clip_voxels(axes[axis] * -1, -to[axis]);
   }
   return {};
 }

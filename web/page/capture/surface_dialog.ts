@@ -34,6 +34,8 @@ class SurfaceDialog {
   #format: MeshFormat = "stl";
   #level = 0;
   #isClipped: boolean;
+  /** Undefined: as the format is used. */
+  #closing: boolean | undefined;
   #forecast: SurfaceForecast | undefined;
   /** Progress while the file is being created, 0 … 1. */
   #share: number | undefined;
@@ -51,7 +53,7 @@ class SurfaceDialog {
     this.#isovalue = isovalue;
     this.#clip = clip;
     this.#save = save;
-    this.#isClipped = this.#hasBox;
+    this.#isClipped = this.#hasBox || this.#hasPlanes;
   }
 
   open(): void {
@@ -65,12 +67,23 @@ class SurfaceDialog {
     return this.#clip.low.some((n) => n > 0) || this.#clip.high.some((n) => n < 1);
   }
 
+  get #hasPlanes(): boolean {
+    return this.#clip.planes.length > 0;
+  }
+
+  get #isClosed(): boolean {
+    return this.#closing ?? this.#format === "stl";
+  }
+
   get #options() {
-    const { low, high } = this.#clip;
+    const { low, high, planes } = this.#clip;
+    const closed = this.#isClosed;
     return {
       format: this.#format,
       level: this.#level,
-      ...(this.#isClipped && { box: { low, high } }),
+      closed,
+      ...(this.#isClipped && this.#hasBox && { box: { low, high } }),
+      ...(this.#isClipped && closed && { planes }),
     };
   }
 
@@ -121,7 +134,13 @@ class SurfaceDialog {
     this.#render();
   }
 
-  #change(part: { format?: MeshFormat; level?: number; isClipped?: boolean }): void {
+  #change(part: {
+    format?: MeshFormat;
+    level?: number;
+    isClipped?: boolean;
+    closed?: boolean;
+  }): void {
+    this.#closing = part.closed ?? this.#closing;
     this.#format = part.format ?? this.#format;
     this.#level = part.level ?? this.#level;
     this.#isClipped = part.isClipped ?? this.#isClipped;
@@ -189,8 +208,18 @@ class SurfaceDialog {
               )}
             </select>
           </label>
+          <label class="check">
+            <input
+              type="checkbox"
+              ?disabled=${isRunning}
+              .checked=${this.#isClosed}
+              @change=${(event: Event) =>
+                this.#change({ closed: (event.currentTarget as HTMLInputElement).checked })}
+            />
+            ${surfaceTexts.closed}
+          </label>
           ${
-            this.#hasBox
+            this.#hasBox || this.#hasPlanes
               ? html`<label class="check">
                   <input
                     type="checkbox"
@@ -201,10 +230,16 @@ class SurfaceDialog {
                         isClipped: (event.currentTarget as HTMLInputElement).checked,
                       })}
                   />
-                  ${surfaceTexts.clipped}
+                  ${this.#isClosed ? surfaceTexts.clipped : surfaceTexts.wholeCells}
                 </label>`
               : nothing
           }
+          ${
+            this.#isClipped && this.#hasPlanes && !this.#isClosed
+              ? html`<p>${surfaceTexts.planesNeedClosed}</p>`
+              : nothing
+          }
+          ${this.#format === "stl" ? html`<p class="quiet">${surfaceTexts.millimetres}</p>` : nothing}
           ${
             isRunning
               ? html`<progress
