@@ -62,7 +62,7 @@ void add_extract_options(CLI::App* command, ExtractCall* call) {
           "--closed", [call] { call->closed = true; },
           "Close the surface around the solid, where values are above the isovalue: at the\n"
           "volume's border, and at the faces of --box and --clip-plane, which cut exactly\n"
-          "(default for STL and 3MF)")
+          "(default for STL and 3MF at level 0)")
       ->needs(mesh);
   command
       ->add_flag_callback(
@@ -140,7 +140,7 @@ Result<ExtractOptions> extract_options(const ExtractCall& call, const VolumeGrid
 
 Result<std::optional<SolidRequest>> solid_request(const ExtractCall& call,
                                                   const MeshFormat& format) {
-  if (!call.mesh || !call.closed.value_or(format.is_solid)) {
+  if (!call.mesh || !call.closed.value_or(format.is_solid && call.level == 0)) {
     if (call.clip_planes.empty()) return std::optional<SolidRequest>{};
     return fail(Status::invalid_argument,
                 "--clip-plane: expected a closed surface, found an open one: add --closed");

@@ -47,7 +47,7 @@ async function runCase(bench: Bench, python: string, { file, isovalue }: (typeof
   };
 
   const files: string[] = [];
-  for (const format of formats) files.push(await extract(`mesh.${format}`));
+  for (const format of formats) files.push(await extract(`mesh.${format}`, "--open"));
   const ours = await describe(...files);
   const [first] = ours;
   if (!first) return;
@@ -101,6 +101,40 @@ async function runCase(bench: Bench, python: string, { file, isovalue }: (typeof
   bench.report(what, "--simplify 0.1: triangles", "%", (100 * simple.triangles) / first.triangles);
   bench.report(what, "--simplify 0.1: edges with more than two triangles", "", simple.nonManifold);
   bench.report(what, "--simplify 0.1: area", "%", (100 * simple.area) / first.area);
+
+  // The whole solid, and its parts on both sides of an oblique plane through the middle.
+  const normal = [1, 2, -1.5];
+  const offset = normal.reduce((sum, n, i) => sum + (n * ((voxels[i] ?? 1) - 1)) / 2, 0);
+  const plane = (sign: number) => `--clip-plane=${[...normal, offset].map((n) => sign * n).join()}`;
+  const solids = await describe(
+    await extract("closed.stl"),
+    await extract("one_side.stl", plane(1)),
+    await extract("other_side.stl", plane(-1)),
+  );
+  const [closed, one, other] = solids;
+  if (!closed || !one || !other) return;
+  const most = (measure: (mesh: Description) => number) => Math.max(...solids.map(measure));
+  bench.report(what, "closed: triangles", "%", (100 * closed.triangles) / first.triangles);
+  bench.report(
+    what,
+    "closed, whole or cut: open edges",
+    "",
+    most(({ boundary }) => boundary),
+    { atMost: 0 },
+  );
+  bench.report(
+    what,
+    "closed, whole or cut: edges with more than two triangles",
+    "",
+    most(({ nonManifold }) => nonManifold),
+  );
+  bench.report(
+    what,
+    "closed: difference of the parts' volume from the whole",
+    "%",
+    100 * Math.abs((one.volume + other.volume) / closed.volume - 1),
+    { atMost: 0.1 },
+  );
 }
 
 export default {

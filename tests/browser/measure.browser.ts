@@ -22,7 +22,16 @@ function meshExtent(name: string, isovalue: number): { area: number; volume: num
   const folder = mkdtempSync(join(tmpdir(), "isosplat-mesh-"));
   const file = join(folder, "mesh.stl");
   const store = join(demoFolder, `${name}.isosplat`);
-  execFileSync(program, ["extract", store, "--isovalue", String(isovalue), "--mesh", "-o", file]);
+  execFileSync(program, [
+    "extract",
+    store,
+    "--isovalue",
+    String(isovalue),
+    "--mesh",
+    "--open",
+    "-o",
+    file,
+  ]);
   const bytes = readFileSync(file);
   rmSync(folder, { recursive: true });
   // Binary STL: 80 bytes, the count, and for each triangle a normal, three vertices and two bytes.

@@ -21,8 +21,8 @@ export interface SurfaceOptions {
   box?: GridBox;
   /**
    * Closes the surface around the solid, where values are above the isovalue: at the volume's border,
-   * and where `box` and `planes` cut it. Default: true for STL. Rejects with invalid_argument if
-   * missing voxels leave holes.
+   * and where `box` and `planes` cut it. Default: true for STL at level 0. Rejects with
+   * invalid_argument if missing voxels leave holes, or lost details of coarser levels do.
    */
   closed?: boolean;
   /** Only what is in these half-spaces: `clip.planes` of a viewer. Only of closed surfaces. */
@@ -93,7 +93,11 @@ export async function saveSurface(
   });
 }
 
-function isClosed({ format, closed = format === "stl" }: SurfaceOptions): boolean {
+function isClosed({
+  format,
+  level = 0,
+  closed = format === "stl" && level === 0,
+}: SurfaceOptions): boolean {
   return closed;
 }
 

@@ -10,9 +10,11 @@
 namespace isosplat {
 
 Error not_closable() {
-  return {Status::invalid_argument,
-          "expected a surface without holes inside of the volume, found holes, as missing voxels "
-          "leave them: write the surface without closing it (--open)"};
+  return {
+      Status::invalid_argument,
+      "expected a surface without holes inside of the volume, found holes, which missing voxels "
+      "leave, and coarse levels where details are lost: choose the finest level, or leave the "
+      "surface open (--open)"};
 }
 
 Result<void> append_cap(MeshPart& mesh, std::vector<CapSide> sides, Vec3d u, Vec3d v) {

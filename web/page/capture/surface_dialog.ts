@@ -72,7 +72,7 @@ class SurfaceDialog {
   }
 
   get #isClosed(): boolean {
-    return this.#closing ?? this.#format === "stl";
+    return this.#closing ?? (this.#format === "stl" && this.#level === 0);
   }
 
   get #options() {
@@ -152,7 +152,8 @@ class SurfaceDialog {
     const { problem, triangles, fileBytes, bytesToFetch, seconds } = this.#forecast ?? {};
     if (problem) return surfaceTexts.tooLarge(Math.round((triangles ?? 0) / 2e6));
     if (triangles === undefined || fileBytes === undefined || seconds === undefined) return "";
-    const isLess = this.#level > 0 || this.#isClipped;
+    const isCut = this.#isClipped && (this.#hasBox || this.#isClosed);
+    const isLess = this.#level > 0 || isCut;
     const size = isLess ? surfaceTexts.atMost : surfaceTexts.about;
     const time = seconds < 1.5 ? surfaceTexts.aSecond : surfaceTexts.seconds(Math.round(seconds));
     const cost = surfaceTexts.cost(formatBytes(bytesToFetch ?? 0), time);
