@@ -127,7 +127,7 @@ TEST_F(CliClosed, SurfacesAreClosedAtBordersBoxesAndPlanes) {
   }
   // Both sides of an oblique plane.
   double sum = 0;
-  for (const std::string plane : {half_plane, "-1,-2,-2,-" + half_plane.substr(6)}) {
+  for (const std::string& plane : {half_plane, "-1,-2,-2,-" + half_plane.substr(6)}) {
     ASSERT_EQ(extract(store, "half.stl", {"--clip-plane=" + plane}).exit_code, 0);
     const Stl half(out_ / "half.stl");
     EXPECT_EQ(half.open_edges(), 0u);
