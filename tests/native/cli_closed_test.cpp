@@ -173,7 +173,7 @@ TEST_F(CliClosed, MissingVoxelsLeaveASurfaceOpenOrAreAnError) {
   ASSERT_EQ(extract(store, "open.stl", {"--open"}).exit_code, 0);
   EXPECT_EQ(read_file(out_ / "a.stl"), read_file(out_ / "open.stl"));
   for (const std::vector<std::string>& how :
-       {std::vector<std::string>{"--closed"}, {"--clip-plane", "0,0,1,2"}}) {
+       {std::vector<std::string>{"--closed"}, {"--clip-plane", "1,0,0,2"}}) {
     const Ended refused = extract(store, "b.stl", how);
     EXPECT_NE(refused.exit_code, 0);
     EXPECT_NE(refused.err.find("holes"), std::string::npos) << refused.err;
