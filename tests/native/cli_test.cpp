@@ -293,7 +293,8 @@ TEST(Cli, WritesMeshes) {
   const std::string half = folder / "half.stl";
   EXPECT_EQ(extract({"--mesh", "-o", folder / "b.stl", "--box", "-9,-9,-9,99,99,99"}).exit_code, 0);
   EXPECT_EQ(read_file(folder / "b.stl"), read_file(folder / "b.STL"));
-  EXPECT_EQ(extract({"--mesh", "-o", half, "--box", "-9,-9,-9,19.5,99,99"}).exit_code, 0);
+  const std::string half_box = "-9,-9,-9,19.5,99,99";
+  EXPECT_EQ(extract({"--mesh", "--open", "-o", half, "--box", half_box}).exit_code, 0);
   EXPECT_NEAR(double(read_file(half).size()) / double(read_file(folder / "b.stl").size()), 0.5,
               0.03);
   const Ended empty = extract({"--mesh", "-o", half, "--box", "0,0,0,2,2,2"});

@@ -135,6 +135,31 @@ describe("a surface as a file", () => {
     expect(openEdges(await saved({ format: "stl", closed: false, box }))).toBeGreaterThan(100);
   });
 
+  test("stays open by default if missing voxels leave holes, as the program's does", async () => {
+    const size = 24;
+    const ball = Float32Array.from({ length: size ** 3 }, (_, i) => {
+      const at = [i % size, Math.floor(i / size) % size, Math.floor(i / size ** 2)];
+      const distance = Math.hypot(...at.map((n) => n - 11.5));
+      return at[0] === 11 && at[1] === 11 && (at[2] ?? 0) > 11 ? Number.NaN : 10 - distance;
+    });
+    const raw = join(folder, "holed.raw");
+    const store = join(folder, "holed.isosplat");
+    writeFileSync(raw, new Uint8Array(ball.buffer));
+    const layout = ["--dims", "24,24,24", "--type", "f32", "-q", "-o", store, "--no-thumbnail"];
+    execFileSync(isosplat, ["build", raw, ...layout]);
+    const of = new BlobSource(new Blob([readFileSync(store)]), "ball");
+    const { closed, file } = await saveSurface(of, 2, { format: "stl" });
+    expect(closed).toBe(false);
+    expect(openEdges(Buffer.from(await file.arrayBuffer()))).toBeGreaterThan(0);
+    await expect(saveSurface(of, 2, { format: "stl", closed: true })).rejects.toThrow(
+      "found holes",
+    );
+    const above = { low: [0.6, 0, 0], high: [1, 1, 1] } as const;
+    const part = await saveSurface(of, 2, { format: "stl", box: above });
+    expect(part.closed).toBe(true);
+    expect(openEdges(Buffer.from(await part.file.arrayBuffer()))).toBe(0);
+  });
+
   test("refuses planes that an open surface cannot have", async () => {
     const planes = [{ normal: [1, 0, 0], offset: 1 }] as const;
     await expect(saveSurface(source(), isovalue, { planes })).rejects.toThrow(

@@ -21,8 +21,9 @@ export interface SurfaceOptions {
   box?: GridBox;
   /**
    * Closes the surface around the solid, where values are above the isovalue: at the volume's border,
-   * and where `box` and `planes` cut it. Default: true for STL at level 0. Rejects with
-   * invalid_argument if missing voxels leave holes, or lost details of coarser levels do.
+   * and where `box` and `planes` cut it. If missing voxels leave holes, or lost details of coarser
+   * levels do, true and planes reject with invalid_argument. Default: true for STL at level 0, but a
+   * surface with holes stays open.
    */
   closed?: boolean;
   /** Only what is in these half-spaces: `clip.planes` of a viewer. Only of closed surfaces. */
@@ -40,6 +41,8 @@ export interface SavedSurface {
   file: Blob;
   vertices: number;
   triangles: number;
+  /** Whether the surface was closed. */
+  closed: boolean;
 }
 
 /** The cost of saving a surface. Fetches pages of the directory for this. */
@@ -64,33 +67,47 @@ export async function saveSurface(
   options: SaveSurfaceOptions = {},
 ): Promise<SavedSurface> {
   return withReader(from, options, async (reader) => {
-    const { format = "glb", level = 0, box, planes = [] } = options;
-    const closed = isClosed(options);
-    const [chunks, forecast] = await plan(reader, isovalue, options);
-    if (forecast.problem) throw new CoreError("out_of_memory", forecast.problem);
-    const { info } = reader;
-    const name = info.metadata.name ?? "a volume";
-    const { numbers, file } = await runJob(
-      reader,
-      chunks,
-      {
-        kind: "file",
-        info,
-        quantizedIsovalue: reader.quantizedIsovalue(isovalue),
-        level,
-        format,
-        comment:
-          options.comment ?? `isosurface ${isovalue} of ${name}, level ${level}, by isosplat`,
-        ...(box && { box: { low: box.low, high: box.high } }),
-        closed,
-        planes: planes.map(({ normal, offset }) => ({ normal, offset })),
-      },
-      options,
-    );
-    const [vertices, triangles] = numbers;
-    if (!file) throw new CoreError("internal", "the mesh has no file");
-    return { file, vertices, triangles };
+    const { closed, planes = [] } = options;
+    try {
+      return await save(reader, isovalue, options);
+    } catch (error) {
+      const hasHoles = error instanceof CoreError && error.status === "invalid_argument";
+      if (!hasHoles || closed !== undefined || planes.length > 0 || !isClosed(options)) throw error;
+      return save(reader, isovalue, { ...options, closed: false });
+    }
   });
+}
+
+async function save(
+  reader: SurfaceReader,
+  isovalue: number,
+  options: SaveSurfaceOptions,
+): Promise<SavedSurface> {
+  const { format = "glb", level = 0, box, planes = [] } = options;
+  const closed = isClosed(options);
+  const [chunks, forecast] = await plan(reader, isovalue, options);
+  if (forecast.problem) throw new CoreError("out_of_memory", forecast.problem);
+  const { info } = reader;
+  const name = info.metadata.name ?? "a volume";
+  const { numbers, file } = await runJob(
+    reader,
+    chunks,
+    {
+      kind: "file",
+      info,
+      quantizedIsovalue: reader.quantizedIsovalue(isovalue),
+      level,
+      format,
+      comment: options.comment ?? `isosurface ${isovalue} of ${name}, level ${level}, by isosplat`,
+      ...(box && { box: { low: box.low, high: box.high } }),
+      closed,
+      planes: planes.map(({ normal, offset }) => ({ normal, offset })),
+    },
+    options,
+  );
+  const [vertices, triangles] = numbers;
+  if (!file) throw new CoreError("internal", "the mesh has no file");
+  return { file, vertices, triangles, closed };
 }
 
 function isClosed({

@@ -77,13 +77,12 @@ class SurfaceDialog {
 
   get #options() {
     const { low, high, planes } = this.#clip;
-    const closed = this.#isClosed;
     return {
       format: this.#format,
       level: this.#level,
-      closed,
+      ...(this.#closing !== undefined && { closed: this.#closing }),
       ...(this.#isClipped && this.#hasBox && { box: { low, high } }),
-      ...(this.#isClipped && closed && { planes }),
+      ...(this.#isClipped && this.#isClosed && { planes }),
     };
   }
 
@@ -114,7 +113,7 @@ class SurfaceDialog {
     this.#share = 0;
     this.#render();
     try {
-      const { file, triangles } = await saveSurface(this.#reader, this.#isovalue, {
+      const { file, triangles, closed } = await saveSurface(this.#reader, this.#isovalue, {
         ...this.#options,
         signal,
         progress: (share) => {
@@ -125,7 +124,8 @@ class SurfaceDialog {
       if (triangles > 0) this.#save(this.#format, file);
       this.#message =
         triangles > 0
-          ? surfaceTexts.saved(formatCount(triangles), formatBytes(file.size))
+          ? surfaceTexts.saved(formatCount(triangles), formatBytes(file.size)) +
+            (this.#isClosed && !closed ? ` ${surfaceTexts.leftOpen}` : "")
           : surfaceTexts.nothing;
     } catch (error) {
       this.#message = signal.aborted ? surfaceTexts.cancelled : textOf(error);
