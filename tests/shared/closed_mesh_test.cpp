@@ -260,8 +260,9 @@ TEST(ClosedMesh, TheOutsideOfABallEndsAtTheBordersOfTheVolume) {
   // The twelve triangles of a box around the hole.
   size_t on_border = 0;
   for (const auto& t : mesh.triangles) {
-    on_border += std::ranges::all_of(
-        t, [&](uint32_t v) { return length(mesh.vertices.positions[v] - centre) > r + 2; });
+    on_border += std::all_of(t.begin(), t.end(), [&](uint32_t v) {
+      return length(mesh.vertices.positions[v] - centre) > r + 2;
+    });
   }
   EXPECT_EQ(on_border, 12u);
 }
