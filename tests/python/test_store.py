@@ -61,7 +61,7 @@ def test_meshes_are_those_of_the_program(suffix, store, tmp_path):
     mesh = store.mesh(45, components=1, simplify=0.2)
     mesh.save(ours)
     run_program(
-        "extract", store.path, *"-i 45 --mesh --largest --simplify 0.2 -o".split(), str(theirs)
+        "extract", store.path, *"-i 45 --mesh --open --largest --simplify 0.2 -o".split(), str(theirs)
     )
 
     def content(path):
