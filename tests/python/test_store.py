@@ -60,9 +60,8 @@ def test_meshes_are_those_of_the_program(suffix, store, tmp_path):
     ours, theirs = tmp_path / f"ours.{suffix}", tmp_path / f"theirs.{suffix}"
     mesh = store.mesh(45, components=1, simplify=0.2)
     mesh.save(ours)
-    run_program(
-        "extract", store.path, *"-i 45 --mesh --open --largest --simplify 0.2 -o".split(), str(theirs)
-    )
+    how = "-i 45 --mesh --open --largest --simplify 0.2 -o".split()
+    run_program("extract", store.path, *how, str(theirs))
 
     def content(path):
         # The comment writes the isovalue as 45.0, and without the level.
