@@ -63,7 +63,7 @@ void LayerReader::take_values(VolumeStatistics& statistics) {
 }
 
 void LayerReader::release() {
-  buffer_ = {};
+  std::vector<std::byte>().swap(buffer_);  // an assignment of {} would keep the memory
   buffered_z_ = -1;
 }
 
