@@ -40,6 +40,20 @@ class ArraySource : public VolumeSource {
                 out.size());
     return {};
   }
+  bool reads_rows() const override { return true; }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
+    const Index3 n = header_.grid.voxels;
+    if (part.rows == n.y) return read_slices(part.first_slice, part.slices, out);
+    const size_t row = static_cast<size_t>(n.x) * sizeof(T);
+    const size_t bytes = row * static_cast<size_t>(part.rows);
+    for (int32_t z = 0; z < part.slices; ++z) {
+      const size_t first = static_cast<size_t>(part.first_slice + z) * static_cast<size_t>(n.y) +
+                           static_cast<size_t>(part.first_row);
+      std::memcpy(out.data() + bytes * static_cast<size_t>(z),
+                  std::as_bytes(voxels_).data() + row * first, bytes);
+    }
+    return {};
+  }
   uint64_t resident_bytes() const override { return voxels_.size_bytes(); }
   std::vector<std::filesystem::path> files() const override { return {}; }
 

@@ -44,26 +44,38 @@ ClampedSource::ClampedSource(VolumeSource& volume, double low, double high)
     : volume_(volume),
       low_(low),
       high_(high),
-      of_slices_(static_cast<size_t>(volume.header().grid.voxels.z)) {}
+      of_slices_(static_cast<size_t>(volume.header().grid.voxels.z)),
+      counted_rows_(of_slices_.size()) {}
 
 Result<void> ClampedSource::read_slices(int32_t first, int32_t count, std::span<std::byte> out) {
-  if (auto read = volume_.read_slices(first, count, out); !read) return read;
+  return read_rows({first, count, 0, header().grid.voxels.y}, out);
+}
+
+Result<void> ClampedSource::read_rows(const SliceRows& part, std::span<std::byte> out) {
+  if (auto read = volume_.read_rows(part, out); !read) return read;
   with_voxel_type(header().type, [&]<class T>(T) {
     const T low = static_cast<T>(low_), high = static_cast<T>(high_);
     auto* voxels = reinterpret_cast<T*>(out.data());
-    const size_t slice = out.size() / sizeof(T) / static_cast<size_t>(count);
-    for (int32_t z = first; z < first + count; ++z, voxels += slice) {
-      ClampedVoxels clamped;
-      for (size_t i = 0; i < slice; ++i) {
-        const T voxel = voxels[i];
-        if constexpr (std::is_floating_point_v<T>) {
-          if (!has_value(voxel)) continue;
+    const auto row = static_cast<size_t>(header().grid.voxels.x);
+    for (int32_t z = part.first_slice; z < part.first_slice + part.slices; ++z) {
+      ClampedVoxels& clamped = of_slices_[static_cast<size_t>(z)];
+      int32_t& counted = counted_rows_[static_cast<size_t>(z)];
+      for (int32_t y = part.first_row; y < part.first_row + part.rows; ++y, voxels += row) {
+        uint64_t below = 0, above = 0;
+        for (size_t i = 0; i < row; ++i) {
+          const T voxel = voxels[i];
+          if constexpr (std::is_floating_point_v<T>) {
+            if (!has_value(voxel)) continue;
+          }
+          below += voxel < low;
+          above += voxel > high;
+          voxels[i] = std::clamp(voxel, low, high);
         }
-        clamped.below += voxel < low;
-        clamped.above += voxel > high;
-        voxels[i] = std::clamp(voxel, low, high);
+        if (y != counted) continue;
+        clamped.below += below;
+        clamped.above += above;
+        ++counted;
       }
-      of_slices_[static_cast<size_t>(z)] = clamped;
     }
   });
   return {};

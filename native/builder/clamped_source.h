@@ -30,6 +30,8 @@ class ClampedSource : public VolumeSource {
 
   const VolumeHeader& header() const override { return volume_.header(); }
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override;
+  bool reads_rows() const override { return volume_.reads_rows(); }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override;
   uint64_t resident_bytes() const override { return volume_.resident_bytes(); }
   std::vector<std::filesystem::path> files() const override { return volume_.files(); }
 
@@ -37,7 +39,8 @@ class ClampedSource : public VolumeSource {
   /// not depend on the volume's voxels.
   std::shared_ptr<const VoxelScan> all_values() const;
 
-  /// Of the slices that were read, each once.
+  /// Of the slices that were read, each once. Rows count if all before them in their slice were
+  /// read before.
   ClampedVoxels clamped() const;
   /// The same for each slice; those that were not read have none.
   const std::vector<ClampedVoxels>& of_slices() const { return of_slices_; }
@@ -50,6 +53,7 @@ class ClampedSource : public VolumeSource {
   VolumeSource& volume_;
   double low_, high_;  ///< in the file's voxels, before slope and intercept
   std::vector<ClampedVoxels> of_slices_;
+  std::vector<int32_t> counted_rows_;  ///< per slice: the first rows, which of_slices_ counts
 };
 
 }  // namespace isosplat

@@ -94,15 +94,25 @@ class UnpackedSource : public VolumeSource {
   const VolumeHeader& header() const override { return source_->header(); }
 
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
-    return source_->read_slices(first, count, out).map_error([&](const Error& error) {
-      return Error{error.status, renamed(error.message, file_->path().string(), packed_.string())};
-    });
+    return named(source_->read_slices(first, count, out));
+  }
+
+  bool reads_rows() const override { return source_->reads_rows(); }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
+    return named(source_->read_rows(part, out));
   }
 
   uint64_t resident_bytes() const override { return source_->resident_bytes(); }
   std::vector<std::filesystem::path> files() const override { return {packed_}; }
 
  private:
+  /// An error names the compressed file.
+  Result<void> named(Result<void> read) const {
+    return std::move(read).map_error([&](const Error& error) {
+      return Error{error.status, renamed(error.message, file_->path().string(), packed_.string())};
+    });
+  }
+
   std::unique_ptr<TemporaryFile> file_;  // removed after its source is closed
   std::unique_ptr<VolumeSource> source_;
   std::filesystem::path packed_;

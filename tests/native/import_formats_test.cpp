@@ -41,6 +41,17 @@ void expect_pattern(OpenVolume& volume, VoxelType type, double scale = 1, double
     EXPECT_TRUE(std::equal(one.begin(), one.end(), whole.begin() + z * static_cast<int>(slice)));
   }
   EXPECT_FALSE(volume.source->read_slices(2, 2, whole));
+  const size_t row = slice / static_cast<size_t>(kSize.y);
+  std::vector<std::byte> rows(2 * 2 * row);
+  for (int32_t y = 0; y + 2 <= kSize.y; ++y) {
+    ASSERT_TRUE(volume.source->read_rows({1, 2, y, 2}, rows));
+    for (size_t z = 0; z < 2; ++z) {
+      const size_t from = (1 + z) * slice + static_cast<size_t>(y) * row;
+      EXPECT_TRUE(std::equal(rows.begin() + static_cast<ptrdiff_t>(z * 2 * row),
+                             rows.begin() + static_cast<ptrdiff_t>((z + 1) * 2 * row),
+                             whole.begin() + static_cast<ptrdiff_t>(from)));
+    }
+  }
 }
 
 TEST(ImportNrrd, ReadsEveryTypeInBothByteOrders) {

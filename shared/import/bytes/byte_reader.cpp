@@ -22,6 +22,7 @@ class PlainReader : public ByteReader {
     return {};
   }
 
+  bool is_random_access() const override { return true; }
   uint64_t size_limit() const override { return file_.size; }
 
   Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {

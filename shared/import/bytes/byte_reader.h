@@ -21,6 +21,10 @@ class ByteReader {
   /// malformed_volume if compressed data are damaged.
   virtual Result<void> read(uint64_t offset, std::span<std::byte> out) = 0;
 
+  /// Whether reading bytes costs about the same at any offset, in any order. False for compressed
+  /// data.
+  virtual bool is_random_access() const { return false; }
+
   /// Upper limit of the number of bytes: exact for plain files, an upper bound for compressed ones
   /// (deflate expands at most 1032 times).
   virtual uint64_t size_limit() const = 0;

@@ -79,6 +79,8 @@ class Hdf5Array : public ByteReader {
     return {};
   }
 
+  // Otherwise, a chunk is decoded once for each of its slices.
+  bool is_random_access() const override { return keeps_layer_ || axes_[0].chunk == 1; }
   uint64_t size_limit() const override { return bytes_; }
   Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {
     return std::min(max_count, bytes_ - std::min(offset, bytes_));
@@ -228,6 +230,7 @@ class Hdf5PlainArray : public ByteReader {
     return {};
   }
 
+  bool is_random_access() const override { return true; }
   uint64_t size_limit() const override { return bytes_; }
   Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {
     return std::min(max_count, bytes_ - std::min(offset, bytes_));

@@ -56,10 +56,15 @@ class MissingSource : public VolumeSource {
   std::vector<std::filesystem::path> files() const override { return source_->files(); }
 
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    return read_rows({first, count, 0, header_.grid.voxels.y}, out);
+  }
+
+  bool reads_rows() const override { return source_->reads_rows(); }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
     const VoxelType type = source_->header().type;
     const size_t voxels = out.size() / voxel_bytes(header_.type);
     stored_.resize(voxels * voxel_bytes(type));
-    if (auto read = source_->read_slices(first, count, stored_); !read) return read;
+    if (auto read = source_->read_rows(part, stored_); !read) return read;
     convert_voxels(type, stored_, header_.type, out);
     with_voxel_type(type, [&]<class T>(T) { mark<T>(voxels, out); });
     return {};

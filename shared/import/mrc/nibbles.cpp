@@ -28,6 +28,7 @@ class NibbleReader : public ByteReader {
     return {};
   }
 
+  bool is_random_access() const override { return packed_->is_random_access(); }
   uint64_t size_limit() const override { return voxels_in(packed_->size_limit()); }
   Result<uint64_t> count_after(uint64_t first, uint64_t max_count) override {
     const uint64_t begin = offset_ + first / columns_ * row_bytes() + first % columns_ / 2;

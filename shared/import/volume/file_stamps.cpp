@@ -27,17 +27,26 @@ class WatchedSource : public VolumeSource {
   const VolumeHeader& header() const override { return source_->header(); }
 
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
-    auto read = source_->read_slices(first, count, out);
-    // A changed file explains any other error, so this error takes precedence.
-    const bool is_last = first + count == header().grid.voxels.z;
-    if (auto same = stamps_.check(is_last || !read); !same) return same;
-    return read;
+    return checked(source_->read_slices(first, count, out), first + count);
+  }
+
+  bool reads_rows() const override { return source_->reads_rows(); }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
+    return checked(source_->read_rows(part, out), part.first_slice + part.slices);
   }
 
   uint64_t resident_bytes() const override { return source_->resident_bytes(); }
   std::vector<std::filesystem::path> files() const override { return source_->files(); }
 
  private:
+  /// The result of a read that ended before the slice `end`.
+  Result<void> checked(Result<void> read, int32_t end) const {
+    // A changed file explains any other error, so this error takes precedence.
+    const bool is_last = end == header().grid.voxels.z;
+    if (auto same = stamps_.check(is_last || !read); !same) return same;
+    return read;
+  }
+
   std::unique_ptr<VolumeSource> source_;
   FileStamps stamps_;
 };

@@ -65,11 +65,30 @@ class ArraySource : public VolumeSource {
     for (size_t z = 0; z < static_cast<size_t>(count); ++z) {
       const auto to = out.subspan(z * slice, slice);
       if (!at_once) {
-        if (auto r = read_some(static_cast<uint64_t>(first) + z, to); !r) return r;
+        if (auto r = read_run((static_cast<uint64_t>(first) + z) * nx * ny, to); !r) return r;
       }
       if (reverse_rows_) reverse_rows(to, nx * voxel_bytes(header_.type));
     }
     if (int64_t{first} + count == volume_.voxels.z) return check_end();
+    return {};
+  }
+
+  bool reads_rows() const override { return reader_->is_random_access(); }
+
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
+    const auto nx = static_cast<uint64_t>(volume_.voxels.x);
+    if (part.rows == volume_.voxels.y) return read_slices(part.first_slice, part.slices, out);
+    if (auto inside = check_rows(header_, part, out.size()); !inside) return inside;
+    const int64_t first_row =
+        reverse_rows_ ? volume_.voxels.y - part.first_row - part.rows : part.first_row;
+    const size_t bytes = out.size() / static_cast<size_t>(part.slices);
+    for (int32_t z = 0; z < part.slices; ++z) {
+      const auto row =
+          static_cast<uint64_t>((int64_t{part.first_slice} + z) * volume_.voxels.y + first_row);
+      const auto to = out.subspan(static_cast<size_t>(z) * bytes, bytes);
+      if (auto r = read_run(row * nx, to); !r) return r;
+      if (reverse_rows_) reverse_rows(to, bytes / static_cast<size_t>(part.rows));
+    }
     return {};
   }
 
@@ -85,35 +104,35 @@ class ArraySource : public VolumeSource {
  private:
   size_t stored_voxel() const { return stored_bytes(volume_.stored); }
 
-  /// A slice that needs processing: as stored, converted, or with absent voxels.
-  Result<void> read_some(uint64_t z, std::span<std::byte> out) {
+  /// Reads whole rows of a slice: as stored, converted, or with absent voxels. first: their first
+  /// voxel.
+  Result<void> read_run(uint64_t first, std::span<std::byte> out) {
     const bool converts = volume_.stored.is_half || header_.type != volume_.stored.type;
     std::span<std::byte> stored = out;
     if (converts) {
       stored_.resize(out.size() / voxel_bytes(header_.type) * stored_voxel());
       stored = stored_;
     }
-    if (auto r = read_slice(z, stored); !r) return r;
+    if (auto r = read_stored(first, stored); !r) return r;
     if (volume_.stored.is_half) {
       widen_halves(stored, out);
     } else if (converts) {
       convert_voxels(volume_.stored.type, stored, header_.type, out);
     }
-    if (!volume_.missing.empty()) mark_absent(z, out);
+    if (!volume_.missing.empty()) mark_absent(first, out);
     return {};
   }
 
-  Result<void> read_slice(uint64_t z, std::span<std::byte> out) {
-    const auto nx = static_cast<uint64_t>(volume_.voxels.x);
-    const auto ny = static_cast<uint64_t>(volume_.voxels.y);
+  /// Reads whole rows as stored, in native byte order.
+  Result<void> read_stored(uint64_t first, std::span<std::byte> out) {
     const uint64_t consecutive = consecutive_voxels();
-    const size_t voxels = static_cast<size_t>(nx * ny);
+    const size_t voxels = out.size() / stored_voxel();
     Result<void> read;
     if (consecutive == 1) {
-      read = gather_slice(z, out);
+      read = gather_rows(first, out);
     } else {
       for (uint64_t done = 0; done < voxels && read;) {
-        const uint64_t voxel = z * nx * ny + done;
+        const uint64_t voxel = first + done;
         const uint64_t batch = std::min(consecutive - voxel % consecutive, voxels - done);
         read = read_bytes(byte_offset(voxel, consecutive),
                           out.subspan(static_cast<size_t>(done) * stored_voxel(),
@@ -142,17 +161,15 @@ class ArraySource : public VolumeSource {
     return volume_.offset + (steps_before * consecutive + voxel % consecutive) * stored_voxel();
   }
 
-  /// Reads a slice whose voxels alternate with those of other steps, row by row.
-  Result<void> gather_slice(uint64_t z, std::span<std::byte> stored) {
+  /// Reads rows whose voxels alternate with those of other steps.
+  Result<void> gather_rows(uint64_t first, std::span<std::byte> stored) {
     const auto nx = static_cast<size_t>(volume_.voxels.x);
-    const auto ny = static_cast<size_t>(volume_.voxels.y);
     const size_t bytes = stored_voxel(), steps = static_cast<size_t>(volume_.steps);
     row_.resize(((nx - 1) * steps + 1) * bytes);  // at most kMaxRowBytes: see open_array
-    for (size_t y = 0; y < ny; ++y) {
-      const uint64_t voxel = (z * ny + y) * nx;
-      if (auto r = read_bytes(byte_offset(voxel, 1), row_); !r) return r;
+    for (size_t done = 0; done < stored.size() / bytes; done += nx) {
+      if (auto r = read_bytes(byte_offset(first + done, 1), row_); !r) return r;
       for (size_t x = 0; x < nx; ++x) {
-        std::copy_n(row_.data() + x * steps * bytes, bytes, stored.data() + (y * nx + x) * bytes);
+        std::copy_n(row_.data() + x * steps * bytes, bytes, stored.data() + (done + x) * bytes);
       }
     }
     return {};
@@ -180,11 +197,11 @@ class ArraySource : public VolumeSource {
     return {};
   }
 
-  void mark_absent(uint64_t z, std::span<std::byte> out) {
+  void mark_absent(uint64_t first, std::span<std::byte> out) {
     const size_t bytes = voxel_bytes(header_.type);
     const uint64_t voxels = out.size() / bytes, consecutive = consecutive_voxels();
     for (uint64_t i = 0; i < voxels; ++i) {
-      const uint64_t begin = byte_offset(z * voxels + i, consecutive), end = begin + stored_voxel();
+      const uint64_t begin = byte_offset(first + i, consecutive), end = begin + stored_voxel();
       for (const ByteRange& range : volume_.missing) {
         if (range.begin < end && begin < range.end) {
           make_absent(header_.type, out.subspan(static_cast<size_t>(i) * bytes, bytes));
@@ -215,7 +232,7 @@ class ArraySource : public VolumeSource {
   std::unique_ptr<ByteReader> reader_;
   VolumeHeader header_;
   std::vector<std::byte> row_;     ///< one row with all its steps
-  std::vector<std::byte> stored_;  ///< a slice as stored, if it is converted
+  std::vector<std::byte> stored_;  ///< rows as stored, if they are converted
 };
 
 }  // namespace

@@ -105,6 +105,7 @@ class JoinedReader : public ByteReader {
     return std::min(max_count, size - std::min(size, offset));
   }
 
+  bool is_random_access() const override { return !deflated_; }
   uint64_t size_limit() const override { return parts_.size() * bytes_each_; }
   uint64_t available_bytes() override { return size_limit(); }
   uint64_t resident_bytes() const override {

@@ -25,6 +25,11 @@ class MissingSource : public VolumeSource {
   const VolumeHeader& header() const override { return header_; }
 
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
+    return read_rows({first, count, 0, header_.grid.voxels.y}, out);
+  }
+
+  bool reads_rows() const override { return source_->reads_rows(); }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
     const VoxelType type = source_->header().type;
     if (out.size() % voxel_bytes(header_.type) != 0) {
       return fail(Status::invalid_argument, "expected a range of slices inside the volume");
@@ -35,7 +40,7 @@ class MissingSource : public VolumeSource {
       scratch_.resize(voxels * voxel_bytes(type));
       in = scratch_;
     }
-    if (auto read = source_->read_slices(first, count, in); !read) return read;
+    if (auto read = source_->read_rows(part, in); !read) return read;
     with_voxel_type(type, [&](auto zero) {
       using From = decltype(zero);
       if (header_.type == VoxelType::f32) {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "shared/core/base/status.h"
-#include "shared/core/grid/volume_header.h"
+#include "shared/core/grid/volume_source.h"
 
 namespace isosplat::import {
 
@@ -20,6 +20,17 @@ inline Result<void> check_slices(const VolumeHeader& header, int32_t first, int3
     return {};
   }
   return fail(Status::invalid_argument, "expected a range of slices inside the volume");
+}
+
+/// The same for VolumeSource::read_rows.
+inline Result<void> check_rows(const VolumeHeader& header, const SliceRows& part, size_t bytes) {
+  const Index3 n = header.grid.voxels;
+  if (part.first_slice >= 0 && part.slices >= 1 && int64_t{part.first_slice} + part.slices <= n.z &&
+      part.first_row >= 0 && part.rows >= 1 && int64_t{part.first_row} + part.rows <= n.y &&
+      bytes == part.voxels(n.x) * voxel_bytes(header.type)) {
+    return {};
+  }
+  return fail(Status::invalid_argument, "expected rows of slices inside the volume");
 }
 
 }  // namespace isosplat::import

@@ -135,40 +135,46 @@ Result<ValueSample> sample_values(VolumeSource& source, const std::optional<Fill
   const VolumeHeader& header = source.header();
   const Index3 n = header.grid.voxels;
   const auto width = static_cast<size_t>(n.x), height = static_cast<size_t>(n.y);
-  std::vector<std::byte> slice(width * height * voxel_bytes(header.type));
+  const int32_t max_rows = rows_per_read(source, 8 << 20);
+  std::vector<std::byte> rows;
   std::vector<double> above(width);
   ValueSample sample;
   Labels labels;
   const int32_t slices = std::min(n.z, kSampledSlices);
   for (int32_t i = 0; i < slices; ++i) {
     const auto z = static_cast<int32_t>(int64_t{i} * (n.z - 1) / std::max(slices - 1, 1));
-    if (auto read = source.read_slices(z, 1, slice); !read) return tl::unexpected(read.error());
     std::fill(above.begin(), above.end(), kNone);
-    with_voxel_type(header.type, [&]<class T>(T) {
-      const std::byte* from = slice.data();
-      for (size_t y = 0; y < height; ++y) {
-        double left = kNone;
-        for (size_t x = 0; x < width; ++x, from += sizeof(T)) {
-          T voxel;
-          std::memcpy(&voxel, from, sizeof(T));
-          const double v = header.value(static_cast<double>(voxel));
-          Place place;
-          place.at_edge = x == 0 || y == 0 || x + 1 == width || y + 1 == height;
-          place.at_face = place.at_edge || z == 0 || z + 1 == n.z;
-          sample.edges += place.at_edge;
-          sample.faces += place.at_face;
-          if (fill && has_fill_value(header, static_cast<double>(voxel), *fill)) {
-            ++sample.filled;
-          } else if (std::isfinite(v)) {
-            add(sample.low, v, place, left, above[x]);
-            add(sample.high, -v, place, -left, -above[x]);
-            labels.add(v);
-            ++sample.count;
+    for (int32_t first = 0; first < n.y; first += max_rows) {
+      const SliceRows part{z, 1, first, std::min(max_rows, n.y - first)};
+      rows.resize(part.voxels(n.x) * voxel_bytes(header.type));
+      if (auto read = source.read_rows(part, rows); !read) return tl::unexpected(read.error());
+      with_voxel_type(header.type, [&]<class T>(T) {
+        const std::byte* from = rows.data();
+        const auto begin = static_cast<size_t>(first), end = begin + static_cast<size_t>(part.rows);
+        for (size_t y = begin; y < end; ++y) {
+          double left = kNone;
+          for (size_t x = 0; x < width; ++x, from += sizeof(T)) {
+            T voxel;
+            std::memcpy(&voxel, from, sizeof(T));
+            const double v = header.value(static_cast<double>(voxel));
+            Place place;
+            place.at_edge = x == 0 || y == 0 || x + 1 == width || y + 1 == height;
+            place.at_face = place.at_edge || z == 0 || z + 1 == n.z;
+            sample.edges += place.at_edge;
+            sample.faces += place.at_face;
+            if (fill && has_fill_value(header, static_cast<double>(voxel), *fill)) {
+              ++sample.filled;
+            } else if (std::isfinite(v)) {
+              add(sample.low, v, place, left, above[x]);
+              add(sample.high, -v, place, -left, -above[x]);
+              labels.add(v);
+              ++sample.count;
+            }
+            left = above[x] = v;
           }
-          left = above[x] = v;
         }
-      }
-    });
+      });
+    }
   }
   sample.is_whole = slices == n.z;
   sample.is_label_map = sample.count > 0 && labels.are_all();
