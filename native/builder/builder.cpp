@@ -151,7 +151,7 @@ Result<BuildReport> build_on_threads(VolumeSource& source, ByteSink& sink,
     }
     auto built = build_layer(build, encoders, kept, is_known);
     if (!built) return tl::unexpected(built.error());
-    if (kept && is_finest && !is_known) {
+    if (kept && is_finest && !is_known && build.is_last_band()) {
       VolumeStatistics of_layer;
       build.take_values(of_layer);
       for (BlockEncoder& encoder : encoders) {
@@ -175,8 +175,8 @@ unsigned thread_count(const BuildOptions& options) {
 }
 
 uint64_t min_memory(const VolumeSource& source, const BuildOptions& options) {
-  return plan_memory(source.header(), source.resident_bytes(), thread_count(options), true,
-                     UINT64_MAX)
+  return plan_memory(source.header(), source.resident_bytes(), source.reads_rows(),
+                     thread_count(options), true, UINT64_MAX)
       ->min_bytes;
 }
 

@@ -11,7 +11,7 @@ namespace isosplat {
 class FileSliceStorage : public SliceStorage {
  public:
   explicit FileSliceStorage(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  Result<std::unique_ptr<SliceStore>> create(size_t slice_bytes) override;
+  Result<std::unique_ptr<SliceStore>> create(size_t item_bytes, const LevelBox& level) override;
 
  private:
   std::filesystem::path folder_;

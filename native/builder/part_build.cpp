@@ -31,9 +31,36 @@ class PartBuild {
       : build_(build), writer_(writer), encoders_(threads), blocks_(blocks) {}
 
   /// Encodes the blocks [first, end) of the layer z.
-  Result<void> add_layer(int32_t z, size_t first, size_t end) {
-    // The part with a layer's first block counts its voxels.
-    if (auto begun = build_.begin_part_layer(z, first == 0); !begun) return begun;
+  Result<void> add_layer(const LevelGrid& grid, int32_t z, size_t first, size_t end) {
+    const auto across = static_cast<size_t>(grid.blocks.x);
+    for (int32_t y = 0; y < grid.blocks.y; y += build_.band_rows()) {
+      const BlockRows band = band_at(grid, y, build_.band_rows());
+      const size_t begin = std::max(first, across * static_cast<size_t>(band.first));
+      const size_t last = std::min(end, across * static_cast<size_t>(band.end));
+      if (begin >= last) continue;
+      // The part with the first block of a row of blocks counts its voxels.
+      const auto rows_before = [&](size_t block) {
+        return std::min(static_cast<int32_t>((block + across - 1) / across), band.end);
+      };
+      auto begun = build_.begin_part_band(z, band, {rows_before(begin), rows_before(last)});
+      if (!begun) return begun;
+      if (auto added = add_blocks(begin, last); !added) return added;
+    }
+    return {};
+  }
+
+  Result<void> finish() {
+    VolumeStatistics statistics;
+    build_.take_values(statistics);
+    for (const BlockEncoder& encoder : encoders_) statistics.add(encoder.statistics);
+    auto written = writer_.write(FrameKind::statistics, 0, 0, 0, statistics.bytes());
+    if (!written) return written;
+    return writer_.write(FrameKind::end, 0, 0, 0, {});
+  }
+
+ private:
+  /// Encodes the blocks [first, end) of the band.
+  Result<void> add_blocks(size_t first, size_t end) {
     SharedBands bands(static_cast<unsigned>(encoders_.size()));
     std::atomic<size_t> next{first};
     on_threads(static_cast<unsigned>(encoders_.size()), [&](unsigned thread) {
@@ -57,16 +84,6 @@ class PartBuild {
     return result_;
   }
 
-  Result<void> finish() {
-    VolumeStatistics statistics;
-    build_.take_values(statistics);
-    for (const BlockEncoder& encoder : encoders_) statistics.add(encoder.statistics);
-    auto written = writer_.write(FrameKind::statistics, 0, 0, 0, statistics.bytes());
-    if (!written) return written;
-    return writer_.write(FrameKind::end, 0, 0, 0, {});
-  }
-
- private:
   void add(const BlockTask& task, std::span<const std::byte> message) {
     const std::lock_guard lock(mutex_);
     if (!result_) return;
@@ -108,7 +125,7 @@ Result<PartReport> build_part(VolumeSource& source, OutputFile& file, const Buil
   for (uint64_t block = first; block < end;) {
     const uint64_t z = block / in_layer, layer = z * in_layer;
     const uint64_t layer_end = std::min(end, layer + in_layer);
-    auto added = blocks.add_layer(static_cast<int32_t>(z), static_cast<size_t>(block - layer),
+    auto added = blocks.add_layer(grid, static_cast<int32_t>(z), static_cast<size_t>(block - layer),
                                   static_cast<size_t>(layer_end - layer));
     if (!added) return tl::unexpected(added.error());
     block = layer_end;

@@ -40,11 +40,11 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
 
   std::vector<Counter> counters(threads);
   QuantizedReader reader(source, *quantization, executor);
-  const auto count_values = [&](unsigned thread, const std::byte* quantized_values, size_t voxels) {
-    counters[thread].statistics.add_values(quantized_values, voxels, survey.mapping.bits,
+  const auto count_values = [&](unsigned thread, const SliceRows& part, const std::byte* values) {
+    counters[thread].statistics.add_values(values, part.voxels(n.x), survey.mapping.bits,
                                            survey.mapping.has_missing);
   };
-  const size_t slice = reader.slice_bytes();
+  const size_t slice = reader.row_bytes() * static_cast<size_t>(n.y);
   const auto max_layer_slices = std::clamp<size_t>(layer_bytes / slice, 2, kBlockCells + 1);
   const int32_t max_cells = std::min(static_cast<int32_t>(max_layer_slices), n.z) - 1;
   std::vector<std::byte> buffer(slice * static_cast<size_t>(max_cells + 1));
@@ -52,7 +52,7 @@ Result<VolumeSurvey> survey_volume(VolumeSource& source, size_t layer_bytes) {
     // The last slice of the previous layer is the first slice of this one.
     const int32_t cells = std::min(max_cells, n.z - 1 - z), kept = z > 0 ? 1 : 0;
     if (kept) std::copy_n(buffer.end() - static_cast<ptrdiff_t>(slice), slice, buffer.begin());
-    if (auto read = reader.read(z + kept, cells + 1 - kept,
+    if (auto read = reader.read({z + kept, cells + 1 - kept, 0, n.y},
                                 buffer.data() + slice * static_cast<size_t>(kept), count_values);
         !read) {
       return tl::unexpected(read.error());

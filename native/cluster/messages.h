@@ -16,6 +16,9 @@
 // program on machines of one byte order.
 namespace isosplat {
 
+/// For the memory plan: messages take at most as much memory as this number of encoders.
+inline constexpr unsigned kMessageEncoders = 2;
+
 /// What rank 0 learns of a rank that is ready.
 struct RankReady {
   uint64_t volume = 0;   ///< volume_digest()

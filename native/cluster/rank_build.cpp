@@ -5,15 +5,13 @@
 #include "native/builder/file_slices.h"
 #include "native/builder/output_build.h"
 #include "native/builder/refusals.h"
+#include "native/cluster/messages.h"
 #include "native/cluster/ranged_volume.h"
 #include "native/cluster/rank_coordinator.h"
 #include "native/cluster/rank_pause.h"
 
 namespace isosplat {
 namespace {
-
-/// For the memory plan: messages take at most as much memory as this number of encoders.
-constexpr unsigned kMessageEncoders = 2;
 
 Result<BuildReport> build_on_ranks(VolumeSource& source, ByteSink& sink, BuildOptions options,
                                    ClampedSource* clamped, Transport& transport) {

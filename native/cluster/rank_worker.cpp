@@ -6,6 +6,7 @@
 #include "native/builder/refusals.h"
 #include "native/cluster/rank_pause.h"
 #include "shared/core/builder/block_transfer.h"
+#include "shared/core/builder/memory_plan.h"
 #include "shared/core/builder/scan_volume.h"
 
 namespace isosplat {
@@ -74,6 +75,10 @@ Result<void> RankWorker::quantize(std::span<const std::byte> scan_message) {
   auto quantization = choose_quantization(source_.header(), scan, options_.max_error);
   if (!quantization) return tl::unexpected(quantization.error());
   quantization_ = std::move(*quantization);
+  auto plan = plan_memory(source_.header(), source_.resident_bytes(), source_.reads_rows(),
+                          executor_.threads() + kMessageEncoders, true, options_.memory_bytes);
+  if (!plan) return tl::unexpected(plan.error());
+  band_rows_ = plan->band_rows[0];
   reader_.emplace(source_, quantization_, executor_);
   threads_.emplace_back([this] { read_layers(); });
   return {};
@@ -98,19 +103,36 @@ void RankWorker::fail_with(const Error& error) {
 void RankWorker::read_layers() {
   for (int32_t z = 0; z < grid_.blocks.z; ++z) {
     if (layer_reader_of(z, transport_.ranks()) != transport_.rank()) continue;
-    const auto voxels = with_refusals([&] { return reader_->read(z, true); });
-    if (!voxels) return fail_with(voxels.error());
-    std::unique_lock lock(mutex_);
-    layer_ = {grid_, quantization_.mapping().bits, quantization_.mapping().has_missing};
-    layer_.voxels = *voxels;
-    layer_.voxel_box = layer_voxels(grid_, z);
-    layer_z_ = z;
-    open_tasks_ = static_cast<size_t>(grid_.blocks.x) * static_cast<size_t>(grid_.blocks.y);
-    news_.notify_all();
-    work_.wait(lock, [&] { return is_stopping_ || open_tasks_ == 0; });
-    if (is_stopping_) return;
+    for (int32_t y = 0; y < grid_.blocks.y; y += band_rows_) {
+      if (!read_band(z, band_at(grid_, y, band_rows_))) return;
+    }
   }
   reader_->release();
+}
+
+bool RankWorker::read_band(int32_t z, BlockRows band) {
+  const auto voxels = with_refusals([&] { return reader_->read(z, band, band); });
+  if (!voxels) {
+    fail_with(voxels.error());
+    return false;
+  }
+  std::unique_lock lock(mutex_);
+  layer_ = {grid_, quantization_.mapping().bits, quantization_.mapping().has_missing};
+  layer_.voxels = *voxels;
+  layer_.voxel_box = band_voxels(grid_, z, band);
+  layer_z_ = z;
+  band_ = band;
+  open_tasks_ = static_cast<size_t>(grid_.blocks.x) * static_cast<size_t>(band.count());
+  news_.notify_all();
+  work_.wait(lock, [&] { return is_stopping_ || open_tasks_ == 0; });
+  return !is_stopping_;
+}
+
+bool RankWorker::has_voxels_of_next() const {
+  if (orders_.empty() || !layer_.voxels) return false;
+  const TaskOrder& next = orders_.front();
+  const auto row = static_cast<int32_t>(next.number) / grid_.blocks.x;
+  return next.z == layer_z_ && row >= band_.first && row < band_.end;
 }
 
 void RankWorker::encode_tasks(BlockEncoder& encoder) {
@@ -140,7 +162,7 @@ Result<bool> RankWorker::send_finished() {
     const std::lock_guard lock(mutex_);
     if (error_) return tl::unexpected(*error_);
     encoded.swap(encoded_);
-    while (!orders_.empty() && layer_.voxels && orders_.front().z == layer_z_) {
+    while (has_voxels_of_next()) {
       orders.push_back(orders_.front());
       orders_.pop_front();
     }
@@ -172,10 +194,8 @@ void RankWorker::wait() {
   std::unique_lock lock(mutex_);
   const bool is_idle = tasks_.empty() && encoding_ == 0;
   const auto at_most = is_idle ? kShortPause : pause_of(transport_);
-  news_.wait_for(lock, at_most, [&] {
-    const bool has_tasks = !orders_.empty() && layer_.voxels && orders_.front().z == layer_z_;
-    return error_ || !encoded_.empty() || has_tasks;
-  });
+  news_.wait_for(lock, at_most,
+                 [&] { return error_ || !encoded_.empty() || has_voxels_of_next(); });
 }
 
 VolumeStatistics RankWorker::statistics() {

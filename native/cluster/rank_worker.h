@@ -51,6 +51,10 @@ class RankWorker {
   Result<void> quantize(std::span<const std::byte> scan_message);
   void begin(std::span<const std::byte> distribution);
   void read_layers();
+  /// Reads a band, and waits until its tasks were sent. False if the worker shall end.
+  bool read_band(int32_t z, BlockRows band);
+  /// Whether the voxels of the first order were read. Requires mutex_.
+  bool has_voxels_of_next() const;
   void encode_tasks(BlockEncoder& encoder);
   void stop();
   void fail_with(const Error& error);
@@ -64,6 +68,7 @@ class RankWorker {
   Quantization quantization_;
   std::vector<double> isovalue_distribution_;
   std::optional<LayerReader> reader_;
+  int32_t band_rows_ = 1;  // rows of blocks of a band
   std::vector<BlockEncoder> encoders_;
   std::vector<std::jthread> threads_;
 
@@ -73,9 +78,10 @@ class RankWorker {
   std::optional<Error> error_;
   std::deque<std::vector<std::byte>> tasks_, encoded_;
   std::deque<TaskOrder> orders_;
-  Layer layer_;  // the layer that was read; no voxels: none is now
+  Layer layer_;  // the band that was read; no voxels: none is now
   int32_t layer_z_ = -1;
-  size_t open_tasks_ = 0;  // of the layer: those not yet ordered
+  BlockRows band_;         // of the layer
+  size_t open_tasks_ = 0;  // of the band: those not yet ordered
   size_t encoding_ = 0;    // threads that encode
 };
 

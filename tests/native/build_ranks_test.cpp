@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include "native/cluster/messages.h"
 #include "native/cluster/rank_build.h"
 #include "tests/native/wave_volume.h"
 
@@ -85,14 +86,15 @@ Built build_with(const Volume<T>& volume, int ranks, const BuildOptions& options
   return {Volume<T>::text(sink.bytes), ""};
 }
 
+/// Ranks with odd numbers have `more` threads.
 template <class T>
-Built build_on(const Volume<T>& volume, int ranks, const BuildOptions& options = {}) {
+Built build_on(const Volume<T>& volume, int ranks, const BuildOptions& options = {},
+               unsigned more = 1) {
   return build_with(volume, ranks, options, [&](int rank, Transport& transport) {
     ArraySource<T> source = volume.source();
     BuildOptions of_rank = options;
     of_rank.clamped = nullptr;
-    // Ranks may have different numbers of threads.
-    of_rank.threads = options.threads + static_cast<unsigned>(rank % 2);
+    of_rank.threads = options.threads + (rank % 2 ? more : 0);
     serve_rank(source, of_rank, transport);
   });
 }
@@ -128,6 +130,23 @@ TEST(BuildRanks, GiveTheStoreOfOneBuildWithOptions) {
   expect_same_stores(volume, options);
 }
 
+TEST(BuildRanks, GiveTheStoreOfOneBuildInBandsOfRows) {
+  const auto check = [](const auto& volume) {
+    auto source = volume.source();
+    BuildOptions options;
+    options.threads = 1 + kMessageEncoders;
+    options.memory_bytes = min_memory(source, options);  // of a rank with one thread
+    options.threads = 1;
+    for (const int ranks : {1, 2, 3, 7}) {
+      const Built built = build_on(volume, ranks, options, 0);
+      EXPECT_EQ(built.error, "");
+      EXPECT_TRUE(built.store == volume.store()) << ranks << " ranks";
+    }
+  };
+  check(Volume<uint8_t>({70, 300, 131}));
+  check(Volume<uint16_t>({66, 200, 131}, 1.0));
+}
+
 TEST(BuildRanks, CountWhatTheRangeChanges) {
   const Volume<float> volume({90, 131, 141}, 0.1);
   ClampedVoxels once, on_ranks;
@@ -151,7 +170,7 @@ TEST(BuildRanks, UseATemporaryFileForCoarseLevels) {
   options.threads = 3;  // those of messages included
   options.memory_bytes = min_memory(source, options);
   options.threads = 1;
-  const Built built = build_on(volume, 2, options);
+  const Built built = build_on(volume, 2, options, 0);
   EXPECT_EQ(built.error, "");
   EXPECT_TRUE(built.store == whole);
 }

@@ -62,10 +62,8 @@ class DistanceLevelsTest : public ::testing::Test {
     layer.only_isovalue = QuantizedValue{kIsovalue};
     layer.coarse_levels = &distance_levels_;
     Level coarse{level_grid(voxels, level), {}, {}};
-    coarse.voxels.resize(voxel_slice_bytes(coarse.grid, 8) *
-                         static_cast<size_t>(coarse.grid.cells.z + 1));
-    coarse.intervals.resize(interval_slice_bytes(coarse.grid, 8) *
-                            static_cast<size_t>(coarse.grid.cells.z));
+    coarse.voxels.resize(voxel_slices(coarse.grid, 0, coarse.grid.cells.z + 1).count());
+    coarse.intervals.resize(2 * cell_slices(coarse.grid, 0, coarse.grid.cells.z).count());
     const CoarserLayer coarser{coarse.grid, reinterpret_cast<std::byte*>(coarse.voxels.data()),
                                voxel_slices(coarse.grid, 0, coarse.grid.cells.z + 1),
                                reinterpret_cast<std::byte*>(coarse.intervals.data()),

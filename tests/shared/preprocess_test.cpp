@@ -81,12 +81,11 @@ TEST_P(Noise, BlocksHaveTheirVoxelsAndTheIntervalsOfTheirCells) {
 TEST_P(Noise, ACoarserLevelAveragesVoxelsAndUnitesIntervals) {
   const LevelGrid grid = level_grid(kVoxels, 1);
   const size_t value_bytes = GetParam() / 8;
-  std::vector<std::byte> voxels(voxel_slice_bytes(grid, GetParam()) *
-                                static_cast<size_t>(grid.cells.z + 1));
-  std::vector<std::byte> intervals(interval_slice_bytes(grid, GetParam()) *
-                                   static_cast<size_t>(grid.cells.z));
-  const CoarserLayer coarser{grid, voxels.data(), voxel_slices(grid, 0, grid.cells.z + 1),
-                             intervals.data(), cell_slices(grid, 0, grid.cells.z)};
+  const LevelBox voxel_box = voxel_slices(grid, 0, grid.cells.z + 1);
+  const LevelBox cell_box = cell_slices(grid, 0, grid.cells.z);
+  std::vector<std::byte> voxels(voxel_box.count() * value_bytes);
+  std::vector<std::byte> intervals(cell_box.count() * 2 * value_bytes);
+  const CoarserLayer coarser{grid, voxels.data(), voxel_box, intervals.data(), cell_box};
   GatheredBlock block;
   for (int32_t b = 0; b < 8; ++b) {
     gather_block(layer_, {b & 1, b >> 1 & 1, b >> 2}, block);

@@ -21,12 +21,16 @@ class LayerOutput {
   /// How many blocks the layer has.
   size_t count() const { return ready_.size(); }
 
-  /// Whether the encoding of every block was begun.
-  bool is_begun() const { return begun_ == ready_.size(); }
-  /// Whether every block was added.
-  bool is_complete() const { return written_ == ready_.size(); }
+  /// Allows blocks with numbers below `end` to begin: at first none. Does not change limits.
+  void open_until(size_t end) { end_ = end; }
 
-  /// The next block to encode. None if all were begun, or if earlier blocks must be added first.
+  /// Whether the encoding of every block below `end` was begun.
+  bool is_begun() const { return begun_ == end_; }
+  /// Whether every block below `end` was added.
+  bool is_complete() const { return written_ == end_; }
+
+  /// The next block to encode. None if all below `end` were begun, or if earlier blocks must be
+  /// added first.
   std::optional<BlockTask> begin_block();
 
   /// Adds an encoded block. Errors: those of StoreWriter::add_block.
@@ -42,7 +46,7 @@ class LayerOutput {
   const bool is_limited_;
   std::vector<std::optional<EncodedBlock>> ready_;
   std::vector<SizeBudget::Grant> grants_;  // [i]: the grant after i blocks were written
-  size_t begun_ = 0, written_ = 0;
+  size_t begun_ = 0, written_ = 0, end_ = 0;
 
   Index3 index_of(size_t number) const;
 };

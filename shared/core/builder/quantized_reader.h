@@ -10,32 +10,37 @@
 
 namespace isosplat {
 
-/// Size of the buffer for voxels before quantization to `bits` bits, at least one slice. 0 if
-/// voxels and quantized values have the same size: then the quantization is in place.
-uint64_t staging_bytes(const VolumeHeader& header, uint8_t bits);
+/// Size of the buffer for voxels before quantization to `bits` bits. At least a slice, or a row of
+/// sources that read rows. 0 if voxels and quantized values have the same size: then the
+/// quantization is in place.
+uint64_t staging_bytes(const VolumeHeader& header, uint8_t bits, bool reads_rows);
 
-/// Reads slices of a source as quantized values.
+/// Reads slices of a source, or some of their rows, as quantized values.
 class QuantizedReader {
  public:
-  /// Called once per slice, on any of the threads, with its quantized values.
-  using Visit =
-      std::function<void(unsigned thread, const std::byte* quantized_values, size_t voxels)>;
+  /// Called for each slice that was read, or for some of its rows, on any of the threads, with the
+  /// quantized values. The part has one slice.
+  using Visit = std::function<void(unsigned thread, const SliceRows& part,
+                                   const std::byte* quantized_values)>;
 
   /// The source, the quantization and the executor must outlive the reader.
   QuantizedReader(VolumeSource& source, const Quantization& quantization, Executor& executor);
 
-  /// Bytes of a slice of quantized values.
-  size_t slice_bytes() const { return voxels_per_slice_ * quantization_.mapping().bits / 8; }
+  /// Bytes of a row of quantized values.
+  size_t row_bytes() const { return static_cast<size_t>(n_.x) * quantization_.mapping().bits / 8; }
 
-  /// Reads the slices [first, first + count) to `to`, slice_bytes() each, and calls `visit` for
-  /// each. Errors: those of the source.
-  Result<void> read(int32_t first, int32_t count, std::byte* to, const Visit& visit);
+  /// Reads a part of the volume to `to`: row_bytes() for each row, the rows of each slice behind
+  /// those of the slice before. Calls `visit` for all of it. Errors: those of the source.
+  Result<void> read(const SliceRows& part, std::byte* to, const Visit& visit);
 
  private:
+  /// Reads what fits in the staging buffer.
+  Result<void> read_piece(const SliceRows& part, std::byte* to, const Visit& visit);
+
   VolumeSource& source_;
   const Quantization& quantization_;
   Executor& executor_;
-  const size_t voxels_per_slice_;
+  const Index3 n_;
   std::vector<std::byte> staging_;
 };
 

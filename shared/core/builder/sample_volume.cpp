@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "shared/core/builder/executor.h"
+#include "shared/core/builder/quantized_reader.h"
 
 namespace isosplat {
 namespace {
@@ -30,26 +31,29 @@ void choose_columns(VolumeSample& sample, Index3 blocks, int32_t cells_z, int32_
   sample.columns_across.y = across(blocks.y);
 }
 
-/// Appends the columns of one layer, each in the middle of the stride × stride blocks that it
-/// represents.
-void sample_layer(VolumeSample& sample, const Layer& layer, Index3 blocks, Executor& executor,
-                  std::vector<GatheredBlock>& scratch) {
-  const size_t columns =
-      static_cast<size_t>(sample.columns_across.x) * static_cast<size_t>(sample.columns_across.y);
+/// The block in the middle of the `stride` blocks that a column represents.
+int32_t sampled_block(const VolumeSample& sample, int32_t column, int32_t blocks) {
+  return std::min(column * sample.stride + sample.stride / 2, blocks - 1);
+}
+
+/// Appends rows [first_row, end_row) of columns of one layer, which has their voxels.
+void sample_layer(VolumeSample& sample, const Layer& layer, Index3 blocks, int32_t first_row,
+                  int32_t end_row, Executor& executor, std::vector<GatheredBlock>& scratch) {
+  const auto across = static_cast<size_t>(sample.columns_across.x);
+  const size_t columns = across * static_cast<size_t>(end_row - first_row);
   const size_t base = sample.columns.size();
   sample.columns.resize(base + columns);
   executor.run(columns, [&](unsigned thread, size_t i) {
-    const auto column = static_cast<int32_t>(i);
-    const auto block_at = [&](int32_t index, int32_t count) {
-      return std::min(index * sample.stride + sample.stride / 2, count - 1);
-    };
-    sample.columns[base + i] =
-        sample_column(layer,
-                      {block_at(column % sample.columns_across.x, blocks.x),
-                       block_at(column / sample.columns_across.x, blocks.y), 0},
-                      scratch[thread]);
+    const auto x = static_cast<int32_t>(i % across);
+    const auto y = first_row + static_cast<int32_t>(i / across);
+    sample.columns[base + i] = sample_column(
+        layer, {sampled_block(sample, x, blocks.x), sampled_block(sample, y, blocks.y), 0},
+        scratch[thread]);
   });
 }
+
+/// Large slices are read in parts of about this size, if the source reads rows.
+constexpr size_t kPartBytes = 4 << 20;
 
 }  // namespace
 
@@ -58,8 +62,6 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& qua
   const VolumeHeader& header = source.header();
   const ValueMapping& mapping = quantization.mapping();
   const Index3 n = header.grid.voxels;
-  const auto slice_voxels = static_cast<size_t>(n.x) * static_cast<size_t>(n.y);
-  const size_t slice_bytes = slice_voxels * mapping.bits / 8;
   const int32_t counted = std::min(kSlices, n.z);
   const int32_t depth = std::min(kDepth, n.z - 1);
   const Index3 blocks = level_grid(n, 0).blocks;
@@ -67,12 +69,27 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& qua
   VolumeSample sample;
   choose_columns(sample, blocks, n.z - 1, depth);
 
-  // Voxels that have the size of quantized values are quantized in place.
-  const bool in_place = voxel_bytes(header.type) * 8 == mapping.bits;
-  std::vector<std::byte> staging(in_place ? 0 : slice_voxels * voxel_bytes(header.type));
-  std::vector<std::byte> quantized_values(slice_bytes * static_cast<size_t>(depth + 1));
+  SerialExecutor serial;
+  QuantizedReader reader(source, quantization, serial);
+  const int32_t part_rows = rows_per_read(source, kPartBytes);
+  const bool is_whole = part_rows == n.y;
+  std::vector<std::byte> values;
   std::vector<GatheredBlock> scratch(executor.threads());
   int32_t next_counted = 0, next_layer = 0;
+  // Slices are read in ascending order, and counted where whole layers have them.
+  const auto count = [&](unsigned, const SliceRows& part, const std::byte* quantized_values) {
+    if (next_counted == counted || part.first_slice != middle(next_counted, counted, n.z)) return;
+    const size_t voxels = part.voxels(n.x);
+    sample.statistics.add_values(quantized_values, voxels, mapping.bits, mapping.has_missing);
+    sample.voxels += voxels;
+    if (part.first_row + part.rows == n.y) ++next_counted;
+  };
+  const auto count_nothing = [](unsigned, const SliceRows&, const std::byte*) {};
+  const auto read = [&](const SliceRows& part, bool counts) {
+    values.resize(part.voxels(n.x) * mapping.bits / 8);
+    return counts ? reader.read(part, values.data(), count)
+                  : reader.read(part, values.data(), count_nothing);
+  };
   while (next_counted < counted || next_layer < sample.columns_across.z) {
     // Each layer is in the middle of its part of the z axis.
     const int32_t layer_begin =
@@ -81,28 +98,30 @@ Result<VolumeSample> sample_volume(VolumeSource& source, const Quantization& qua
                          n.z - 1 - depth)
             : n.z;
     const int32_t slice = next_counted < counted ? middle(next_counted, counted, n.z) : n.z;
-    const bool is_layer = layer_begin <= slice;
-    const int32_t first = is_layer ? layer_begin : slice, end = first + (is_layer ? depth + 1 : 1);
-    for (int32_t z = first; z < end; ++z) {
-      std::byte* const to = quantized_values.data() + slice_bytes * static_cast<size_t>(z - first);
-      const std::span<std::byte> raw = in_place ? std::span(to, slice_bytes) : std::span(staging);
-      if (auto read = source.read_slices(z, 1, raw); !read) return tl::unexpected(read.error());
-      quantization.encode(raw, to);
-      if (next_counted < counted && z == middle(next_counted, counted, n.z)) {
-        sample.statistics.add_values(to, slice_voxels, mapping.bits, mapping.has_missing);
-        sample.voxels += slice_voxels;
-        ++next_counted;
+    if (slice < layer_begin) {
+      for (int32_t y = 0; y < n.y; y += part_rows) {
+        auto done = read({slice, 1, y, std::min(part_rows, n.y - y)}, true);
+        if (!done) return tl::unexpected(done.error());
       }
+      continue;
     }
-    if (!is_layer) continue;
     ++next_layer;
     Layer layer;
     layer.grid = level_grid({n.x, n.y, depth + 1}, 0);
     layer.bits = mapping.bits;
     layer.has_missing = mapping.has_missing;
-    layer.voxels = quantized_values.data();
-    layer.voxel_box = voxel_slices(layer.grid, 0, depth + 1);
-    sample_layer(sample, layer, blocks, executor, scratch);
+    const int32_t rows = sample.columns_across.y;  // of columns
+    for (int32_t row = 0; row < rows; row += is_whole ? rows : 1) {
+      SliceRows part{layer_begin, depth + 1, 0, n.y};
+      if (!is_whole) {
+        part.first_row = sampled_block(sample, row, blocks.y) * kBlockCells;
+        part.rows = std::min(kBlockCells + 1, n.y - part.first_row);
+      }
+      if (auto done = read(part, is_whole); !done) return tl::unexpected(done.error());
+      layer.voxels = values.data();
+      layer.voxel_box = {{0, part.first_row, 0}, {n.x, part.rows, depth + 1}};
+      sample_layer(sample, layer, blocks, row, is_whole ? rows : row + 1, executor, scratch);
+    }
   }
   return sample;
 }

@@ -69,8 +69,8 @@ Result<void> StoreBuild::begin() {
   auto writer = StoreWriter::create(n, metadata_limit(header_, options_), sink_);
   if (!writer) return tl::unexpected(writer.error());
   writer_.emplace(std::move(*writer));
-  auto plan = plan_memory(header_, source_.resident_bytes(), encoders_, storage_ != nullptr,
-                          options_.memory_bytes);
+  auto plan = plan_memory(header_, source_.resident_bytes(), source_.reads_rows(), encoders_,
+                          storage_ != nullptr, options_.memory_bytes);
   if (!plan) return tl::unexpected(plan.error());
   plan_ = std::move(*plan);
   pending_.resize(levels_);
@@ -159,10 +159,10 @@ Result<void> StoreBuild::create_budget() {
   return {};
 }
 
-Result<std::unique_ptr<SliceStore>> StoreBuild::create_slices(uint32_t level, size_t slice_bytes,
-                                                              int32_t slices) {
-  if (!plan_.in_memory[level]) return storage_->create(slice_bytes);
-  return std::make_unique<MemorySlices>(slice_bytes, slices);
+Result<std::unique_ptr<SliceStore>> StoreBuild::create_slices(uint32_t level, size_t item_bytes,
+                                                              const LevelBox& all) {
+  if (!plan_.in_memory[level]) return storage_->create(item_bytes, all);
+  return std::make_unique<MemorySlices>(item_bytes, all);
 }
 
 Result<void> StoreBuild::begin_level() {
@@ -170,18 +170,19 @@ Result<void> StoreBuild::begin_level() {
   coarser_ = {};
   if (coarser == levels_) return {};
   coarser_.grid = level_grid(header_.grid.voxels, coarser);
-  auto voxels = create_slices(coarser, voxel_slice_bytes(coarser_.grid, mapping_.bits),
-                              coarser_.grid.cells.z + 1);
+  const int32_t cells = coarser_.grid.cells.z;
+  auto voxels =
+      create_slices(coarser, mapping_.bits / 8u, voxel_slices(coarser_.grid, 0, cells + 1));
   if (!voxels) return tl::unexpected(voxels.error());
-  auto intervals = create_slices(coarser, interval_slice_bytes(coarser_.grid, mapping_.bits),
-                                 coarser_.grid.cells.z);
+  auto intervals = create_slices(coarser, mapping_.bits / 4u, cell_slices(coarser_.grid, 0, cells));
   if (!intervals) return tl::unexpected(intervals.error());
   pending_[coarser] = {std::move(*voxels), std::move(*intervals)};
   return {};
 }
 
-Result<void> StoreBuild::end_layer() {
-  output_.reset();
+Result<void> StoreBuild::end_band() {
+  if (is_last_band()) output_.reset();
+  layer_.voxels = layer_.intervals = nullptr;
   if (!coarser_.voxels) return {};
   PendingLevel& level = pending_[coarser_.grid.level];
   if (auto stored = level.voxels->commit(); !stored) return stored;
@@ -203,90 +204,113 @@ Result<bool> StoreBuild::next_layer() {
 }
 
 Result<bool> StoreBuild::advance_layer() {
-  if (output_) {
-    if (auto ended = end_layer(); !ended) return tl::unexpected(ended.error());
-    if (++z_ == layer_.grid.blocks.z) {
-      const uint32_t level = layer_.grid.level;
-      pending_[level] = {};
-      if (level == 0) reader_->release();
-      if (level + 1 == levels_) return false;
-      z_ = 0;
-      layer_ = layer_of(level + 1);
-    }
-    layer_.voxels = layer_.intervals = nullptr;
-  } else {
+  if (!output_) {
     layer_ = layer_of(0);
+    begin_band(0);
+  } else {
+    if (auto ended = end_band(); !ended) return tl::unexpected(ended.error());
+    if (!is_last_band()) {
+      begin_band(band_.end);
+    } else {
+      if (++z_ == layer_.grid.blocks.z) {
+        const uint32_t level = layer_.grid.level;
+        pending_[level] = {};
+        if (level == 0) reader_->release();
+        if (level + 1 == levels_) return false;
+        z_ = 0;
+        layer_ = layer_of(level + 1);
+      }
+      begin_band(0);
+    }
   }
-  if (z_ == 0) {
+  if (z_ == 0 && band_.first == 0) {
     if (auto begun = begin_level(); !begun) return tl::unexpected(begun.error());
   }
   set_boxes();
   const LevelGrid& grid = layer_.grid;
   if (grid.level + 1 < levels_) {
     PendingLevel& level = pending_[grid.level + 1];
-    coarser_.voxels = level.voxels->prepare(coarser_.voxel_box.first.z, coarser_.voxel_box.size.z);
-    coarser_.intervals =
-        level.intervals->prepare(coarser_.cell_box.first.z, coarser_.cell_box.size.z);
+    const auto voxels = level.voxels->prepare(coarser_.voxel_box);
+    const auto intervals = level.intervals->prepare(coarser_.cell_box);
+    coarser_.voxels = voxels.items;
+    coarser_.voxel_box = voxels.box;
+    coarser_.intervals = intervals.items;
+    coarser_.cell_box = intervals.box;
   }
-  const bool is_limited = !budget_->is_ample();
-  const uint64_t in_layer =
-      static_cast<uint64_t>(grid.blocks.x) * static_cast<uint64_t>(grid.blocks.y);
-  const uint64_t max_in_flight =
-      is_limited ? std::clamp<uint64_t>(grid.block_count() / 4, 1, kMaxBlocksInFlight) : in_layer;
-  output_.emplace(*writer_, *budget_, band_options_, grid, z_, static_cast<size_t>(max_in_flight),
-                  is_limited);
+  if (!output_) {
+    const bool is_limited = !budget_->is_ample();
+    const uint64_t in_layer =
+        static_cast<uint64_t>(grid.blocks.x) * static_cast<uint64_t>(grid.blocks.y);
+    const uint64_t max_in_flight =
+        is_limited ? std::clamp<uint64_t>(grid.block_count() / 4, 1, kMaxBlocksInFlight) : in_layer;
+    output_.emplace(*writer_, *budget_, band_options_, grid, z_, static_cast<size_t>(max_in_flight),
+                    is_limited);
+  }
+  output_->open_until(static_cast<size_t>(grid.blocks.x) * static_cast<size_t>(band_.end));
   return true;
+}
+
+void StoreBuild::begin_band(int32_t first) {
+  band_ = band_at(layer_.grid, first, plan_.band_rows[layer_.grid.level]);
 }
 
 void StoreBuild::set_boxes() {
   const LevelGrid& grid = layer_.grid;
-  const int32_t first_cell = z_ * kBlockCells;
-  const int32_t end_cell = std::min(first_cell + kBlockCells, grid.cells.z);
-  layer_.voxel_box = layer_voxels(grid, z_);
-  layer_.cell_box = cell_slices(grid, first_cell, end_cell - first_cell);
+  layer_.voxel_box = band_voxels(grid, z_, band_);
+  const Index3 first{0, band_.first * kBlockCells, z_ * kBlockCells};
+  const Index3 end{grid.cells.x, std::min(band_.end * kBlockCells, grid.cells.y),
+                   std::min(first.z + kBlockCells, grid.cells.z)};
+  layer_.cell_box = {first, {end.x, end.y - first.y, end.z - first.z}};
   if (grid.level + 1 == levels_) return;
-  const int32_t first = first_cell / 2, cells = (end_cell - first_cell + 1) / 2;
-  const int32_t voxels = cells + (z_ + 1 == grid.blocks.z ? 1 : 0);
-  coarser_.voxel_box = voxel_slices(coarser_.grid, first, voxels);
-  coarser_.cell_box = cell_slices(coarser_.grid, first, cells);
+  const Index3 coarse{0, first.y / 2, first.z / 2};
+  const Index3 cells{coarser_.grid.cells.x, (end.y + 1) / 2 - coarse.y, (end.z + 1) / 2 - coarse.z};
+  coarser_.cell_box = {coarse, cells};
+  // The last blocks of an axis also write the last voxel.
+  coarser_.voxel_box = {coarse,
+                        {cells.x + 1, cells.y + (is_last_band() ? 1 : 0),
+                         cells.z + (z_ + 1 == grid.blocks.z ? 1 : 0)}};
 }
 
 Result<void> StoreBuild::load_layer(bool counts_values) {
   if (layer_.voxels) return {};
-  return layer_.grid.level == 0 ? read_layer(counts_values) : load_coarse_layer();
+  if (layer_.grid.level == 0) return read_band(counts_values ? band_ : BlockRows());
+  return load_coarse_band();
 }
 
-Result<void> StoreBuild::read_layer(bool counts_values) {
-  const auto voxels = reader_->read(z_, counts_values);
+Result<void> StoreBuild::read_band(BlockRows counted) {
+  const auto voxels = reader_->read(z_, band_, counted);
   if (!voxels) return tl::unexpected(voxels.error());
   layer_.voxels = *voxels;
   return {};
 }
 
-Result<void> StoreBuild::load_coarse_layer() {
+Result<void> StoreBuild::load_coarse_band() {
   PendingLevel& level = pending_[layer_.grid.level];
-  auto voxels = level.voxels->load(layer_.voxel_box.first.z, layer_.voxel_box.size.z);
+  const auto voxels = level.voxels->load(layer_.voxel_box);
   if (!voxels) return tl::unexpected(voxels.error());
-  auto intervals = level.intervals->load(layer_.cell_box.first.z, layer_.cell_box.size.z);
+  const auto intervals = level.intervals->load(layer_.cell_box);
   if (!intervals) return tl::unexpected(intervals.error());
-  layer_.voxels = *voxels;
-  layer_.intervals = *intervals;
+  layer_.voxels = voxels->items;
+  layer_.voxel_box = voxels->box;
+  layer_.intervals = intervals->items;
+  layer_.cell_box = intervals->box;
   return {};
 }
 
-Result<void> StoreBuild::begin_part_layer(int32_t z, bool counts_values) {
+Result<void> StoreBuild::begin_part_band(int32_t z, BlockRows band, BlockRows counted) {
   z_ = z;
   layer_ = layer_of(0);
+  band_ = band;
   coarser_ = {};
   if (levels_ > 1) coarser_.grid = level_grid(header_.grid.voxels, 1);
   set_boxes();
   if (levels_ > 1) {
-    part_voxels_.resize(coarser_.voxel_box.count() * (mapping_.bits / 8u));
-    part_intervals_.resize(coarser_.cell_box.count() * (mapping_.bits / 4u));
+    make_room(part_voxels_, coarser_.voxel_box.count() * (mapping_.bits / 8u));
+    make_room(part_intervals_, coarser_.cell_box.count() * (mapping_.bits / 4u));
     coarser_.voxels = part_voxels_.data();
     coarser_.intervals = part_intervals_.data();
   }
-  return read_layer(counts_values);
+  return read_band(counted);
 }
 
 BlockTask StoreBuild::part_task(size_t number) const {

@@ -22,7 +22,7 @@ namespace isosplat {
 ///
 ///     StoreBuild build(…);
 ///     build.begin();
-///     while (build.next_layer()) {          // reads a layer of blocks
+///     while (build.next_layer()) {          // reads a layer of blocks, or a band of it
 ///       while (!build.layer_is_complete()) {
 ///         // as long as there are tasks and free encoders: task = build.begin_block()
 ///         // encoder.encode(build.layer(), build.coarser(), task, …, encoded)
@@ -30,6 +30,9 @@ namespace isosplat {
 ///       }
 ///     }
 ///     build.finish(statistics of all encoders);
+///
+/// If the memory limit does not allow whole layers, "the layer" is a band of rows of blocks
+/// (MemoryPlan::band_rows). The bytes of the store do not depend on this either.
 ///
 /// One thread calls it at a time; encoders use layer() and coarser() meanwhile. A build can be
 /// abandoned between any two calls. After an error, no function may be called.
@@ -58,10 +61,13 @@ class StoreBuild {
   Result<bool> advance_layer();
   Result<void> load_layer(bool counts_values);
 
-  /// Begins the layer z of level 0 for a part of a build, which encodes some of its blocks and
-  /// writes no store: all layers before may be left out, and neither begin_block() nor add_block()
-  /// may be called. As next_layer() otherwise; counts_values: as for load_layer().
-  Result<void> begin_part_layer(int32_t z, bool counts_values);
+  /// Begins a band of the layer z of level 0 for a part of a build, which encodes some of its
+  /// blocks and writes no store: others may be left out, and neither begin_block() nor add_block()
+  /// may be called. As next_layer() otherwise. counted: the rows of blocks whose voxels finish()
+  /// shall count.
+  Result<void> begin_part_band(int32_t z, BlockRows band, BlockRows counted);
+  /// Rows of blocks of the bands of level 0.
+  int32_t band_rows() const { return plan_.band_rows[0]; }
   /// The task of a block of that layer. Its λ is that of a store whose size limit changes nothing.
   BlockTask part_task(size_t number) const;
   /// Reports the progress of a part with `blocks` blocks, of which `done` were encoded.
@@ -76,6 +82,8 @@ class StoreBuild {
   bool layer_is_begun() const { return output_->is_begun(); }
   /// Of the layer: its index along z, in blocks.
   int32_t layer_z() const { return z_; }
+  /// Whether the next layer has another z or level.
+  bool is_last_band() const { return band_.end == layer_.grid.blocks.y; }
   bool layer_is_complete() const { return !output_ || output_->is_complete(); }
 
   /// Adds an encoded block of the layer. Its part of coarser() must have been written. Errors:
@@ -106,15 +114,17 @@ class StoreBuild {
   /// A layer of a level, without its voxels.
   Layer layer_of(uint32_t level) const;
   Result<void> begin_level();
-  Result<void> end_layer();
-  /// Sets the boxes of the layer z_, and of its part of the coarser level.
+  Result<void> end_band();
+  /// Sets band_ to the band that begins with a row of blocks.
+  void begin_band(int32_t first);
+  /// Sets the boxes of the band, and of its part of the coarser level.
   void set_boxes();
-  /// Reads the slices of the layer, of level 0, from the source.
-  Result<void> read_layer(bool counts_values);
+  /// Reads the voxels of the band, of level 0, from the source.
+  Result<void> read_band(BlockRows counted);
   /// The same for a coarse level, from where it is pending.
-  Result<void> load_coarse_layer();
-  Result<std::unique_ptr<SliceStore>> create_slices(uint32_t level, size_t slice_bytes,
-                                                    int32_t slices);
+  Result<void> load_coarse_band();
+  Result<std::unique_ptr<SliceStore>> create_slices(uint32_t level, size_t item_bytes,
+                                                    const LevelBox& all);
   Result<void> create_budget();
   void report(const char* phase, uint64_t voxels_done);
 
@@ -140,7 +150,8 @@ class StoreBuild {
   std::optional<LayerReader> reader_;
   std::vector<PendingLevel> pending_;  // per level
 
-  int32_t z_ = 0;  // of the current layer, in blocks
+  int32_t z_ = 0;        // of the current layer, in blocks
+  BlockRows band_ = {};  // of the current layer
   Layer layer_;
   CoarserLayer coarser_;
   std::vector<std::byte> part_voxels_, part_intervals_;  // of a part: its part of level 1

@@ -35,6 +35,12 @@ inline LevelBox cell_slices(const LevelGrid& grid, int32_t first, int32_t count)
   return {{0, 0, first}, {grid.cells.x, grid.cells.y, count}};
 }
 
+/// Rows of blocks of a layer, [first, end) along y: a band.
+struct BlockRows {
+  int32_t first = 0, end = 0;
+  int32_t count() const { return end - first; }
+};
+
 /// The voxels before a block that coarsening it needs, along each axis.
 inline constexpr int32_t kVoxelsBefore = 2;
 
@@ -65,14 +71,5 @@ struct CoarserLayer {
   std::byte* intervals = nullptr;
   LevelBox cell_box = {};
 };
-
-/// Bytes of one slice of a level's voxels and cell intervals.
-inline size_t voxel_slice_bytes(const LevelGrid& grid, uint8_t bits) {
-  return static_cast<size_t>(grid.cells.x + 1) * static_cast<size_t>(grid.cells.y + 1) *
-         (bits / 8u);
-}
-inline size_t interval_slice_bytes(const LevelGrid& grid, uint8_t bits) {
-  return static_cast<size_t>(grid.cells.x) * static_cast<size_t>(grid.cells.y) * (bits / 4u);
-}
 
 }  // namespace isosplat
