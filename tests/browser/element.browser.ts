@@ -152,7 +152,7 @@ test("axes, a scale bar and the clip box above the picture; attributes that fram
     e.slices = { along: [0.5, null, null] };
     return { along: e.viewer?.slices.along, range: e.viewer?.legend?.range, set: e.slices.along };
   });
-  expect(sliced).toEqual({ along: [0.5, null, null], range: [0, 247], set: [0.5, null, null] });
+  expect(sliced).toEqual({ along: [0.5, null, null], range: [0.5, 231.5], set: [0.5, null, null] });
   await view.evaluate((e: IsosplatViewerElement) => {
     e.isovalues = [120];
     e.isovalues = undefined;
