@@ -239,7 +239,7 @@ test("slices: by buttons and keys; in the picture, the legend, picks, the link a
   await page.getByRole("textbox", { name: "White at" }).fill("150");
   await page.getByRole("textbox", { name: "White at" }).press("Enter");
   await expect(page.getByRole("figure")).toContainText("150");
-  expect(await setting("slice-range")).toBe("0,150");
+  expect(await setting("slice-range")).toBe("0.5,150");
 
   await page.getByRole("button", { name: "Slice across the view" }).click();
   await expect(page.getByRole("slider", { name: "Oblique slice" })).toBeVisible();
