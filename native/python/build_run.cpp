@@ -26,6 +26,11 @@ class StoppableSource : public VolumeSource {
     if (auto go_on = interruption_.check(); !go_on) return go_on;
     return volume_.read_slices(first, count, out);
   }
+  bool reads_rows() const override { return volume_.reads_rows(); }
+  Result<void> read_rows(const SliceRows& part, std::span<std::byte> out) override {
+    if (auto go_on = interruption_.check(); !go_on) return go_on;
+    return volume_.read_rows(part, out);
+  }
   uint64_t resident_bytes() const override { return volume_.resident_bytes(); }
   std::vector<std::filesystem::path> files() const override { return volume_.files(); }
 

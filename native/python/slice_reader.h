@@ -19,6 +19,7 @@ class MemoryReader : public import::ByteReader {
   uint64_t size_limit() const override { return bytes_.size(); }
   Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override;
   uint64_t available_bytes() override { return bytes_.size(); }
+  bool is_random_access() const override { return true; }
   std::vector<std::filesystem::path> files() const override { return {}; }
 
  private:

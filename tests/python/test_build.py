@@ -235,3 +235,16 @@ def test_an_exception_of_a_callback_leaves_nothing(where, tmp_path):
         else:
             isosplat.build(Refusing(array), tmp_path / "a.isosplat")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_large_slices_are_built_in_bands_of_rows(tmp_path):
+    wide = np.zeros((67, 1500, 1500), np.uint8)
+    wide[20:40, 100:1400, 700:800] = 200
+    np.save(tmp_path / "wide.npy", wide)
+    isosplat.build(wide, tmp_path / "whole.isosplat").close()
+    isosplat.build(tmp_path / "wide.npy", tmp_path / "file.isosplat").close()
+    # Less than the slices of one layer of blocks need.
+    for volume, name in ((wide, "whole"), (tmp_path / "wide.npy", "file")):
+        bands = tmp_path / "bands.isosplat"
+        isosplat.build(volume, bands, memory=140 << 20, threads=1, overwrite=True).close()
+        assert content(bands) == content(tmp_path / f"{name}.isosplat")
