@@ -91,6 +91,24 @@ Result<void> for_each_chunk(const StoreFile& store, std::span<const ChunkRef> ch
   return {};
 }
 
+/// Chunks that are processed before their results are taken in order.
+inline constexpr size_t kBatchChunks = 64;
+
+/// Calls `process(batch)` for batches of chunks in order, which is to fill results [0,
+/// batch.size()), and then take(batch, i) for each result, in order. Ends with the first error.
+template <class Process, class Take>
+Result<void> for_each_batch(std::span<const ChunkRef> chunks, const Process& process,
+                            const Take& take) {
+  for (size_t first = 0; first < chunks.size(); first += kBatchChunks) {
+    const auto batch = chunks.subspan(first, std::min(kBatchChunks, chunks.size() - first));
+    if (Result<void> done = process(batch); !done) return done;
+    for (size_t i = 0; i < batch.size(); ++i) {
+      if (Result<void> taken = take(batch, i); !taken) return taken;
+    }
+  }
+  return {};
+}
+
 /// Returns extract(), or an error if the system refuses memory or threads.
 template <class Extract>
 auto catch_out_of_memory(const StoreFile& store, const Extract& extract) -> decltype(extract()) {

@@ -109,20 +109,19 @@ class PointExtraction {
   /// The chunks are decoded in batches, whose points are written in order.
   Result<void> write_points(size_t layer, const std::function<Result<void>(PointArrays&&)>& write,
                             uint64_t& count) {
-    constexpr size_t kBatchChunks = 64;
     const std::span<const ChunkRef> chunks = chunks_of_layer(layer);
     std::vector<PointArrays> points(std::min(kBatchChunks, chunks.size()));
-    for (size_t first = 0; first < chunks.size(); first += kBatchChunks) {
-      const auto batch = chunks.subspan(first, std::min(kBatchChunks, chunks.size() - first));
-      auto done = decode(
-          batch, [&](unsigned thread, size_t i) { points[i] = points_of(thread, batch[i].block); });
-      if (!done) return done;
-      for (size_t i = 0; i < batch.size(); ++i) {
-        count += points[i].positions.size();
-        if (auto written = write(std::move(points[i])); !written) return written;
-      }
-    }
-    return {};
+    return for_each_batch(
+        chunks,
+        [&](std::span<const ChunkRef> batch) {
+          return decode(batch, [&](unsigned thread, size_t i) {
+            points[i] = points_of(thread, batch[i].block);
+          });
+        },
+        [&](std::span<const ChunkRef>, size_t i) {
+          count += points[i].positions.size();
+          return write(std::move(points[i]));
+        });
   }
 
   PointArrays points_of(unsigned thread, BlockKey block) {

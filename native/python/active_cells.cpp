@@ -22,7 +22,6 @@ void find_active(const DecodedCells& cells, Index3 origin, float quantized_isova
 Result<std::vector<Index3>> find_all(const StoreFile& store, double isovalue,
                                      const ExtractOptions& options,
                                      const std::function<Result<void>()>& check) {
-  constexpr size_t kBatchChunks = 64;
   const auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
   const StoreInfo& info = store.info();
@@ -31,10 +30,8 @@ Result<std::vector<Index3>> find_all(const StoreFile& store, double isovalue,
   std::vector<DecodedCells> decoded_cells(threads);
   std::vector<std::vector<Index3>> found(std::min(kBatchChunks, chunks->size()));
   std::vector<Index3> all;
-  for (size_t first = 0; first < chunks->size(); first += kBatchChunks) {
-    const auto batch =
-        std::span(*chunks).subspan(first, std::min(kBatchChunks, chunks->size() - first));
-    auto done = for_each_chunk(
+  const auto find = [&](std::span<const ChunkRef> batch) {
+    return for_each_chunk(
         store, batch, threads,
         [&](unsigned thread, ChunkDecoder& decoder, std::span<const std::byte> bytes,
             size_t i) -> Result<void> {
@@ -45,12 +42,12 @@ Result<std::vector<Index3>> find_all(const StoreFile& store, double isovalue,
           find_active(cells, origin_of(batch[i].block), quantized_isovalue, found[i]);
           return {};
         });
-    if (!done) return tl::unexpected(done.error());
-    for (size_t i = 0; i < batch.size(); ++i) {
-      all.insert(all.end(), found[i].begin(), found[i].end());
-    }
-    if (auto go_on = check(); !go_on) return tl::unexpected(go_on.error());
-  }
+  };
+  const auto take = [&](std::span<const ChunkRef> batch, size_t i) {
+    all.insert(all.end(), found[i].begin(), found[i].end());
+    return i + 1 == batch.size() ? check() : Result<void>{};
+  };
+  if (auto done = for_each_batch(*chunks, find, take); !done) return tl::unexpected(done.error());
   return all;
 }
 

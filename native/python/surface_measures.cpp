@@ -18,7 +18,6 @@ Result<SurfaceMeasures> measure(const StoreFile& store, double isovalue,
                                 const ExtractOptions& options,
                                 const std::function<Result<void>()>& check) {
   // Sums are in the order of the chunks, so that they do not depend on threads.
-  constexpr size_t kBatchChunks = 64;
   const auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
   const StoreInfo& info = store.info();
@@ -27,10 +26,8 @@ Result<SurfaceMeasures> measure(const StoreFile& store, double isovalue,
   std::vector<BlockMesher> meshers(threads);
   std::vector<MeasuredBlock> blocks(std::min(kBatchChunks, chunks->size()));
   SurfaceExtent extent(info.grid, quantized_isovalue, info.range.min);
-  for (size_t first = 0; first < chunks->size(); first += kBatchChunks) {
-    const auto batch =
-        std::span(*chunks).subspan(first, std::min(kBatchChunks, chunks->size() - first));
-    auto meshed = for_each_chunk(
+  const auto mesh = [&](std::span<const ChunkRef> batch) {
+    return for_each_chunk(
         store, batch, threads,
         [&](unsigned thread, ChunkDecoder& decoder, std::span<const std::byte> bytes,
             size_t i) -> Result<void> {
@@ -42,12 +39,12 @@ Result<SurfaceMeasures> measure(const StoreFile& store, double isovalue,
                               quantized_isovalue, block.mesh);
           return {};
         });
-    if (!meshed) return tl::unexpected(meshed.error());
-    for (size_t i = 0; i < batch.size(); ++i) {
-      extent.add(blocks[i].cells, blocks[i].mesh, origin_of(batch[i].block));
-    }
-    if (auto go_on = check(); !go_on) return tl::unexpected(go_on.error());
-  }
+  };
+  const auto take = [&](std::span<const ChunkRef> batch, size_t i) {
+    extent.add(blocks[i].cells, blocks[i].mesh, origin_of(batch[i].block));
+    return i + 1 == batch.size() ? check() : Result<void>{};
+  };
+  if (auto done = for_each_batch(*chunks, mesh, take); !done) return tl::unexpected(done.error());
   return SurfaceMeasures{extent.area(), extent.volume_above()};
 }
 
