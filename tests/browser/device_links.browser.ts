@@ -18,6 +18,7 @@ test.afterAll(() => server.stop());
 async function copiedLink(page: Page): Promise<string> {
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   await page.goto(server.url);
+  await expect(page.locator(".device-drop")).toBeVisible(); // what is dropped before is ignored
   await drop(page, [file]);
   await complete(page);
   await page.locator(".isovalue-slider").fill("140");
@@ -64,6 +65,7 @@ test("another file than that of the link opens with its own view, and a message"
 }) => {
   const link = await copiedLink(page);
   const other = await openElsewhere(browser, link);
+  await expect(other.locator(".device-expected")).toBeVisible();
   await drop(other, [resolve(demoFolder, "mandelbulb.isosplat")]);
   await complete(other);
   await expect(other.locator(".task-card")).toContainText("not the volume of the link");
