@@ -110,7 +110,8 @@ async function save(
   return { file, vertices, triangles, closed };
 }
 
-function isClosed({
+/** Whether these options ask for a closed surface. */
+export function isClosed({
   format,
   level = 0,
   closed = format === "stl" && level === 0,

@@ -8,6 +8,6 @@ const assumedSpacing = /\b(1,1,1|1 mm) is assumed; --spacing sets/;
 
 /** The unit of a volume's world. With `--spacing`, the readers note nothing. */
 export function unitOf({ metadata, spacing }: Pick<StoreInfo, "metadata" | "spacing">): LengthUnit {
-  const isAssumed = metadata.notes?.some((note) => assumedSpacing.test(note)) ?? false;
-  return isAssumed && spacing.every((length) => length === 1) ? "voxel" : "mm";
+  if (!spacing.every((length) => length === 1)) return "mm";
+  return metadata.notes?.some((note) => assumedSpacing.test(note)) ? "voxel" : "mm";
 }

@@ -1,7 +1,7 @@
 import { StreamError } from "../stream/types.ts";
 import { startTexts } from "../texts/start.ts";
 import { addressIn } from "./address/open_target.ts";
-import { deviceAddress } from "./address/target.ts";
+import { idOnDevice } from "./address/target.ts";
 import type { UrlState } from "./address/url_state.ts";
 import { Catalog } from "./catalog/catalog.ts";
 import { DeviceFiles } from "./device/device_files.ts";
@@ -13,7 +13,7 @@ import { VolumePage } from "./volume/volume_page.ts";
  */
 export async function start(root: HTMLElement, { src, file }: UrlState): Promise<void> {
   const components = import("./shell/components.ts");
-  const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
+  const id = idOnDevice(src);
   const address = src !== undefined && id === undefined ? addressIn(src) : undefined;
   if (address) {
     const files = new DeviceFiles(root);
@@ -25,7 +25,7 @@ export async function start(root: HTMLElement, { src, file }: UrlState): Promise
     const files = new DeviceFiles(root);
     if (id === undefined || !(await files.openKept(id))) {
       if (id !== undefined) {
-        files.expect(id, file);
+        files.section.expects(file);
       }
       new Catalog(root, files.section.element);
     }

@@ -4,6 +4,11 @@ import type { Source } from "../../stream/source.ts";
 /** The beginning of the address of a store on this device, in `src=`; its content id follows. */
 export const deviceAddress = "device:";
 
+/** The content id in the address of a store on this device; undefined for other addresses. */
+export function idOnDevice(src: string | undefined): string | undefined {
+  return src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
+}
+
 /** The target of a volume page: a store or a scene of a server, of another host, or of this device. */
 export type Target = StoreTarget | SceneTarget;
 

@@ -2,7 +2,7 @@ import "../shell/dialog_form.css";
 import "../shell/components.ts";
 import { html, nothing, render } from "lit";
 import type { SurfaceForecast } from "../../mesh/forecast.ts";
-import { forecastSurface, saveSurface } from "../../mesh/save_surface.ts";
+import { forecastSurface, isClosed, saveSurface } from "../../mesh/save_surface.ts";
 import { SurfaceReader } from "../../mesh/surface_reader.ts";
 import { type MeshFormat, meshFormats } from "../../mesh/types.ts";
 import type { StoreAccess } from "../../stream/session_parts.ts";
@@ -72,15 +72,21 @@ class SurfaceDialog {
   }
 
   get #isClosed(): boolean {
-    return this.#closing ?? (this.#format === "stl" && this.#level === 0);
+    return isClosed(this.#form);
+  }
+
+  get #form() {
+    return {
+      format: this.#format,
+      level: this.#level,
+      ...(this.#closing !== undefined && { closed: this.#closing }),
+    };
   }
 
   get #options() {
     const { low, high, planes } = this.#clip;
     return {
-      format: this.#format,
-      level: this.#level,
-      ...(this.#closing !== undefined && { closed: this.#closing }),
+      ...this.#form,
       ...(this.#isClipped && this.#hasBox && { box: { low, high } }),
       ...(this.#isClipped && this.#isClosed && { planes }),
     };

@@ -26,7 +26,7 @@ import { beginsAsStore } from "../../stream/transfer.ts";
 import { StreamError } from "../../stream/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { addressIn } from "../address/open_target.ts";
-import { deviceAddress } from "../address/target.ts";
+import { deviceAddress, idOnDevice } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { formatDims } from "../shell/format.ts";
 import { releaseView } from "../volume/view.ts";
@@ -67,8 +67,6 @@ export class DeviceFiles {
   #task: Task | undefined;
   /** Whether the running task adds its volume to the picture, or replaces the open one. */
   #manner: Manner = "replace";
-  /** The content id of the volume for which the page of a link waits. */
-  #expected: string | undefined;
   /** Aborts the preview of a volume. */
   #previewing: AbortController | undefined;
 
@@ -117,10 +115,9 @@ export class DeviceFiles {
     return found !== undefined;
   }
 
-  /** Asks for the volume of a link that is not on this device: shows the link's view once its file is there. */
-  expect(id: string, name: string | undefined): void {
-    this.#expected = id;
-    this.section.expects(name);
+  /** The content id of the volume for which the page of a link waits: its view is shown once the file is there. */
+  get #expected(): string | undefined {
+    return this.#shown.page ? undefined : idOnDevice(readUrl(location.search).src);
   }
 
   /** Opens the volume at a URL: fetches it, or opens its kept store. */
@@ -351,7 +348,6 @@ export class DeviceFiles {
       return;
     }
     const expected = this.#expected;
-    this.#expected = undefined;
     this.#shown.open(found.store, found.blob, { keepsAddress: address !== undefined });
     if (expected !== undefined && expected !== id) {
       this.#task?.fail(deviceTexts.notOfLink(found.store.name), deviceTexts.otherThanLink);

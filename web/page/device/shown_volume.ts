@@ -1,5 +1,5 @@
 import { type KeptStore, keptBlob } from "../../device/kept_stores.ts";
-import { deviceAddress, type SceneTarget, type Target } from "../address/target.ts";
+import { deviceAddress, idOnDevice, type SceneTarget, type Target } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { prepareView } from "../volume/view.ts";
 import { VolumePage } from "../volume/volume_page.ts";
@@ -129,8 +129,7 @@ export class ShownVolume {
    */
   async #onPopState(): Promise<void> {
     this.#page?.close(); // otherwise it would write its view to this address
-    const { src } = readUrl(location.search);
-    const id = src?.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : undefined;
+    const id = idOnDevice(readUrl(location.search).src);
     const found = id === undefined ? undefined : await keptBlob(id);
     if (found) this.show(found.store, found.blob);
     else location.reload();
@@ -139,7 +138,6 @@ export class ShownVolume {
 
 /** An address that names the store already keeps its view: it may be that of a link. */
 function pushAddress({ contentId }: KeptStore): void {
-  const src = deviceAddress + contentId;
-  if (readUrl(location.search).src === src) return;
-  history.pushState(null, "", `${location.pathname}?src=${src}`);
+  if (idOnDevice(readUrl(location.search).src) === contentId) return;
+  history.pushState(null, "", `${location.pathname}?src=${deviceAddress}${contentId}`);
 }

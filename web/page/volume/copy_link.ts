@@ -1,6 +1,6 @@
 import { pageTexts } from "../../texts/page.ts";
 import type { AddressBar } from "../address/page_address.ts";
-import { deviceAddress } from "../address/target.ts";
+import { idOnDevice } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import type { Toast } from "../shell/toast.ts";
 
@@ -32,11 +32,13 @@ export async function copyLink(address: AddressBar, toast: Toast): Promise<void>
 async function sharedLink(page: URL): Promise<SharedLink> {
   const { src, layers = [] } = readUrl(page.search);
   const id = idOnDevice(src);
-  const ids = [id, ...layers.map((layer) => idOnDevice(layer.src))].filter((each) => each !== "");
+  const ids = [id, ...layers.map((layer) => idOnDevice(layer.src))].filter(
+    (each) => each !== undefined,
+  );
   const stores = await keptOf(ids);
-  const store = stores.get(id);
+  const store = id === undefined ? undefined : stores.get(id);
   const needed = new Set(ids);
-  if (store?.address !== undefined) {
+  if (id !== undefined && store?.address !== undefined) {
     page.searchParams.set("src", store.address);
     needed.delete(id);
   } else if (store) {
@@ -51,11 +53,6 @@ async function sharedLink(page: URL): Promise<SharedLink> {
     needs.push(pageTexts.linkOfThisComputer);
   }
   return { href: page.href, needs: needs.join(" ") };
-}
-
-/** The content id in the address of a store on this device; otherwise empty. */
-function idOnDevice(src = ""): string {
-  return src.startsWith(deviceAddress) ? src.slice(deviceAddress.length) : "";
 }
 
 /** The stores of this device with these content ids. */
