@@ -53,10 +53,10 @@ export const device: typeof English = {
   notOpened: "Nicht geöffnet",
   expectedTitle: (name) =>
     name === undefined
-      ? "Dieser Link zeigt ein Volumen, das nicht auf diesem Gerät ist"
+      ? "Dieses Volumen ist nicht oder nicht mehr auf diesem Gerät: Öffnen Sie seine Datei noch einmal"
       : `Dieser Link zeigt eine Ansicht von „${name}“`,
   expectedText:
-    "Das Volumen selbst ist nicht im Link. Legen Sie dieselbe Datei hier ab, oder wählen Sie sie: Dann erscheint die Ansicht. Alles bleibt auf diesem Gerät, nichts wird hochgeladen.",
+    "Das Volumen selbst ist nicht in der Adresse. Legen Sie dieselbe Datei hier ab, oder wählen Sie sie: Dann erscheint die Ansicht. Alles bleibt auf diesem Gerät, nichts wird hochgeladen.",
   otherThanLink: "Geöffnet, aber nicht das Volumen des Links",
   notOfLink: (name) =>
     `Der Link gehört zu einer anderen Datei als „${name}“, oder zu einer, die eine andere Version von Isosplat umgewandelt hat. Seine Ansicht wird nicht gezeigt.`,

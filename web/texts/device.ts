@@ -54,10 +54,10 @@ export const deviceTexts = part("device", {
   notKept: "Open, but not kept",
   expectedTitle: (name: string | undefined) =>
     name === undefined
-      ? "This link shows a volume that is not on this device"
+      ? "This volume is not on this device, or not any more: open its file again"
       : `This link shows a view of “${name}”`,
   expectedText:
-    "The volume itself is not in the link. Drop or choose the same file here, and its view appears: on this device, nothing is uploaded.",
+    "The volume itself is not in the address. Drop or choose the same file here, and its view appears: on this device, nothing is uploaded.",
   otherThanLink: "Open, but not the volume of the link",
   notOfLink: (name: string) =>
     `The link is for another file than “${name}”, or for a store that another version of Isosplat built. Its view is not shown.`,
