@@ -2,7 +2,13 @@
  * An S3 service: s3rver, which stores buckets in a folder, behind a gate that verifies signatures
  * and checksums of bodies, as AWS does and s3rver does not.
  */
-import { createServer, type IncomingMessage, request as makeRequest, type Server } from "node:http";
+import {
+  createServer,
+  type IncomingMessage,
+  request as makeRequest,
+  type Server,
+  type ServerResponse,
+} from "node:http";
 import type { AddressInfo } from "node:net";
 import S3rver from "s3rver";
 import { type Account, signatureError } from "./aws_signature.ts";
@@ -35,24 +41,8 @@ export class S3Service {
       configureBuckets: [{ name: bucket, configs: [] }],
     });
     this.#gate = createServer((request, response) => {
-      void whole(request).then((body) => {
-        const { method = "GET", url: target = "/", headers } = request;
-        const code = this.#refusal(method, target, headers, body);
-        if (code) {
-          this.refused.push(code);
-          const xml = `<Error><Code>${code}</Code><Message>refused by the gate</Message></Error>`;
-          response.writeHead(code === "XAmzContentSHA256Mismatch" ? 400 : 403).end(xml);
-          return;
-        }
-        const port = this.#storagePort;
-        const path = { hostname: "127.0.0.1", port, method, path: target, headers };
-        const upstream = makeRequest(path, (reply) => {
-          response.writeHead(reply.statusCode ?? 500, reply.headers);
-          reply.pipe(response);
-        });
-        upstream.on("error", () => response.destroy());
-        upstream.end(body);
-      });
+      // A client may leave before its request is whole, for example after its own time limit.
+      void this.#handle(request, response).catch(() => response.destroy());
     });
   }
 
@@ -84,6 +74,26 @@ export class S3Service {
     this.#gate.closeAllConnections();
     this.#gate.close();
     await this.#storage.close();
+  }
+
+  async #handle(request: IncomingMessage, response: ServerResponse): Promise<void> {
+    const body = await whole(request);
+    const { method = "GET", url: target = "/", headers } = request;
+    const code = this.#refusal(method, target, headers, body);
+    if (code) {
+      this.refused.push(code);
+      const xml = `<Error><Code>${code}</Code><Message>refused by the gate</Message></Error>`;
+      response.writeHead(code === "XAmzContentSHA256Mismatch" ? 400 : 403).end(xml);
+      return;
+    }
+    const port = this.#storagePort;
+    const path = { hostname: "127.0.0.1", port, method, path: target, headers };
+    const upstream = makeRequest(path, (reply) => {
+      response.writeHead(reply.statusCode ?? 500, reply.headers);
+      reply.pipe(response);
+    });
+    upstream.on("error", () => response.destroy());
+    upstream.end(body);
   }
 
   #refusal(

@@ -13,7 +13,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "@playwright/test";
-import { afterAll, beforeAll, describe, expect, test } from "vitest";
+import { afterAll, beforeAll, describe, expect, test, vi } from "vitest";
 import { launchOptions } from "../browser/support/chromium.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { type Caddy, hasCaddy, startCaddy } from "../support/caddy.ts";
@@ -95,8 +95,12 @@ describe.skipIf(!hasCaddy)("behind Caddy", () => {
   });
 
   test("the server's log has the ids that Caddy made", async () => {
-    const lines = readFileSync(log, "utf8").trim().split("\n");
-    const ids = lines.map((line) => (JSON.parse(line) as { id: string }).id);
+    await get("/v1/volumes/open");
+    // The server writes the file in the background.
+    const ids = await vi.waitFor(() => {
+      const lines = readFileSync(log, "utf8").trim().split("\n");
+      return lines.map((line) => (JSON.parse(line) as { id: string }).id);
+    });
     expect(new Set(ids).size).toBe(ids.length);
     for (const id of ids) expect(id).toMatch(/^[0-9a-f-]{36}$/);
   });

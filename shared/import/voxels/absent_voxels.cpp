@@ -28,14 +28,15 @@ void make_absent(VoxelType type, std::span<std::byte> voxels) {
 void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
                     std::span<std::byte> out) {
   with_voxel_type(from, [&]<class From>(From) {
-    with_voxel_type(to, [&]<class To>(To) {
+    const auto convert = [&]<class To>(To) {
       for (size_t i = 0; i < in.size() / sizeof(From); ++i) {
         From voxel;
         std::memcpy(&voxel, in.data() + i * sizeof(From), sizeof(From));
         const To converted = static_cast<To>(voxel);
         std::memcpy(out.data() + i * sizeof(To), &converted, sizeof(To));
       }
-    });
+    };
+    to == VoxelType::f32 ? convert(float{}) : convert(double{});
   });
 }
 

@@ -18,8 +18,8 @@ VoxelType type_with_absent(VoxelType type);
 /// Sets every voxel to NaN. `type`: f32 or f64.
 void make_absent(VoxelType type, std::span<std::byte> voxels);
 
-/// Converts voxels to another type that can hold their values. Both spans have the same number of
-/// voxels and do not overlap.
+/// Converts voxels to `to`, which is f32 or f64 and can hold their values. Both spans have the same
+/// number of voxels and do not overlap.
 void convert_voxels(VoxelType from, std::span<const std::byte> in, VoxelType to,
                     std::span<std::byte> out);
 

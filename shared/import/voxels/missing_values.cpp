@@ -41,14 +41,8 @@ class MissingSource : public VolumeSource {
       in = scratch_;
     }
     if (auto read = source_->read_rows(part, in); !read) return read;
-    with_voxel_type(type, [&](auto zero) {
-      using From = decltype(zero);
-      if (header_.type == VoxelType::f32) {
-        convert<From, float>(in, out, voxels);
-      } else {
-        convert<From, double>(in, out, voxels);
-      }
-    });
+    if (type != header_.type) convert_voxels(type, in, header_.type, out);
+    header_.type == VoxelType::f32 ? remove_missing<float>(out) : remove_missing<double>(out);
     return {};
   }
 
@@ -56,16 +50,15 @@ class MissingSource : public VolumeSource {
   std::vector<std::filesystem::path> files() const override { return source_->files(); }
 
  private:
-  template <class From, class To>
-  void convert(std::span<const std::byte> in, std::span<std::byte> out, size_t voxels) const {
+  template <class T>
+  void remove_missing(std::span<std::byte> voxels) const {
     const VolumeHeader& header = source_->header();
-    for (size_t i = 0; i < voxels; ++i) {
-      From from;
-      std::memcpy(&from, in.data() + i * sizeof(From), sizeof(From));
-      const To to = has_fill_value(header, static_cast<double>(from), missing_)
-                        ? std::numeric_limits<To>::quiet_NaN()
-                        : static_cast<To>(from);
-      std::memcpy(out.data() + i * sizeof(To), &to, sizeof(To));
+    for (; !voxels.empty(); voxels = voxels.subspan(sizeof(T))) {
+      T voxel;
+      std::memcpy(&voxel, voxels.data(), sizeof(T));
+      if (!has_fill_value(header, static_cast<double>(voxel), missing_)) continue;
+      voxel = std::numeric_limits<T>::quiet_NaN();
+      std::memcpy(voxels.data(), &voxel, sizeof(T));
     }
   }
 
