@@ -27,7 +27,10 @@ export default defineConfig({
   reporter: "list",
   use: {
     browserName: "chromium",
-    trace: "retain-on-failure",
+    // Recording each test would take a tenth of its time.
+    trace: "on-first-retry",
+    // A software renderer's time grows with the picture.
+    viewport: { width: 960, height: 600 },
     screenshot: "only-on-failure",
     // No animations, so that clicks do not miss moving elements.
     contextOptions: { reducedMotion: "reduce" },

@@ -137,8 +137,8 @@ test("changes of the view are undone and redone", { tag: "@slow" }, async ({ pag
     expect(new URL(page.url()).search).toBe(view);
   }
   await openSection(page, "View");
-  await expect(page.getByRole("button", { name: "Undo" })).toBeDisabled();
-  await page.getByRole("button", { name: "Redo" }).click();
+  await expect(page.getByRole("button", { name: "Undo", exact: true })).toBeDisabled();
+  await page.getByRole("button", { name: "Redo", exact: true }).click();
   await settled(page);
   expect(new URL(page.url()).search).toBe(views[1]);
   await picture.press("Control+Shift+Z");
@@ -147,7 +147,7 @@ test("changes of the view are undone and redone", { tag: "@slow" }, async ({ pag
   // Another change discards the undone ones.
   await picture.press("+");
   await settled(page);
-  await expect(page.getByRole("button", { name: "Redo" })).toBeDisabled();
+  await expect(page.getByRole("button", { name: "Redo", exact: true })).toBeDisabled();
 });
 
 /** The number of transparent pixels of a PNG. Runs in the page. */
