@@ -37,6 +37,7 @@ const inProgram = [
 ];
 const inPage = [...inModules, "libfmt-dev"];
 const inLibrary = ["libxxhash-dev"];
+const inModule = ["libexpected-dev", "libxxhash-dev", "nlohmann-json3-dev", "pybind11-dev"];
 
 const isLicence = (text) => /^[\w.+-]+( (AND|OR|WITH) [\w.+-]+)*$/.test(text);
 const table = run("bash", join(root, ".ci/install-packages"), "--table")
@@ -115,10 +116,17 @@ function addNpm(name) {
 }
 
 const files = readdirSync(folder)
-  .filter((file) => /\.(deb|tgz|tar\.gz)$/.test(file))
+  .filter((file) => /\.(deb|tgz|tar\.gz|whl)$/.test(file))
   .sort();
 if (files.length === 0)
   throw new Error(`expected packages in ${folder}, found none: npm run release`);
+const idOf = (file) => `SPDXRef-Package-${file.replaceAll(/[^A-Za-z0-9.-]+/g, "-")}`;
+/** The Debian package of this name among the files. */
+function addOwn(name) {
+  const file = files.find((each) => each.startsWith(`${name}_`) && each.endsWith(".deb"));
+  if (!file) throw new Error(`expected ${name}_VERSION.deb in ${folder}, found none`);
+  return idOf(file);
+}
 const hashes = [];
 for (const file of files) {
   const path = join(folder, file);
@@ -132,9 +140,13 @@ for (const file of files) {
 
   const isNpm = file.endsWith(".tgz");
   const isLibrary = file.startsWith("lib");
-  const compiledIn = isNpm ? inModules : isLibrary ? inLibrary : [...inProgram, ...inPage];
-  for (const name of new Set(compiledIn)) relate(id, "CONTAINS", addCompiledIn(name));
-  if (!isNpm && !isLibrary) {
+  const isPython = file.startsWith("python3-");
+  const hasProgram = !isNpm && !isLibrary && !isPython;
+  const compiledIn = new Set(isNpm ? inModules : isLibrary ? inLibrary : []);
+  if (hasProgram) for (const name of [...inProgram, ...inPage]) compiledIn.add(name);
+  if (isPython || /\.(whl|tar\.gz)$/.test(file)) for (const name of inModule) compiledIn.add(name);
+  for (const name of compiledIn) relate(id, "CONTAINS", addCompiledIn(name));
+  if (hasProgram) {
     for (const name of JSON.parse(read(pagePackages))) relate(id, "CONTAINS", addNpm(name));
   }
   if (file.endsWith(".deb")) {
@@ -145,7 +157,7 @@ for (const file of files) {
       for (const item of run("dpkg-deb", "--field", path, field).split(/\s*,\s*/)) {
         const [name] = item.split(/[ (|]/);
         if (!name) continue;
-        const other = addDebian(name);
+        const other = name === "isosplat" ? addOwn(name) : addDebian(name);
         if (type === "DEPENDS_ON") relate(id, type, other);
         else relate(other, type, id);
       }

@@ -7,7 +7,8 @@
 #   share/man, share/bash-completion, share/zsh, share/doc (with examples), lib/systemd
 #
 # The component library (shared/bindings/library/install.cmake) is a separate Debian package,
-# libisosplat-dev. The archive contains both components.
+# libisosplat-dev, and so is the component python (python.cmake), python3-isosplat. The archive contains
+# all components.
 
 set(page ${PROJECT_SOURCE_DIR}/build/page)
 set(documents ${PROJECT_BINARY_DIR}/documents)
@@ -89,4 +90,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS libexpected-dev)
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "isosurfaces from Isosplat's stores, for C++ programs
 Headers, static libraries and the CMake package isosplat: find the chunks of
 an isovalue in a store, decode them, and project their samples.")
+if(TARGET isosplat_python)
+  include(native/packaging/python.cmake)
+endif()
 include(CPack)

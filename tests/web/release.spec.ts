@@ -181,6 +181,19 @@ describe.runIf(hasDpkg && existsSync("/usr/share/doc/emscripten"))("the list of 
 
   it("has what SPDX 2.3 requires, and all packages with their contents and dependencies", () => {
     packages("all", ["a"], 1_000_000_000, 0o644);
+    const python = join(work, "python/DEBIAN");
+    mkdirSync(python, { recursive: true });
+    writeFileSync(
+      join(python, "control"),
+      "Package: python3-isosplat\nVersion: 1\nArchitecture: all\nMaintainer: I <i@localhost>\n" +
+        "Depends: isosplat (= 1), libc6\nDescription: a test\n",
+    );
+    run("dpkg-deb", [
+      "--build",
+      join(work, "python"),
+      join(work, "all/python3-isosplat_1_all.deb"),
+    ]);
+    writeFileSync(join(work, "all/isosplat-1-cp311-cp311-linux_x86_64.whl"), "wheel");
     const written = write();
     expect(written).toBe(write());
     const sbom = JSON.parse(written) as Sbom;
@@ -197,14 +210,20 @@ describe.runIf(hasDpkg && existsSync("/usr/share/doc/emscripten"))("the list of 
     const byName = new Map(sbom.packages.map((entry) => [entry.name, entry]));
     const deb = byName.get("isosplat_1_all.deb");
     expect(deb?.checksums?.[0]?.checksumValue).toBe(bytesOf("all/isosplat_1_all.deb"));
-    const related = (type: string) =>
+    const related = (type: string, id = deb?.SPDXID) =>
       sbom.relationships
-        .filter((r) => r.spdxElementId === deb?.SPDXID && r.relationshipType === type)
+        .filter((r) => r.spdxElementId === id && r.relationshipType === type)
         .map((r) => sbom.packages.find(({ SPDXID }) => SPDXID === r.relatedSpdxElement)?.name);
     expect(related("DEPENDS_ON")).toEqual(["libc6"]);
     expect(related("CONTAINS")).toEqual(
       expect.arrayContaining(["libxxhash-dev", "emscripten", "lit", "@awesome.me/webawesome"]),
     );
+    const module = byName.get("python3-isosplat_1_all.deb")?.SPDXID;
+    expect(related("DEPENDS_ON", module)).toEqual(["isosplat_1_all.deb", "libc6"]);
+    expect(related("CONTAINS", module)).toContain("pybind11-dev");
+    expect(related("CONTAINS", module)).not.toContain("lit");
+    const wheel = byName.get("isosplat-1-cp311-cp311-linux_x86_64.whl")?.SPDXID;
+    expect(related("CONTAINS", wheel)).toEqual(expect.arrayContaining(["pybind11-dev", "lit"]));
     const lock = JSON.parse(readFileSync(join(root, "package-lock.json"), "utf8"));
     expect(byName.get("lit")?.versionInfo).toBe(lock.packages["node_modules/lit"].version);
     const libc = run("dpkg-query", ["-W", "-f", `$\{Version}`, "libc6"]);
