@@ -15,6 +15,7 @@
 #include "native/python/active_cells.h"
 #include "native/python/arrays.h"
 #include "native/python/exceptions.h"
+#include "native/python/read_values.h"
 #include "native/python/store_handle.h"
 #include "native/python/surface_measures.h"
 
@@ -101,6 +102,19 @@ py::array_t<int32_t> active_cells_array(const StoreHandle& store, double isovalu
   const ExtractOptions options = options_of(store, *file, part);
   return take_rows<int32_t>(run_interruptible(
       [&](const auto& check) { return active_cells(*file, isovalue, options, check); }));
+}
+
+/// `values`: a C-contiguous array of shape (z, y, x), whose first voxel is `first` (x, y, z).
+template <class Scalar>
+void read(const StoreHandle& store, const Part& part, const std::array<int32_t, 3>& first,
+          py::array_t<Scalar, py::array::c_style> values) {
+  const auto file = store.file();
+  const ExtractOptions options = options_of(store, *file, part);
+  const auto count = [&](py::ssize_t axis) { return static_cast<int32_t>(values.shape(axis)); };
+  const VoxelBox box{{first[0], first[1], first[2]}, {count(2), count(1), count(0)}};
+  const std::span all(values.mutable_data(), static_cast<size_t>(values.size()));
+  run_interruptible(
+      [&](const auto& check) { return read_values(*file, box, options, check, all); });
 }
 
 uint64_t bytes_of(const StoreHandle& store, double isovalue, const Part& part) {
@@ -234,6 +248,8 @@ void bind_store(py::module_& module) {
       .def("points", points, py::arg("isovalue"), py::arg("part"), py::kw_only(), py::arg("smooth"),
            py::arg("exact"))
       .def("active_cells", active_cells_array, py::arg("isovalue"), py::arg("part"))
+      .def("read", read<float>, py::arg("part"), py::arg("first"), py::arg("values").noconvert())
+      .def("read", read<double>, py::arg("part"), py::arg("first"), py::arg("values").noconvert())
       .def("bytes", bytes_of, py::arg("isovalue"), py::arg("part"))
       .def("measures", measures, py::arg("isovalue"), py::kw_only(), py::arg("threads"))
       .def(

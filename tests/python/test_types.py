@@ -21,6 +21,8 @@ positions, normals = store.points(5)
 first: np.float64 = positions[0, 0]
 mesh = isosplat.open(b"a.isosplat").mesh(5, components=1)
 mesh.save("a.glb")
+values = store.read(level=1, box=((0, 0, 0), (2, 2, 2)), dtype=np.float64)
+depth, height, width = store.lattice(1).shape
 area: float = store.area(5)
 histogram = store.histogram
 if histogram is not None:

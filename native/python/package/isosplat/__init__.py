@@ -17,10 +17,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["Histogram", "Mesh", "Points", "Store", "__version__", "build", "open"]
+__all__ = ["Histogram", "Lattice", "Mesh", "Points", "Store", "__version__", "build", "open"]
 
 if TYPE_CHECKING:
     from ._build import build
+    from ._lattice import Lattice
     from ._mesh import Mesh
     from ._store import Histogram, Points, Store, open
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 # the time of an import.
 _HOMES = {
     "Histogram": "_store",
+    "Lattice": "_lattice",
     "Mesh": "_mesh",
     "Points": "_store",
     "Store": "_store",

@@ -22,6 +22,7 @@ from ._arguments import (
     text,
     whole,
 )
+from ._lattice import Lattice, lattice_of
 from ._mesh import Mesh
 
 # The types of voxels in the metadata of a store.
@@ -250,6 +251,43 @@ class Store:
         """The bytes of the chunks that this surface needs, known before they are fetched."""
         return self._handle.bytes(number("isovalue", isovalue), self._part(level, box, 0))
 
+    # Values ----------------------------------------------------------------------------------
+
+    def lattice(self, level: int = 0, box: Optional[Sequence[Any]] = None) -> Lattice:
+        """The voxels that read() returns for the same arguments: their number along each axis, and
+        where they lie. box: only the voxels whose positions lie in the box; if the volume's axes are
+        not those of the world, in the smallest box along the volume's axes that contains it."""
+        return lattice_of(self.shape, self.affine, self._level(level), box)
+
+    def read(
+        self,
+        level: int = 0,
+        box: Optional[Sequence[Any]] = None,
+        *,
+        dtype: Any = np.float32,
+        threads: int = 0,
+    ) -> NDArray[Any]:
+        """The values of the voxels of a level, indexed [z, y, x]: of its whole lattice, or of the
+        voxels that lattice(level, box) states. A store has values only where surfaces can be: of the
+        corners of cells that are active for some isovalue. All others are NaN: missing voxels, and
+        voxels all of whose neighbours (the other corners of the up to eight cells around it) have
+        the same value. At level 0 a value differs from the volume's by at most max_error.
+
+        dtype: float32 or float64. Values are rounded to it. Memory: the array. Raises MemoryError."""
+        found = np.dtype(dtype)
+        if found not in (np.dtype(np.float32), np.dtype(np.float64)):
+            raise ValueError(f"dtype: expected float32 or float64, found {found}")
+        lattice = self.lattice(level, box)
+        part = self._part(level, None, threads)
+        try:
+            values = np.full(lattice.shape, np.nan, found)
+        except ValueError:  # more bytes than an address has
+            raise MemoryError(
+                f"{self.path}: no memory for {lattice.shape} values: read parts with box="
+            ) from None
+        self._handle.read(part, lattice.first, values)
+        return values
+
     def area(self, isovalue: float, *, threads: int = 0) -> float:
         """The area of the surface in world units²."""
         return self._measures(isovalue, threads)[0]
@@ -296,10 +334,13 @@ class Store:
 
     def _part(self, level: Any, box: Optional[Sequence[Any]], threads: Any) -> _core.Part:
         return _core.Part(
-            level=whole("level", level, 0, self.levels - 1),
+            level=self._level(level),
             box=box_of(box),
             threads=whole("threads", threads, 0, MAX_THREADS),
         )
+
+    def _level(self, level: Any) -> int:
+        return whole("level", level, 0, self.levels - 1)
 
     def _measures(self, isovalue: Any, threads: Any) -> Tuple[float, float]:
         count = whole("threads", threads, 0, MAX_THREADS)
