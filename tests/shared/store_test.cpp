@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "shared/core/store/byte_order.h"
@@ -120,6 +121,23 @@ TEST(Store, HeaderHasTheWrittenFields) {
     }
   }
   EXPECT_EQ(end, bootstrap.offset + bootstrap.bytes);
+}
+
+TEST(Store, ASpacingReplacesThatOfTheHeader) {
+  const Written written = random_store({20, 30, 40}, 1);
+  auto store = StoreReader::open(written.bytes);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE(store->set_spacing({0.25, 3, 1}));
+  EXPECT_EQ(store->info().grid.spacing.x, 0.25);
+  EXPECT_EQ(store->info().grid.spacing.y, 3);
+  EXPECT_EQ(store->info().grid.spacing.z, 1);
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double wrong : {0.0, -1.0, std::nan(""), infinite}) {
+    const auto set = store->set_spacing({1, 1, wrong});
+    ASSERT_FALSE(set);
+    EXPECT_EQ(set.error().status, Status::invalid_argument);
+  }
+  EXPECT_EQ(store->info().grid.spacing.z, 1);
 }
 
 TEST(Store, TheBootstrapRangeHasSmallPagesInAnyCase) {

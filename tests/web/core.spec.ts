@@ -62,6 +62,18 @@ test("the header describes the volume", () => {
   expect(info.levels).toBe(5);
 });
 
+test("a given spacing replaces that of the header", () => {
+  const store = whole();
+  store.setSpacing([0.5, 0.25, 2]);
+  expect(store.info.spacing).toEqual([0.5, 0.25, 2]);
+  expect(store.info.isSpacingGiven).toBe(true);
+  expect(store.info.voxels).toEqual(voxels);
+  for (const wrong of [0, -1, Number.NaN, Number.POSITIVE_INFINITY]) {
+    expect(() => store.setSpacing([1, wrong, 1])).toThrow("three numbers above 0");
+  }
+  expect(store.info.spacing).toEqual([0.5, 0.25, 2]);
+});
+
 test("pages that are missing are named, and chunks need them", () => {
   const store = core.openStore(file.subarray(0, maxHeaderBytes));
   open.push(store);

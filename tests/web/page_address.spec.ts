@@ -21,6 +21,7 @@ const view: AddressState = {
   volume: "engine",
   scene: undefined,
   src: undefined,
+  spacing: undefined,
   surfaces: [{ isovalue: 60, colour: "#d9ccb3", opacity: 1 }],
   look: defaultLook,
   isThemeBackground: true,

@@ -160,16 +160,29 @@ export class Core {
 
 /** An open store, with the pages of its directory that have been added. */
 export class Store {
-  readonly info: StoreInfo;
   readonly #module: CoreModule;
   readonly #calls: Calls;
+  #info: StoreInfo;
 
   /** @internal */
   constructor(module: CoreModule, calls: Calls) {
     this.#module = module;
     this.#calls = calls;
-    calls.check(module._isosplat_core_info(calls.core));
-    this.info = readInfo(calls.result(layouts.infoRecord), calls.result(layouts.infoMetadata));
+    this.#info = readInfoOf(module, calls);
+  }
+
+  get info(): StoreInfo {
+    return this.#info;
+  }
+
+  /**
+   * Replaces the distances between voxels, for a volume whose file stated none. Call it before the store is used.
+   * Throws a CoreError unless all three are above 0.
+   */
+  setSpacing([x, y, z]: Triple): void {
+    const calls = this.#calls;
+    calls.check(this.#module._isosplat_core_set_spacing(calls.core, x, y, z));
+    this.#info = { ...readInfoOf(this.#module, calls), isSpacingGiven: true };
   }
 
   /** The isovalue on the scale of the quantized values, in single precision. */
@@ -371,4 +384,9 @@ export class Store {
   close(): void {
     this.#calls.close();
   }
+}
+
+function readInfoOf(module: CoreModule, calls: Calls): StoreInfo {
+  calls.check(module._isosplat_core_info(calls.core));
+  return readInfo(calls.result(layouts.infoRecord), calls.result(layouts.infoMetadata));
 }

@@ -49,6 +49,7 @@ export interface CoreModule {
     quantizedIsovalue: number,
     exact: number,
   ): number;
+  _isosplat_core_set_spacing(core: number, x: number, y: number, z: number): number;
   _isosplat_core_quantized_isovalue(core: number, isovalue: number): number;
   _isosplat_core_select(
     core: number,

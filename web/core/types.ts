@@ -8,6 +8,8 @@ export interface StoreInfo {
   voxels: Triple;
   /** Size of a cell of level 0, in the units of the volume's header. */
   spacing: Triple;
+  /** Whether `spacing` is not that of the header: Store.setSpacing. */
+  isSpacingGiven?: true;
   /** World position of the centre of voxel (0, 0, 0). */
   origin: Triple;
   /**

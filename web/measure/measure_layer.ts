@@ -1,10 +1,9 @@
 import { html, nothing, render, svg, type TemplateResult } from "lit";
-import type { Triple } from "../core/types.ts";
 import { LayerDrawing } from "../overlay/layer_drawing.ts";
 import { type Screen, type ScreenPoint, screenOf } from "../overlay/screen.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type { MeasureTool } from "./measure_tool.ts";
-import type { MeasuredPoint, Measurement } from "./measurement.ts";
+import { labelPoint, type Measurement } from "./measurement.ts";
 
 /** Draws measurements over the picture of a viewer. The element must be placed over its canvas. */
 export class MeasureLayer {
@@ -64,7 +63,8 @@ export class MeasureLayer {
     const line = positions.every(isVisible)
       ? positions.map(({ x, y }) => `${x},${y}`).join(" ")
       : "";
-    const last = labelPoint(measurement, screen);
+    const at = labelPoint(measurement);
+    const last = at && screen.point(at);
     return svg`<g class=${className}>
       ${line && points.length > 1 ? svg`<polyline points=${line} />` : nothing}
       ${positions.map((position) => (position ? svg`<circle cx=${position.x} cy=${position.y} r="4" />` : nothing))}
@@ -79,27 +79,6 @@ export class MeasureLayer {
 
 function isVisible(position: ScreenPoint | undefined): position is ScreenPoint {
   return position !== undefined;
-}
-
-function middle(points: readonly MeasuredPoint[]): Triple | undefined {
-  const [a, b] = points;
-  if (!a || !b) return a?.position;
-  const mean = (i: 0 | 1 | 2) => (a.position[i] + b.position[i]) / 2;
-  return [mean(0), mean(1), mean(2)];
-}
-
-/**
- * The position of the label: at the corner of an angle, in the middle of a distance, or at the last
- * point.
- */
-function labelPoint({ kind, points }: Measurement, screen: Screen): ScreenPoint | undefined {
-  const at =
-    kind === "angle"
-      ? points[1]?.position
-      : kind === "distance"
-        ? middle(points)
-        : points.at(-1)?.position;
-  return at && screen.point(at);
 }
 
 /** The position that Enter measures. */

@@ -1,4 +1,5 @@
 import type { Triple } from "../core/types.ts";
+import { cross, dot } from "../viewer/vectors.ts";
 
 export const measurementKinds = ["point", "distance", "path", "angle", "note"] as const;
 export type MeasurementKind = (typeof measurementKinds)[number];
@@ -74,13 +75,19 @@ export function lengthOf(points: readonly { position: Triple }[]): number {
 export function angleOf(points: readonly { position: Triple }[]): number | undefined {
   const [a, corner, b] = points;
   if (!a || !corner || !b) return undefined;
-  const [x0, y0, z0] = minus(a.position, corner.position);
-  const [x1, y1, z1] = minus(b.position, corner.position);
-  const dot = x0 * x1 + y0 * y1 + z0 * z1;
+  const [to, from] = [minus(a.position, corner.position), minus(b.position, corner.position)];
+  if (Math.hypot(...to) === 0 || Math.hypot(...from) === 0) return undefined;
   // The arc tangent is precise for all angles; the arc cosine is not for small ones.
-  const cross = Math.hypot(y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1);
-  if (Math.hypot(x0, y0, z0) === 0 || Math.hypot(x1, y1, z1) === 0) return undefined;
-  return (Math.atan2(cross, dot) * 180) / Math.PI;
+  return (Math.atan2(Math.hypot(...cross(to, from)), dot(to, from)) * 180) / Math.PI;
+}
+
+/** The position of the label: at the corner of an angle, in the middle of a distance, or at the last point. */
+export function labelPoint({ kind, points }: Measurement): Triple | undefined {
+  const [a, b] = points;
+  if (kind === "angle") return b?.position;
+  if (kind !== "distance" || !a || !b) return points.at(-1)?.position;
+  const mean = (i: 0 | 1 | 2) => (a.position[i] + b.position[i]) / 2;
+  return [mean(0), mean(1), mean(2)];
 }
 
 /** A point of the world in voxel coordinates of the volume. */
@@ -93,12 +100,6 @@ export function voxelOf(
   position: Triple,
 ): Triple {
   const axis = (i: number): Triple => [d[i] ?? 0, d[3 + i] ?? 0, d[6 + i] ?? 0];
-  const cross = ([ax, ay, az]: Triple, [bx, by, bz]: Triple): Triple => [
-    ay * bz - az * by,
-    az * bx - ax * bz,
-    ax * by - ay * bx,
-  ];
-  const dot = (a: Triple, b: Triple) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const offset = minus(position, origin);
   const [x, y, z] = [axis(0), axis(1), axis(2)];
   const volume = dot(x, cross(y, z));

@@ -7,7 +7,11 @@ export type LengthUnit = "mm" | "voxel";
 const assumedSpacing = /\b(1,1,1|1 mm) is assumed; --spacing sets/;
 
 /** The unit of a volume's world. With `--spacing`, the readers note nothing. */
-export function unitOf({ metadata, spacing }: Pick<StoreInfo, "metadata" | "spacing">): LengthUnit {
-  if (!spacing.every((length) => length === 1)) return "mm";
+export function unitOf({
+  metadata,
+  spacing,
+  isSpacingGiven,
+}: Pick<StoreInfo, "metadata" | "spacing" | "isSpacingGiven">): LengthUnit {
+  if (isSpacingGiven || !spacing.every((length) => length === 1)) return "mm";
   return metadata.notes?.some((note) => assumedSpacing.test(note)) ? "voxel" : "mm";
 }

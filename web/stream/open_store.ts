@@ -31,6 +31,8 @@ export async function openStore(
       whole = true;
       continue;
     }
+    const spacing = source.spacingOf?.(store.info);
+    if (spacing) store.setSpacing(spacing);
     const [expected, found] = [store.info.fileBytes, source.fileBytes];
     if (found === undefined || found >= expected) return store;
     store.close();

@@ -1,4 +1,4 @@
-import type { Triple } from "../core/types.ts";
+import type { StoreInfo, Triple } from "../core/types.ts";
 import { StreamError } from "./types.ts";
 
 /** The byte range of a directory page in the store file. */
@@ -54,6 +54,11 @@ export interface Source {
    * surface is drawn from it before more is fetched.
    */
   readonly ready?: FileRange | undefined;
+  /**
+   * The distances between voxels (mm) that replace those of the header, for a volume whose file stated none.
+   * Undefined, as its result: those of the header.
+   */
+  spacingOf?: (info: StoreInfo) => Triple | undefined;
   /** Whether the bytes are on this device, so that reading them needs no connection. */
   readonly isLocal?: boolean;
   /** The useful number of concurrent calls of `chunks`. */

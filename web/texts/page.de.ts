@@ -68,6 +68,7 @@ export const page: typeof English = {
     `„${setting}“ in der Adresse wurde nicht beachtet: Erwartet wird ${expected}.`,
   invisible: (percent) =>
     `Die Adresse enthält eine unsichtbare Fläche: Sie wird mit ${percent} % gezeigt.`,
+  isSpacing: "drei Zahlen über 0, in mm",
   isNumbers: "Zahlen wie 60.5,180",
   isNumber: "eine Zahl",
   isColours: "Farben wie d9ccb3",

@@ -65,6 +65,7 @@ export const pageTexts = part("page", {
     `“${setting}” in the address was ignored: expected ${expected}.`,
   invisible: (percent: string) =>
     `The address contains an invisible surface: it is shown at ${percent} %.`,
+  isSpacing: "three numbers above 0, in mm",
   isNumbers: "numbers, such as 60.5,180",
   isNumber: "a number",
   isColours: "colours such as d9ccb3",

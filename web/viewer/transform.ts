@@ -1,4 +1,5 @@
 import type { StoreInfo, Triple } from "../core/types.ts";
+import { cross, dot } from "./vectors.ts";
 
 /**
  * An affine transform of a store's world into that of the scene: a matrix of 4 × 4, row by row, whose last
@@ -35,14 +36,6 @@ function columnsOf(transform: Transform): [Triple, Triple, Triple] {
 
 function columnOf(transform: Transform, axis: number): Triple {
   return [transform[axis] ?? 0, transform[4 + axis] ?? 0, transform[8 + axis] ?? 0];
-}
-
-function dot(a: Triple, b: Triple): number {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-function cross([a1, a2, a3]: Triple, [b1, b2, b3]: Triple): Triple {
-  return [a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1];
 }
 
 /** The linear part of the transform, applied to a direction. */

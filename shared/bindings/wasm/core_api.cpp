@@ -71,6 +71,12 @@ IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32
   return kOk;
 }
 
+IsosplatStatus isosplat_core_set_spacing(IsosplatCore* core, double x, double y, double z) {
+  if (!core->store) return no_store(core);
+  const auto set = core->store->set_spacing({x, y, z});
+  return set ? kOk : report(core, set.error());
+}
+
 IsosplatStatus isosplat_core_info(IsosplatCore* core) {
   if (!core->store) return no_store(core);
   const StoreInfo& info = core->store->info();

@@ -67,6 +67,10 @@ IsosplatStatus isosplat_core_check_bundle(IsosplatCore* core, const void* header
 /// Opens a store from its first min(kMaxHeaderBytes, file size) bytes: StoreReader::open.
 IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes);
 
+/// Replaces the spacing of the open store: StoreReader::set_spacing. Call it before the functions
+/// that select.
+IsosplatStatus isosplat_core_set_spacing(IsosplatCore* core, double x, double y, double z);
+
 /// Results: IsosplatStoreInfo, and the metadata as JSON text.
 IsosplatStatus isosplat_core_info(IsosplatCore* core);
 

@@ -1,6 +1,7 @@
 #include "shared/core/store/store_reader.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "shared/core/store/directory_page.h"
 #include "shared/core/store/format.h"
@@ -96,6 +97,17 @@ Result<StoreReader> StoreReader::open(std::span<const std::byte> bytes) {
   state->header = std::move(*header);
   state->pages.resize(state->header.pages.size());
   return StoreReader(std::move(state));
+}
+
+Result<void> StoreReader::set_spacing(const Vec3d& spacing) {
+  for (const double length : {spacing.x, spacing.y, spacing.z}) {
+    if (!std::isfinite(length) || !(length > 0)) {
+      return fail(Status::invalid_argument,
+                  "spacing: expected three numbers above 0, found " + std::to_string(length));
+    }
+  }
+  state_->header.info.grid.spacing = spacing;
+  return {};
 }
 
 const StoreInfo& StoreReader::info() const {

@@ -117,6 +117,11 @@ class StoreReader {
   StoreReader& operator=(StoreReader&&) noexcept;
   ~StoreReader();
 
+  /// Replaces the distances between voxels, for a volume whose file stated none: the header of the
+  /// store is unchanged. Call it before anything reads info().
+  /// Errors: invalid_argument unless all three are finite and above 0.
+  Result<void> set_spacing(const Vec3d& spacing);
+
   const StoreInfo& info() const;
 
   /// info().levels entries.

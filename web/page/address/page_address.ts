@@ -1,3 +1,4 @@
+import type { Triple } from "../../core/types.ts";
 import { defaultParts, type OverlayPart, overlayParts } from "../../overlay/parts.ts";
 import { sameValue } from "../../viewer/same_value.ts";
 import { surfaceColours } from "../../viewer/surfaces.ts";
@@ -24,6 +25,8 @@ export interface AddressState {
   volume: string | undefined;
   scene: string | undefined;
   src: string | undefined;
+  /** Undefined if it is that of the volume's file. */
+  spacing: Triple | undefined;
   surfaces: readonly Surface[];
   look: Look;
   isThemeBackground: boolean;
@@ -52,6 +55,7 @@ export function addressOf(view: AddressState): UrlState {
   if (view.volume) state.volume = view.volume;
   else if (view.scene) state.scene = view.scene;
   else if (view.src) state.src = view.src;
+  if (view.spacing) state.spacing = view.spacing;
   if (surfaces.some((surface, i) => surface.colour !== surfaceColours[i])) {
     state.colours = surfaces.map((surface) => surface.colour);
   }

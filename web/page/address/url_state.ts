@@ -1,3 +1,4 @@
+import type { Triple } from "../../core/types.ts";
 import { type OverlayPart, overlayParts } from "../../overlay/parts.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { isDefaultClip, isWhole, maxClipPlanes, wholeVolume } from "../../viewer/clipping.ts";
@@ -56,6 +57,7 @@ export const minOpacity = 0.05;
  *   src=https://…/engine.isosplat  a store, or a scene (.isobundle, scene.json), on any host with Range
  *   src=device:CONTENT-ID          a store on this device; in a link that was copied, with
  *   file=head.nii.gz               the name of the volume, for whoever opens the link elsewhere
+ *   spacing=0.5,0.5,1.2            distances between voxels in mm, for a volume whose file states none
  *   isovalue=60.5,180              one for each isosurface
  *   colour=d9ccb3,c65b4e  opacity=1,0.4
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
@@ -83,6 +85,8 @@ export interface UrlState {
   src?: string;
   /** In links to volumes of a device alone. */
   file?: string;
+  /** Ignored where the volume's file states its spacing. */
+  spacing?: Triple;
   isovalues?: number[];
   colours?: string[];
   opacities?: number[];
@@ -139,6 +143,11 @@ function readNumber(text: string): number | undefined {
   return more.length === 0 ? number : undefined;
 }
 
+function readSpacing(text: string): Triple | undefined {
+  const [x = 0, y = 0, z = 0, ...more] = readNumbers(text) ?? [];
+  return Math.min(x, y, z) > 0 && more.length === 0 ? [x, y, z] : undefined;
+}
+
 function readRange(text: string): [number, number] | undefined {
   const [low = 0, high = 0, ...more] = readNumbers(text) ?? [];
   return low < high && more.length === 0 ? [low, high] : undefined;
@@ -171,6 +180,8 @@ export function readUrl(search: string): UrlState {
   const file = query.get("file");
   if (file) state.file = file;
 
+  const spacing = read("spacing", readSpacing, pageTexts.isSpacing);
+  if (spacing) state.spacing = spacing;
   const isovalues = read("isovalue", readNumbers, pageTexts.isNumbers);
   if (isovalues) state.isovalues = isovalues.slice(0, maxSurfaces);
   const colours = read("colour", readColours, pageTexts.isColours);
@@ -275,6 +286,7 @@ export function writeUrl(state: UrlState): string {
   add("scene", state.scene);
   add("src", state.src);
   add("file", state.file);
+  add("spacing", state.spacing?.join(","));
   add("isovalue", state.isovalues?.join(","));
   add("colour", state.colours?.map((c) => c.slice(1)).join(","));
   add("opacity", state.opacities?.join(","));

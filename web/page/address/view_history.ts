@@ -28,6 +28,13 @@ export class ViewHistory<View> {
     this.#future = [];
   }
 
+  /** Forgets all views: there is nothing to undo. */
+  forget(): void {
+    this.#past = [];
+    this.#present = null;
+    this.#future = [];
+  }
+
   /** The next view that comes to rest replaces the present one, without a step. */
   replacePresent(): void {
     this.#present = null;

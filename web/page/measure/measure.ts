@@ -72,6 +72,8 @@ export class Measure {
   /** The content ids of the measured volume and of the volume that is shown. */
   #measured: string | undefined;
   #shown: string | undefined;
+  /** The content id and the spacing of the volume that is open. */
+  #shownGrid: string | undefined;
   /** The measurements of the scene, in the form of the address. */
   readonly #ofScene: readonly string[];
   /** Whether the address contained all measurements when it was last written. */
@@ -133,6 +135,14 @@ export class Measure {
     return this.#layer.element;
   }
 
+  /** The measurements with the texts beside them. */
+  get labelled(): { measurement: Measurement; label: string }[] {
+    return this.tool.measurements.map((measurement) => ({
+      measurement,
+      label: resultOf(measurement, this.#scale),
+    }));
+  }
+
   /** The measurements in the form of the address; null if they are those of the scene. */
   get lines(): readonly string[] | null {
     const lines = this.tool.measurements.map(writeMeasurement);
@@ -147,12 +157,15 @@ export class Measure {
   }
 
   /** A volume was opened, which may be another version of the measured one. */
-  #opened({ contentId }: StoreInfo): void {
-    if (contentId === this.#shown) return;
-    this.#shown = contentId;
+  #opened({ contentId, spacing }: StoreInfo): void {
+    const key = [contentId, ...spacing].join();
+    if (key === this.#shownGrid) return;
+    this.#shownGrid = key;
     this.#measuring?.abort();
     this.#extents = [];
     this.#bytes = null;
+    if (contentId === this.#shown) return;
+    this.#shown = contentId;
     this.#measured ??= contentId;
     if (this.#isOfOther) this.#host.note(measureTexts.otherVersion);
   }

@@ -38,6 +38,8 @@ export interface PictureState {
 export interface PageState {
   /** The overlays above the picture. */
   show: ReadonlySet<OverlayPart>;
+  /** Whether the page shows one volume, whose spacing can be entered if its file states none. */
+  mayEnterSpacing: boolean;
   canUndo: boolean;
   canRedo: boolean;
 }
@@ -99,6 +101,8 @@ export interface PageActions {
   showClipHandles(isShown: boolean): void;
   /** Saves the picture without its background. */
   saveTransparent(): void;
+  /** Asks for the distances between voxels. */
+  enterSpacing(): void;
   openCapture(): void;
   /** Undo or redo the last change of the view. */
   undo(): void;

@@ -12,18 +12,18 @@ import {
   formatType,
   formatValue,
 } from "../shell/format.ts";
-import type { VolumeState } from "./panel_state.ts";
+import type { PageActions, VolumeState } from "./panel_state.ts";
 
-/** Facts about the volume and its store. */
-export function volumeSection({ info }: VolumeState): TemplateResult {
+/** Facts about the volume and its store. `actions`: if a spacing that the file lacks can be entered. */
+export function volumeSection({ info }: VolumeState, actions?: PageActions): TemplateResult {
   const source = info.metadata.source ?? {};
   const type = typeof source.type === "string" ? source.type : pageTexts.bits(info.mapping.bits);
-  const rows: [string, string][] = [
+  const rows: [string, string | TemplateResult][] = [
     [
       panelTexts.voxels,
       `${formatDims(info.voxels)} (${formatCount(info.voxels.reduce((p, n) => p * n, 1))})`,
     ],
-    [panelTexts.spacing, spacingText(info)],
+    [panelTexts.spacing, spacingPart(info, actions)],
     [panelTexts.type, formatType(type)],
     [panelTexts.values, pageTexts.to(formatValue(info.range[0]), formatValue(info.range[1]))],
     [panelTexts.levels, String(info.levels)],
@@ -47,8 +47,13 @@ export function volumeSection({ info }: VolumeState): TemplateResult {
   </wa-details>`;
 }
 
-/** The distances between voxels, in one unit: that of the first. */
-function spacingText(info: StoreInfo): string {
-  if (unitOf(info) === "voxel") return panelTexts.unknownSpacing;
-  return info.spacing.map((mm) => formatLength(Number(mm.toPrecision(5)))).join(" × ");
+/** The distances between voxels. They can be entered if the file states none. */
+function spacingPart(info: StoreInfo, actions?: PageActions): string | TemplateResult {
+  const lengths = info.spacing.map((mm) => formatLength(Number(mm.toPrecision(5)))).join(" × ");
+  const isUnknown = unitOf(info) === "voxel";
+  if (!isUnknown && !info.isSpacingGiven) return lengths;
+  const text = isUnknown ? panelTexts.unknownSpacing : panelTexts.givenSpacing(lengths);
+  if (!actions) return text;
+  return html`${text}
+    <button class="chip" type="button" @click=${actions.enterSpacing}>${panelTexts.enterSpacing}</button>`;
 }

@@ -5,6 +5,7 @@ import type { Camera, Look, Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { SceneTarget, StoreTarget, Target } from "../address/target.ts";
 import type { UrlState } from "../address/url_state.ts";
+import { takeSpacing } from "./entered_spacing.ts";
 
 /** The view with which a volume is opened. */
 export interface FirstView {
@@ -46,11 +47,13 @@ export function openTargetIn(
 async function openStoreIn(
   viewer: Viewer,
   target: StoreTarget,
-  { projection }: UrlState,
+  url: UrlState,
   { surfaces, camera }: FirstView,
   again: boolean,
 ): Promise<Opened> {
+  const { projection } = url;
   const source = target.source();
+  takeSpacing(source, url);
   if (again) source.bypassCaches();
   const info = await viewer.open(source, {
     ...(surfaces.length > 0 ? { surfaces } : {}),

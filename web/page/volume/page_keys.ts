@@ -6,11 +6,30 @@ import type { LoadedParts } from "./loaded_parts.ts";
 import type { PageLayout } from "./page_layout.ts";
 import type { LayoutActions } from "./volume_layout.ts";
 
+/** Handles the keys of the page until the signal ends it. `restore`: undo or redo. */
+export function listenToKeys(
+  canvas: HTMLElement,
+  camera: CameraActions,
+  actions: Readonly<Record<string, () => void>>,
+  restore: (step: "undo" | "redo") => void,
+  signal: AbortSignal,
+): void {
+  const handle = (event: KeyboardEvent) => {
+    const step = historyStep(event, canvas);
+    if (step) {
+      event.preventDefault();
+      restore(step);
+    }
+    handlePageKey(event, canvas, camera, actions);
+  };
+  window.addEventListener("keydown", handle, { signal });
+}
+
 /**
  * Handles a key pressed anywhere on the page: moves the camera, or calls the entry of `actions` for
  * it (by KeyboardEvent.key), unless a control, a dialog or the browser uses the key.
  */
-export function handlePageKey(
+function handlePageKey(
   event: KeyboardEvent,
   canvas: HTMLElement,
   camera: CameraActions,
@@ -43,10 +62,7 @@ function isOfBrowser({ key, ctrlKey, metaKey, altKey }: KeyboardEvent): boolean 
 }
 
 /** The action of a key for undo and redo, unless a text field uses the key. */
-export function historyStep(
-  event: KeyboardEvent,
-  canvas: HTMLElement,
-): "undo" | "redo" | undefined {
+function historyStep(event: KeyboardEvent, canvas: HTMLElement): "undo" | "redo" | undefined {
   if (event.defaultPrevented || event.altKey || !(event.ctrlKey || event.metaKey)) return undefined;
   if (document.querySelector("wa-dialog[open]") || focusOf(event, canvas) === "text") {
     return undefined;

@@ -171,6 +171,7 @@ export class PageLayout {
       panel: info && {
         info,
         projection: viewer.camera?.projection,
+        mayEnterSpacing: !layers.scene && !chosen,
         canUndo: this.#page.history.canUndo,
         canRedo: this.#page.history.canRedo,
         histogram: this.#histogram.element,

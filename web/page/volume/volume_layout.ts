@@ -220,7 +220,7 @@ function panelPart(
       <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
         ${guard([state.slices, state.info, state.look, slicesSection], () => slicesSection?.(state, actions))}
       </wa-details>
-      ${ofChosen ? guard([info], () => volumeSection(ofChosen)) : nothing}
+      ${ofChosen ? guard([info, state.mayEnterSpacing], () => volumeSection(ofChosen, state.mayEnterSpacing ? actions : undefined)) : nothing}
     </div>
   </aside>`;
 }

@@ -11,12 +11,13 @@ import { SurfaceSettings } from "../panel/surface_settings.ts";
 import { onTheme } from "../shell/theme.ts";
 import { Toast } from "../shell/toast.ts";
 import { copyLink } from "./copy_link.ts";
+import { EnteredSpacing } from "./entered_spacing.ts";
 import { LayersPart } from "./layers_part.ts";
 import { LoadedParts } from "./loaded_parts.ts";
 import { openTargetIn } from "./opening.ts";
 import { PageCamera } from "./page_camera.ts";
 import { PageFiles } from "./page_files.ts";
-import { handlePageKey, historyStep, keyActions } from "./page_keys.ts";
+import { keyActions, listenToKeys } from "./page_keys.ts";
 import { PageLayout } from "./page_layout.ts";
 import { StatusLine } from "./status_line.ts";
 import { takeView } from "./view.ts";
@@ -89,6 +90,11 @@ export class VolumePage {
     },
   );
 
+  readonly #spacing = new EnteredSpacing(this.#viewer, this.#url, this.#parts, () => {
+    this.#history.forget();
+    void this.#open({ keepsView: true });
+  });
+
   #info: StoreInfo | null = null;
   #sceneTitle = "";
   #hasPicture = false;
@@ -149,17 +155,9 @@ export class VolumePage {
     this.#canvas.addEventListener("dblclick", (event) => {
       if (!this.#parts.measure?.tool.kind) this.#camera.centre(event);
     });
-    const { signal } = this.#listeners;
     const keys = keyActions(this.#surfaces, this.#parts, this.#layout, this.#actions);
-    const key = (event: KeyboardEvent) => {
-      const step = historyStep(event, this.#canvas);
-      if (step) {
-        event.preventDefault();
-        this.#restore(step);
-      }
-      handlePageKey(event, this.#canvas, viewer, keys);
-    };
-    window.addEventListener("keydown", key, { signal });
+    const restore = (step: "undo" | "redo") => this.#restore(step);
+    listenToKeys(this.#canvas, viewer, keys, restore, this.#listeners.signal);
   }
 
   /**
@@ -222,6 +220,7 @@ export class VolumePage {
       volume: this.#url.volume,
       scene: this.#url.scene,
       src: this.#url.src,
+      spacing: this.#url.spacing,
       ...this.#settings.state,
       surfaces: this.#surfaces.first,
       camera: this.#camera.resting,
@@ -321,6 +320,7 @@ export class VolumePage {
     loadSlices: () => void this.#parts.loadSlices(),
     showClipHandles: (isShown) => void this.#parts.showClipHandles(isShown),
     toggleSheet: () => this.#layout.toggleSheet(),
+    enterSpacing: () => void this.#spacing.enter(),
     help: async () => (await import("../shell/help.ts")).showHelp(),
     removeSurface: (index) => {
       this.#surfaces.actions.removeSurface(index);

@@ -1,0 +1,97 @@
+// The spacing of a volume whose file states none: entered in the page, kept in the link and on the device.
+import { execFileSync } from "node:child_process";
+import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { demoFolder, program, type RunningServer, serve } from "./support/server.ts";
+import { complete, openSection, settled } from "./support/view.ts";
+
+const folder = mkdtempSync(join(tmpdir(), "isosplat-spacing-"));
+let server: RunningServer;
+
+test.beforeAll(async () => {
+  // A ball of radius 9 in the middle of 24³ voxels.
+  const voxels = Uint8Array.from({ length: 24 ** 3 }, (_, i) => {
+    const [x, y, z] = [i % 24, Math.floor(i / 24) % 24, Math.floor(i / 576)];
+    return Math.max(0, 190 - 10 * Math.hypot(x - 11.5, y - 11.5, z - 11.5));
+  });
+  const raw = join(folder, "ball_24x24x24_uint8.raw");
+  writeFileSync(raw, voxels);
+  execFileSync(program, ["build", raw, "-o", join(folder, "ball.isosplat")]);
+  copyFileSync(join(demoFolder, "bucky.isosplat"), join(folder, "bucky.isosplat"));
+  server = await serve([folder]);
+});
+test.afterAll(async () => {
+  await server.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+function parameter(page: Page, name: string): string | null {
+  return new URL(page.url()).searchParams.get(name);
+}
+
+const facts = (page: Page) => page.locator("dl.facts");
+
+test("is entered once; sizes, camera, planes and measurements follow", async ({ page }) => {
+  const view = "isovalue=100&camera=30,20,60,11.5,11.5,11.5&plane=0,0,1,5.5";
+  const measure = "measure=distance,2.5,11.5,11.5,20.5,11.5,11.5";
+  await page.goto(`${server.url}?volume=ball&${view}&${measure}`);
+  await complete(page);
+  await openSection(page, "About this volume");
+  await expect(facts(page)).toContainText("unknown: lengths are in voxels");
+  await expect(page.getByText("18 voxels", { exact: true })).toBeVisible();
+
+  await page.getByRole("button", { name: "Enter…" }).click();
+  const along = (axis: string) => page.getByRole("spinbutton", { name: `Along ${axis}` });
+  const use = page.getByRole("button", { name: "Use these distances" });
+  await along("x").fill("0");
+  await expect(page.getByText("Each distance is a number above 0.")).toBeVisible();
+  await expect(use).toBeDisabled();
+  await along("x").fill("500");
+  await along("y").fill("500");
+  await along("z").fill("1000");
+  await page.getByRole("combobox", { name: "Unit" }).selectOption("µm");
+  await use.click();
+
+  await expect(facts(page)).toContainText("500 µm × 500 µm × 1 mm (entered)");
+  await complete(page);
+  await settled(page);
+  expect(parameter(page, "spacing")).toBe("0.5,0.5,1");
+  expect(parameter(page, "measure")).toBe("distance,1.25,5.75,11.5,10.25,5.75,11.5");
+  await expect(page.getByText("9 mm", { exact: true }).first()).toBeVisible();
+  expect(parameter(page, "plane")).toBe("0,0,1,5.5");
+  const [, , distance = 0, ...target] = (parameter(page, "camera") ?? "").split(",").map(Number);
+  expect(distance).toBeCloseTo(60 * Math.cbrt(0.25), 6);
+  expect(target.slice(0, 3)).toEqual([5.75, 5.75, 11.5]);
+
+  // Another visit has it from this device.
+  await page.goto(`${server.url}?volume=ball&isovalue=100`);
+  await complete(page);
+  await settled(page);
+  expect(parameter(page, "spacing")).toBe("0.5,0.5,1");
+});
+
+test("of a link is used; area and volume are in millimetres", async ({ page }) => {
+  await page.goto(`${server.url}?volume=ball&isovalue=100&spacing=2,2,2`);
+  await complete(page);
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Area and volume" }).click();
+  // A ball of radius 9 voxels, whose values were rounded down: less than 3,054 voxels³ of 8 mm³.
+  await expect(page.locator(".panel")).toContainText("23859 mm³");
+});
+
+test("of a link is ignored where the file states one, and a wrong one is reported", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&spacing=2,2,2`);
+  await complete(page);
+  await settled(page);
+  expect(parameter(page, "spacing")).toBeNull();
+  await openSection(page, "About this volume");
+  await expect(page.getByRole("button", { name: "Enter…" })).toHaveCount(0);
+
+  await page.goto(`${server.url}?volume=ball&isovalue=100&spacing=2,0,2`);
+  await complete(page);
+  await expect(page.getByText("three numbers above 0, in mm")).toBeVisible();
+});
