@@ -1,6 +1,6 @@
 // Pictures of any size, in the real page.
-import { readFileSync } from "node:fs";
-import { resolve } from "node:path";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join, resolve } from "node:path";
 import { expect, type Locator, type Page, test } from "@playwright/test";
 import { drawNatively } from "./support/native_picture.ts";
 import { demoFolder, type RunningServer, serve } from "./support/server.ts";
@@ -88,6 +88,53 @@ test("a picture can be cancelled, and the view stays as it was", { tag: "@slow" 
   await settled(page);
   const after = await savedPicture(page);
   expect((await compare(page, before, after)).differing).toBeLessThan(0.001);
+});
+
+test("title, scale bar, axes, legend and measurements are drawn above the picture, or beside it in SVG", async ({
+  page,
+}) => {
+  test.setTimeout(180_000);
+  const measure = "measure=distance,30,63.5,63.5,97,63.5,63.5|<wide> %26 deep";
+  await openDialog(page, `${camera}&colour-by=gradient&${measure}`);
+  await chooseSize(page, 480, 360);
+  const plain = await save(page);
+  for (const name of ["Title", "Scale bar", "Axes", "Legend", "Measurements"]) {
+    await page.getByRole("checkbox", { name, exact: true }).check();
+  }
+  const marked = await save(page);
+  await page.getByRole("combobox", { name: /^File/ }).selectOption("svg");
+  const svg = (await save(page)).toString();
+  if (process.env.ISOSPLAT_PICTURES) {
+    writeFileSync(join(process.env.ISOSPLAT_PICTURES, "marked.png"), marked);
+    writeFileSync(join(process.env.ISOSPLAT_PICTURES, "marked.svg"), svg);
+  }
+
+  // The letters and lines alone differ.
+  const found = await compare(page, marked, plain);
+  expect(found.differing).toBeGreaterThan(0.01);
+  expect(found.differing).toBeLessThan(0.15);
+
+  const { texts, image, error } = await page.evaluate((text) => {
+    const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
+    return {
+      error: parsed.querySelector("parsererror")?.textContent ?? null,
+      texts: [...parsed.querySelectorAll("text")].map((each) => each.textContent),
+      image: parsed.querySelector("image")?.getAttribute("href") ?? "",
+    };
+  }, svg);
+  expect(error).toBeNull();
+  expect(texts).toEqual(
+    expect.arrayContaining([
+      expect.stringMatching(/^Gradient/),
+      expect.stringMatching(/ mm$/),
+      expect.stringContaining("<wide> & deep"),
+      "x",
+      "y",
+      "z",
+    ]),
+  );
+  // The picture below is the one without marks.
+  expect(Buffer.from(image.split(",")[1] ?? "", "base64").equals(plain)).toBe(true);
 });
 
 test("a picture without background is transparent", async ({ page }) => {

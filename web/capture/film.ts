@@ -1,6 +1,7 @@
-import type { PictureSize } from "../viewer/types.ts";
+import type { Camera, PictureSize } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import type { FrameView } from "./frame_paths.ts";
+import { drawMarks } from "./marked_pixels.ts";
 import { type CaptureProgress, capturePixels } from "./picture.ts";
 
 /** The destination of a film's frames. */
@@ -10,6 +11,13 @@ export interface FilmFile {
   finish(): Promise<Blob>;
   /** Frees its resources; call it after finish() as well. */
   close(): void;
+}
+
+export interface FilmOptions {
+  /** The marks above a frame (marksSvg); empty: none. */
+  marks?: (camera: Camera) => string;
+  signal: AbortSignal;
+  progress(progress: CaptureProgress): void;
 }
 
 /**
@@ -22,7 +30,7 @@ export async function captureFilm(
   size: PictureSize,
   frames: readonly FrameView[],
   file: FilmFile,
-  { signal, progress }: { signal: AbortSignal; progress(progress: CaptureProgress): void },
+  { signal, progress, marks }: FilmOptions,
 ): Promise<Blob> {
   const { surfaces, time } = viewer;
   time?.pause();
@@ -37,6 +45,8 @@ export async function captureFilm(
       if (frame.step !== undefined) await time?.setStep(frame.step);
       if (!pixels || !isSameView(frame, frames[i - 1])) {
         pixels = await capturePixels(viewer, { ...size, camera: frame.camera }, signal);
+        const drawn = marks?.(frame.camera) ?? "";
+        if (drawn) await drawMarks(pixels, size, 0, drawn);
       }
       // The file may take ownership of the pixels.
       await file.add(isSameView(frame, frames[i + 1]) ? pixels.slice() : pixels);

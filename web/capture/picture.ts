@@ -1,6 +1,7 @@
 import type { Progress } from "../stream/types.ts";
 import type { PictureInParts, PictureSize, PictureView } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
+import { drawMarks } from "./marked_pixels.ts";
 import { PngStream } from "./png_stream.ts";
 
 /** Longest width and height of a picture, in pixels: kMaxImageSize of shared/render/frame/image_tile.h. */
@@ -18,6 +19,8 @@ export interface CaptureProgress {
 export interface CaptureOptions {
   /** Without the background. */
   transparent?: boolean;
+  /** The marks above the picture (marksSvg), once its data have arrived; empty: none. */
+  marks?: () => string;
   signal: AbortSignal;
   progress(progress: CaptureProgress): void;
 }
@@ -29,7 +32,7 @@ export interface CaptureOptions {
 export async function capturePng(
   viewer: Viewer,
   { width, height }: PictureSize,
-  { transparent = false, signal, progress }: CaptureOptions,
+  { transparent = false, marks, signal, progress }: CaptureOptions,
 ): Promise<Blob> {
   viewer.preparePicture({ width, height });
   try {
@@ -37,10 +40,13 @@ export async function capturePng(
     const picture = viewer.beginPicture({ transparent });
     try {
       const png = new PngStream(width, height, transparent);
+      const drawn = marks?.() ?? "";
       for (let top = 0; top < height; top += partHeight) {
         const rows = Math.min(partHeight, height - top);
         const left = (share: number) => progress({ share: (top + share * rows) / height });
-        await png.addRows(await drawRows(picture, top, rows, signal, left));
+        const pixels = await drawRows(picture, top, rows, signal, left);
+        if (drawn) await drawMarks(pixels, { width, height: rows }, top, drawn);
+        await png.addRows(pixels);
       }
       return await png.finish();
     } finally {

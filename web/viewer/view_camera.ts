@@ -59,10 +59,10 @@ export class ViewCamera {
     return renderer && this.#first(renderer);
   }
 
-  viewProjection(width: number, height: number): Float64Array | null {
-    if (!this.#camera) return null;
+  viewProjection(width: number, height: number, camera = this.#camera): Float64Array | null {
+    if (!camera) return null;
     const size = [Math.max(1, width), Math.max(1, height)] as const;
-    return this.#openRenderer?.camera.viewProjection(this.#camera, ...size) ?? null;
+    return this.#openRenderer?.camera.viewProjection(camera, ...size) ?? null;
   }
 
   orbit(rightDegrees: number, upDegrees: number): void {

@@ -280,10 +280,10 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /**
    * World to clip space for a picture of this size: 4 × 4, column by column. Null until a volume is
-   * open.
+   * open. `camera`: by default the present one.
    */
-  viewProjection(width: number, height: number): Float64Array | null {
-    return this.#camera.viewProjection(width, height);
+  viewProjection(width: number, height: number, camera?: Camera): Float64Array | null {
+    return this.#camera.viewProjection(width, height, camera);
   }
 
   /** The first view, which shows all layers whole. Null until a volume is open. */

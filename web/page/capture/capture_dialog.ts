@@ -1,19 +1,21 @@
 import "./capture.css";
 import { html, nothing, render } from "lit";
 import { captureFilm } from "../../capture/film.ts";
+import { svgWithPicture } from "../../capture/marked_pixels.ts";
 import { type CaptureProgress, capturePng } from "../../capture/picture.ts";
 import { pngSequence } from "../../capture/png_sequence.ts";
 import { canEncode, webmFile } from "../../capture/webm_file.ts";
 import { captureTexts } from "../../texts/capture.ts";
+import type { Camera } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { formatBytes } from "../shell/format.ts";
 import { captureFields, forecast } from "./capture_form.ts";
 import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";
+import { type MarkedPage, offeredMarks, shownMarks } from "./shown_marks.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
-export interface CaptureHost {
-  viewer: Viewer;
+export interface CaptureHost extends MarkedPage {
   /** The surface whose isovalue the panel shows. */
   activeSurface(): number;
   /** Saves a file whose name begins with the volume's name. */
@@ -37,6 +39,8 @@ export class CaptureDialog {
       sizeName: "shown",
       own: { width: 4096, height: 4096 },
       transparent: false,
+      marks: new Set(),
+      pictureFormat: "png",
       seconds: 6,
       framesPerSecond: 30,
       format: canEncode() ? "webm" : "png",
@@ -86,10 +90,16 @@ export class CaptureDialog {
           }}
         >
           <fieldset ?disabled=${isRunning}>
-            ${captureFields(settings, canvas, this.#host.viewer.time !== null, {
-              change: (change) => this.#change(change),
-              addView: () => this.#addView(),
-            })}
+            ${captureFields(
+              settings,
+              canvas,
+              this.#host.viewer.time !== null,
+              offeredMarks(this.#host),
+              {
+                change: (change) => this.#change(change),
+                addView: () => this.#addView(),
+              },
+            )}
           </fieldset>
           ${isRunning ? this.#progressPart() : nothing}
           <p role="status" class=${problem ? "" : "quiet"}>${problem ?? text}</p>
@@ -152,17 +162,22 @@ export class CaptureDialog {
       this.#progress = now;
       this.#render();
     };
-    const { what, format, framesPerSecond, transparent } = settings;
+    const { what, format, framesPerSecond, transparent, marks: chosen, pictureFormat } = settings;
+    const marks = (camera?: Camera) =>
+      shownMarks(this.#host, chosen, size, transparent && what === "picture", camera);
     if (what === "picture") {
-      const content = await capturePng(viewer, size, { transparent, signal, progress });
-      return { ending: `${size.width}x${size.height}.png`, content };
+      const isSvg = pictureFormat === "svg";
+      const options = { transparent, signal, progress, ...(!isSvg && { marks: () => marks() }) };
+      const png = await capturePng(viewer, size, options);
+      const content = isSvg ? await svgWithPicture(png, size, marks()) : png;
+      return { ending: `${size.width}x${size.height}.${pictureFormat}`, content };
     }
     const { camera, surfaces } = viewer;
     if (!camera) throw new Error(captureTexts.noPicture);
     const steps = viewer.time?.steps ?? 1;
     const frames = framesOf(settings, { camera, surfaces }, activeSurface(), steps);
     const file = format === "webm" ? await webmFile(size, framesPerSecond) : pngSequence(size);
-    const content = await captureFilm(viewer, size, frames, file, { signal, progress });
+    const content = await captureFilm(viewer, size, frames, file, { signal, progress, marks });
     return { ending: `${what}.${format === "webm" ? "webm" : "zip"}`, content };
   }
 }

@@ -11,6 +11,7 @@ import {
   sizeChoices,
   type What,
 } from "./capture_settings.ts";
+import type { MarkName } from "./shown_marks.ts";
 
 export interface FormActions {
   change(settings: Partial<CaptureSettings>): void;
@@ -23,6 +24,7 @@ export function captureFields(
   settings: CaptureSettings,
   shown: PictureSize,
   hasTime: boolean,
+  offered: readonly MarkName[],
   { change, addView }: FormActions,
 ): TemplateResult {
   const { what, sizeName, own, cameras, format, framesPerSecond, seconds, from, to } = settings;
@@ -77,16 +79,37 @@ export function captureFields(
               )}
             </div>
             ${select(captureTexts.file, format, formats(), (value) => change({ format: value }))}`
-        : html`<label class="check">
-            <input
-              type="checkbox"
-              .checked=${settings.transparent}
-              @change=${(event: Event) =>
-                change({ transparent: (event.currentTarget as HTMLInputElement).checked })}
-            />
-            ${captureTexts.transparent}
-          </label>`
-    }`;
+        : html`${check(captureTexts.transparent, settings.transparent, (transparent) => change({ transparent }))}
+            ${select(captureTexts.file, settings.pictureFormat, pictureFormats, (value) =>
+              change({ pictureFormat: value }),
+            )}`
+    }
+    <fieldset class="capture-marks">
+      <legend>${captureTexts.marks}</legend>
+      ${offered.map((name) =>
+        check(captureTexts.markNames[name], settings.marks.has(name), (isChosen) => {
+          const marks = new Set(settings.marks);
+          if (isChosen) marks.add(name);
+          else marks.delete(name);
+          change({ marks });
+        }),
+      )}
+    </fieldset>`;
+}
+
+function check(
+  label: string,
+  checked: boolean,
+  change: (checked: boolean) => void,
+): TemplateResult {
+  return html`<label class="check">
+    <input
+      type="checkbox"
+      .checked=${checked}
+      @change=${(event: Event) => change((event.currentTarget as HTMLInputElement).checked)}
+    />
+    ${label}
+  </label>`;
 }
 
 /** The expected size of the film. */
@@ -98,6 +121,10 @@ export function forecast(settings: CaptureSettings, shown: PictureSize): string 
   return captureTexts.atMost(frames, formatBytes(bits / 8));
 }
 
+const pictureFormats = [
+  { value: "png", label: "PNG" },
+  { value: "svg", label: captureTexts.svg },
+] as const;
 const pixels = { min: 1, max: mostPixels };
 const rates = ["24", "30", "60"].map((value) => ({ value, label: value }));
 function whats(hasTime: boolean): { value: What; label: string }[] {

@@ -5,6 +5,8 @@ import { captureTexts } from "../../texts/capture.ts";
 import { localized } from "../../texts/numbers.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 
+import type { MarkName } from "./shown_marks.ts";
+
 export type What = "picture" | "turntable" | "sweep" | "path" | "time";
 
 /** The settings of the dialog for pictures and films. */
@@ -14,6 +16,9 @@ export interface CaptureSettings {
   sizeName: string;
   own: PictureSize;
   transparent: boolean;
+  marks: ReadonlySet<MarkName>;
+  /** Of a picture: svg has the marks as lines and letters above a PNG. */
+  pictureFormat: "png" | "svg";
   seconds: number;
   framesPerSecond: number;
   format: "webm" | "png";

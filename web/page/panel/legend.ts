@@ -27,13 +27,25 @@ function greysPart([low, high]: readonly [number, number], units: string): Templ
     ${bar(["#000", "#fff"], formatValue(low), formatValue(high))}`;
 }
 
-/** The colour map and the values at its ends. */
-export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
-  const [low, high] = legend.range?.map(formatValue) ?? [pageTexts.near, pageTexts.far];
-  const units = unitsOf(legend, valueUnits);
+/** The name of the quantity that colours show, its units (or empty), and the texts at the ends of the colours. */
+export interface LegendTexts {
+  name: string;
+  units: string;
+  low: string;
+  high: string;
+}
+
+export function legendTexts(legend: Legend, valueUnits: string | undefined): LegendTexts {
+  const [low = pageTexts.near, high = pageTexts.far] = legend.range?.map(formatValue) ?? [];
   const isOfSlices = legend.slices && legend.colourBy === "isovalue";
   const name = isOfSlices ? panelTexts.values : panelTexts.quantities[legend.colourBy];
-  return html`<figure class="legend" aria-label=${pageTexts.colours(name, `${low}`, `${high}`, units)}>
+  return { name, units: unitsOf(legend, valueUnits), low, high };
+}
+
+/** The colour map and the values at its ends. */
+export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
+  const { name, units, low, high } = legendTexts(legend, valueUnits);
+  return html`<figure class="legend" aria-label=${pageTexts.colours(name, low, high, units)}>
     <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
     ${bar(legend.colours, low, high)}
     ${legend.greys ? greysPart(legend.greys, valueUnits ?? "") : nothing}

@@ -6,6 +6,7 @@ import { wholeVolume } from "../../viewer/clipping.ts";
 import { identity, isIdentity } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { CaptureDialog } from "../capture/capture_dialog.ts";
+import type { MarkedPage } from "../capture/shown_marks.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { plainValue } from "../shell/format.ts";
 import { theme, themeBackground } from "../shell/theme.ts";
@@ -20,22 +21,24 @@ export class PageFiles {
   readonly #layers: LayersPart;
   readonly #toast: Toast;
   readonly #title: () => string;
+  readonly #measurements: MarkedPage["measurements"];
   #capture: Promise<CaptureDialog> | null = null;
   #keptThumbnail = "";
 
-  /** `title`: the volume's title, for file names. */
+  /** `title`: the volume's title, for file names. `measurements`: those of the picture. */
   constructor(
     viewer: Viewer,
     surfaces: SurfaceSettings,
     layers: LayersPart,
     toast: Toast,
-    title: () => string,
+    { title, measurements }: Pick<MarkedPage, "title" | "measurements">,
   ) {
     this.#viewer = viewer;
     this.#surfaces = surfaces;
     this.#layers = layers;
     this.#toast = toast;
     this.#title = title;
+    this.#measurements = measurements;
   }
 
   /** Offers a file to save, whose name begins with the volume's name. */
@@ -116,6 +119,8 @@ export class PageFiles {
         ({ CaptureDialog }) =>
           new CaptureDialog({
             viewer: this.#viewer,
+            title: this.#title,
+            measurements: this.#measurements,
             // A film changes the isovalue of the first layer.
             activeSurface: () => (this.#surfaces.subject ? 0 : this.#surfaces.state.active),
             save: (ending, content) => this.save(`${this.#isovalues}-${ending}`, content),

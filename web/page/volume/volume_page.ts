@@ -61,9 +61,10 @@ export class VolumePage {
     this.#url,
     this.#search,
   );
-  readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.layers, this.#toast, () =>
-    this.#title(),
-  );
+  readonly #files = new PageFiles(this.#viewer, this.#surfaces, this.layers, this.#toast, {
+    title: () => this.#title(),
+    measurements: () => this.#parts.measure?.labelled ?? [],
+  });
   readonly #parts = new LoadedParts(this.#viewer, this.#url, this.#search, {
     chosen: () => this.layers.chosen ?? this.#viewer,
     title: () => this.#title(),
