@@ -3,8 +3,9 @@ import { RendererError } from "../../viewer/renderer_error.ts";
 import { noSlices } from "../../viewer/slices.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
 import { defaultLook } from "../../viewer/types.ts";
-import { Viewer } from "../../viewer/viewer.ts";
+import type { Viewer } from "../../viewer/viewer.ts";
 import { firstIsovalue } from "../panel/isovalue_scale.ts";
+import { savesData, whenDrawn, withHiddenViewer } from "../shell/hidden_viewer.ts";
 import { sceneSource, volumeSource } from "../shell/site.ts";
 import { theme, themeBackground } from "../shell/theme.ts";
 import { keepThumbnail, pictureSize, thumbnail } from "../shell/thumbnails.ts";
@@ -53,60 +54,43 @@ export class Previews {
 
   async #run(): Promise<void> {
     this.#isRunning = true;
-    const canvas = hiddenCanvas();
-    const viewer = new Viewer(canvas, {
-      controls: false,
-      maxPixelRatio: 1,
-      targetCellPixels: 2,
-    });
     try {
-      for (const [contentId, wanted] of this.#waiting) {
-        this.#waiting.delete(contentId);
-        this.#tried.add(contentId);
-        if (await this.#draw(viewer, wanted)) {
-          await keepThumbnail(contentId, await viewer.screenshot({ smooth: false }));
-          this.#onThumbnail();
-        }
-        viewer.close();
-      }
+      await withHiddenViewer(pictureSize, { maxPixelRatio: 1, targetCellPixels: 2 }, (viewer) =>
+        this.#drawAll(viewer),
+      );
     } catch {
       this.#waiting.clear(); // without WebGL 2, cards show histograms
     } finally {
-      viewer.dispose();
-      canvas.remove();
       this.#isRunning = false;
+    }
+  }
+
+  async #drawAll(viewer: Viewer): Promise<void> {
+    for (const [contentId, wanted] of this.#waiting) {
+      this.#waiting.delete(contentId);
+      this.#tried.add(contentId);
+      if (await this.#draw(viewer, wanted)) {
+        await keepThumbnail(contentId, await viewer.screenshot({ smooth: false }));
+        this.#onThumbnail();
+      }
+      viewer.close();
     }
   }
 
   /** Resolves to whether the first surface was drawn. */
   async #draw(viewer: Viewer, wanted: WithoutPicture): Promise<boolean> {
-    const cleanups: (() => void)[] = [];
-    const drawn = new Promise<boolean>((resolve) => {
-      const late = setTimeout(() => resolve(false), longest.firstSurface);
-      const stopFrames = viewer.on("frame", ({ samplesDrawn }) => {
-        if (samplesDrawn === 0) return;
-        stopFrames();
-        clearTimeout(late);
-        setTimeout(() => resolve(true), longest.refining);
-      });
-      cleanups.push(stopFrames, () => clearTimeout(late));
-      cleanups.push(
-        viewer.on("progress", ({ state }) => {
-          if (state === "complete" || state === "limited") resolve(true);
-        }),
-      );
-    });
+    const picture = whenDrawn(viewer, longest);
     try {
       const hasCamera = await open(viewer, wanted);
       if (viewer.camera && !hasCamera) {
         viewer.setCamera({ ...viewer.camera, distance: viewer.camera.distance / zoom });
       }
-      return await drawn;
+      return await picture.drawn;
     } catch (error) {
       if (error instanceof RendererError) throw error;
       return false; // the volume's own page reports the error
     } finally {
-      for (const stop of cleanups) stop();
+      picture.stop();
     }
   }
 }
@@ -129,23 +113,4 @@ async function open(viewer: Viewer, { name, layers }: WithoutPicture): Promise<b
   const info = await viewer.open(volumeSource(name));
   viewer.setSurfaces(surfacesAt([firstIsovalue(info)]));
   return false;
-}
-
-/** Not every browser has this property; saving data then counts as off. */
-function savesData(): boolean {
-  const { connection } = navigator as Navigator & {
-    connection?: { saveData: boolean; effectiveType: string };
-  };
-  return connection !== undefined && (connection.saveData || connection.effectiveType !== "4g");
-}
-
-/** A canvas gets its size only by layout. */
-function hiddenCanvas(): HTMLCanvasElement {
-  const canvas = document.createElement("canvas");
-  canvas.className = "preview-canvas";
-  canvas.ariaHidden = "true";
-  canvas.style.width = `${pictureSize.width}px`;
-  canvas.style.height = `${pictureSize.height}px`;
-  document.body.append(canvas);
-  return canvas;
 }
