@@ -112,6 +112,33 @@ describe("a source whose bytes are kept", () => {
     expect(small.bytesReceived).toBeGreaterThan(some);
   });
 
+  test("of a store that is too large to be kept has the coarse levels for another session", async () => {
+    const source = new ServerSource({ base: server.url, volume: "test" });
+    const harness = new Harness();
+    const session = await harness.open(source, core, {
+      firstIsovalues: [100.5],
+      readAheadBytes: 1,
+    });
+    session.update(view(100.5));
+    await harness.complete();
+    const { bytesReceived } = source;
+    // Chunks are not kept. The cells of this view are coarser than those of any level.
+    const other = new Harness();
+    const options = { firstIsovalues: [100.5], readAheadBytes: 0, backgroundBytes: 0 };
+    const again = await other.open(session.source, core, options);
+    again.update({ ...view(100.5), stepCellPixels: 1e6 });
+    await other.complete();
+    expect(other.visible.length).toBeGreaterThan(0);
+    // The header alone.
+    expect(source.bytesReceived - bytesReceived).toBeLessThan(16 * 1024);
+    again.update({ ...view(100.5), stepCellPixels: 1 });
+    const fetched = source.requests;
+    await other.complete();
+    expect(source.requests).toBeGreaterThan(fetched);
+    harness.close();
+    other.close();
+  });
+
   test("of a step that is shown later fetches only the levels that are requested", async () => {
     const fetched = async (stepCellPixels: number) => {
       const harness = new Harness();

@@ -8,7 +8,7 @@ import { joined } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /** The default limit of bytes loaded for every isovalue, so that a moving slider always has a surface. */
-const defaultBytes = 160 * 1024;
+export const defaultCoarseBytes = 160 * 1024;
 /** The coarse levels may take this share of the samples that the budget allows. */
 const budgetShare = 1 / 3;
 
@@ -33,7 +33,7 @@ export class CoarseTail {
   readonly #first: CoarseRange;
 
   /** `maxBytes`: StreamOptions.coarseBytes. */
-  constructor(source: Source, store: Store, backoff: Backoff, maxBytes = defaultBytes) {
+  constructor(source: Source, store: Store, backoff: Backoff, maxBytes = defaultCoarseBytes) {
     this.#source = source;
     this.#store = store;
     this.#backoff = backoff;

@@ -6,11 +6,14 @@ import { joined } from "./transfer.ts";
 export class KeptSource implements Source {
   readonly #source: Source;
   readonly #kept: KeptBytes;
+  readonly #keepsParts: boolean;
   #header: Uint8Array | undefined;
 
-  constructor(source: Source, kept: KeptBytes) {
+  /** `keepsParts`: whether pages and chunks are kept, and not only the header and byte ranges (the coarse tail). */
+  constructor(source: Source, kept: KeptBytes, { keepsParts = true } = {}) {
     this.#source = source;
     this.#kept = kept;
+    this.#keepsParts = keepsParts;
   }
 
   get name(): string {
@@ -27,6 +30,10 @@ export class KeptSource implements Source {
 
   get isLocal(): boolean {
     return this.#source.isLocal ?? false;
+  }
+
+  get spacingOf(): Source["spacingOf"] {
+    return this.#source.spacingOf;
   }
 
   get concurrency(): number {
@@ -89,7 +96,7 @@ export class KeptSource implements Source {
     if (missing.length === 0) return;
     await this.#source.pages(missing, signal, (index, bytes) => {
       const page = missing.find((each) => each.index === index);
-      if (page) this.#kept.keep(this, page.offset, bytes);
+      if (page && this.#keepsParts) this.#kept.keep(this, page.offset, bytes);
       arrived(index, bytes);
     });
   }
@@ -102,7 +109,7 @@ export class KeptSource implements Source {
     const missing = this.#missing(chunks, arrived);
     if (missing.length === 0) return;
     await this.#source.chunks(missing, signal, (chunk, bytes) => {
-      this.#kept.keep(this, chunk.offset, bytes);
+      if (this.#keepsParts) this.#kept.keep(this, chunk.offset, bytes);
       arrived(chunk, bytes);
     });
   }

@@ -1,5 +1,6 @@
 import type { Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
+import { defaultCoarseBytes } from "./coarse_tail.ts";
 import {
   addPages,
   bandDistance,
@@ -26,12 +27,17 @@ export interface ReadAheadEvents {
 }
 
 /**
- * The source that a session reads through: one that keeps all bytes, if the store has at most `maxBytes` and
- * is not on this device.
+ * The source that a session reads through. It keeps all bytes if the store has at most `maxBytes`, and
+ * otherwise the coarse tail, so that another session can show the store from afar without requests. With 0, and
+ * for a store on this device, nothing is kept.
  */
 export function keptSource(source: Source, store: Store, maxBytes = defaultReadAheadBytes): Source {
   const { fileBytes } = store.info;
-  if (source.isLocal || source instanceof KeptSource || fileBytes > maxBytes) return source;
+  if (source.isLocal || source instanceof KeptSource || maxBytes === 0) return source;
+  if (fileBytes > maxBytes) {
+    const coarse = store.bootstrapRange().bytes + defaultCoarseBytes;
+    return new KeptSource(source, new KeptBytes(coarse), { keepsParts: false });
+  }
   // A part of the coarse tail may be kept twice, because it was also fetched as a chunk.
   return new KeptSource(source, new KeptBytes(2 * fileBytes));
 }

@@ -58,7 +58,7 @@ export interface Source {
    * The distances between voxels (mm) that replace those of the header, for a volume whose file stated none.
    * Undefined, as its result: those of the header.
    */
-  spacingOf?: (info: StoreInfo) => Triple | undefined;
+  spacingOf?: ((info: StoreInfo) => Triple | undefined) | undefined;
   /** Whether the bytes are on this device, so that reading them needs no connection. */
   readonly isLocal?: boolean;
   /** The useful number of concurrent calls of `chunks`. */
