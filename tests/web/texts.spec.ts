@@ -154,6 +154,7 @@ describe("texts for visitors are in web/texts alone", () => {
     ...["Viridis", "Magma", "Cividis", "Turbo"],
     // Classes, properties, keys, headers, and a note that a store has.
     ...["icon-button minor", "surface active", "swatch chosen", "button play"],
+    ...["chip choice", "chips choices"],
     ...["Home", "End", "Delete", "Enter", "Backspace", "Escape", "Files", "Authorization", "Range"],
     "left and right may be swapped",
     "(prefers-color-scheme: dark)",
@@ -165,6 +166,7 @@ describe("texts for visitors are in web/texts alone", () => {
     "expected a rate above 0 and at most …, found …",
     "nothing is drawn: the element is out of sight",
     "no volume is open",
+    "the surface could not be drawn in time",
     ...['what show="…" names could not be loaded: …', "some of …"],
     "the renderer has not arrived for … s; still waiting for it",
     "the http or https address of a store",

@@ -3,6 +3,7 @@ import { live } from "lit/directives/live.js";
 import { activeCellsAt } from "../../core/active_cells.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
+import { choicesPart } from "./choices_part.ts";
 import { costText } from "./isovalue_cost.ts";
 import { sliderEnds } from "./isovalue_scale.ts";
 import type { VolumeActions, VolumeState } from "./panel_state.ts";
@@ -10,13 +11,13 @@ import type { VolumeActions, VolumeState } from "./panel_state.ts";
 /** Durations of a sweep to choose from, in seconds. */
 const sweepSeconds = [5, 10, 20, 40];
 
-/** The isovalue of the active surface: a field, the histogram with its slider, the sweep, suggestions. */
+/** The isovalue of the active surface: a field, the histogram with its slider, the sweep, the suggestions. */
 export function isovalueSection(state: VolumeState, actions: VolumeActions): TemplateResult {
   const { scale, info } = state;
   const [least, most] = sliderEnds(scale);
-  const isovalue = state.surfaces[state.active]?.isovalue ?? scale.low;
+  const active = state.surfaces[state.active];
+  const isovalue = active?.isovalue ?? scale.low;
   const units = info.metadata.units;
-  const suggestions = info.metadata.suggested_isovalues ?? [];
   const entered = (event: Event) => {
     const field = event.currentTarget as HTMLInputElement;
     const value = parseValue(field.value);
@@ -93,21 +94,6 @@ export function isovalueSection(state: VolumeState, actions: VolumeActions): Tem
         ${panelTexts.logarithmic}
       </button>
     </div>
-    ${
-      suggestions.length > 0
-        ? html`<div class="chips" role="group" aria-label=${panelTexts.suggested}>
-            ${suggestions.slice(0, 6).map(
-              (value) => html`<button
-                class="chip"
-                type="button"
-                aria-pressed=${value === isovalue}
-                @click=${() => actions.enter(value)}
-              >
-                ${formatValue(value)}
-              </button>`,
-            )}
-          </div>`
-        : nothing
-    }
+    ${choicesPart({ ...state.offered, isovalue, colour: active?.colour ?? "", units }, actions.enter)}
   </section>`;
 }

@@ -3,6 +3,7 @@ import type { OverlayPart } from "../../overlay/parts.ts";
 import type { AxisView } from "../../viewer/camera_views.ts";
 import type { Light } from "../../viewer/light.ts";
 import type { Clip, Look, Projection, Slices, Surface } from "../../viewer/types.ts";
+import type { ChoicesState } from "./choices_part.ts";
 import type { IsovalueScale } from "./isovalue_scale.ts";
 
 /** The state of the volume in the panel: its surfaces and their isovalues. */
@@ -20,6 +21,8 @@ export interface VolumeState {
   typed: string | undefined;
   isSweeping: boolean;
   sweepSeconds: number;
+  /** The isovalues to choose from, and their pictures. */
+  offered: Pick<ChoicesState, "choices" | "pictures">;
   /** Bytes for the active surface's isovalue, at the finest level; undefined if unknown. */
   bytes: number | undefined;
 }

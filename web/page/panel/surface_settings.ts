@@ -158,7 +158,7 @@ export class SurfaceSettings {
     this.actions.slide(isovalue + by * width);
   }
 
-  get state(): Omit<VolumeState, "info" | "histogram" | "bytes"> {
+  get state(): Omit<VolumeState, "info" | "histogram" | "bytes" | "offered"> {
     return {
       scale: this.#scale,
       surfaces: this.#surfaces,

@@ -6,6 +6,9 @@ import type { Viewer } from "../../viewer/viewer.ts";
 import type { Target } from "../address/target.ts";
 import type { DisplaySettings } from "../panel/display_settings.ts";
 import { Histogram } from "../panel/histogram.ts";
+import { isovalueChoices } from "../panel/isovalue_choices.ts";
+import { IsovaluePictures } from "../panel/isovalue_pictures.ts";
+import type { VolumeState } from "../panel/panel_state.ts";
 import type { SurfaceSettings } from "../panel/surface_settings.ts";
 import { formatValue } from "../shell/format.ts";
 import type { Toast } from "../shell/toast.ts";
@@ -41,6 +44,10 @@ export class PageLayout {
   readonly #root: HTMLElement;
   readonly #page: LaidOutPage;
   readonly #histogram: Histogram;
+  readonly #pictures = new IsovaluePictures({
+    mayDraw: () => this.#showsRestingView(),
+    changed: () => this.request(),
+  });
   /** The bytes for an isovalue of a layer. `layer` is undefined if there is only one. */
   #cost: { layer: number | undefined; isovalue: number; bytes: number } | null = null;
   #tools: HTMLElement | null = null;
@@ -83,8 +90,15 @@ export class PageLayout {
     this.request();
   }
 
+  /** The view has begun to change, or rests. */
+  busyChanged(isBusy: boolean): void {
+    if (isBusy) this.#pictures.stop();
+    else this.rests();
+  }
+
   /** The view rests. Computes the isovalue's bytes now, since this takes time in large volumes. */
   rests(): void {
+    this.#updatePictures();
     const { surfaces, active } = this.#page.surfaces.state;
     const isovalue = surfaces[active]?.isovalue;
     if (isovalue === undefined || this.#bytesOf(isovalue) !== undefined) return;
@@ -133,6 +147,50 @@ export class PageLayout {
     this.#page.layers.refresh();
     render(volumeLayout(this.#state(), this.#page.actions), this.#root);
     this.#showHistogram();
+    this.#updatePictures();
+  }
+
+  close(): void {
+    this.#pictures.close();
+  }
+
+  /** Whether the view is complete and rests, and the pictures of isovalues are in view. */
+  #showsRestingView(): boolean {
+    const { viewer } = this.#page;
+    const { state } = viewer.progress ?? {};
+    const isComplete = state === "complete" || state === "limited";
+    if (viewer.isBusy || !isComplete || document.hidden) return false;
+    const picture = this.#root.querySelector(".choice-picture");
+    if (!picture?.checkVisibility()) return false;
+    const { top, bottom } = picture.getBoundingClientRect();
+    return top < innerHeight && bottom > 0;
+  }
+
+  #updatePictures(): void {
+    const { viewer, layers, target } = this.#page;
+    const { chosen } = layers;
+    const info = this.#chosenInfo;
+    // The pictures of a provisional store would soon be replaced.
+    if (!info || target.provisional) this.#pictures.update(null);
+    else {
+      const isovalues = isovalueChoices(info).map(({ isovalue }) => isovalue);
+      const access = () => (chosen ?? viewer).storeAccess;
+      this.#pictures.update({ info, isovalues, access });
+    }
+  }
+
+  /** The store on which isovalue and surfaces act. */
+  get #chosenInfo(): StoreInfo | null {
+    const { layers, info } = this.#page;
+    return layers.chosen ? layers.chosen.info : info;
+  }
+
+  #offered(): VolumeState["offered"] {
+    const info = this.#chosenInfo;
+    const choices = info ? isovalueChoices(info) : [];
+    const isovalues = choices.map(({ isovalue }) => isovalue);
+    if (!info || !this.#pictures.arePossible(info, isovalues)) return { choices, pictures: null };
+    return { choices, pictures: isovalues.map((each) => this.#pictures.pictureOf(info, each)) };
   }
 
   /** Shows the isovalue of the active surface in the histogram, the field and the slider. */
@@ -148,8 +206,8 @@ export class PageLayout {
   }
 
   #showHistogram(): void {
-    const { layers, surfaces, info } = this.#page;
-    const values = layers.chosen ? layers.chosen.info : info;
+    const { surfaces } = this.#page;
+    const values = this.#chosenInfo;
     if (!values) return;
     const { scale, isLogarithmic } = surfaces.state;
     const { suggestions, marks } = surfaces;
@@ -175,6 +233,7 @@ export class PageLayout {
         canUndo: this.#page.history.canUndo,
         canRedo: this.#page.history.canRedo,
         histogram: this.#histogram.element,
+        offered: this.#offered(),
         bytes: this.#bytesOf(surfaces.surfaces[surfaces.active]?.isovalue),
         ...surfaces,
         ...settings,

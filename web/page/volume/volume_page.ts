@@ -136,10 +136,8 @@ export class VolumePage {
       this.#toast.note(pageTexts.replaced);
     });
     viewer.on("busy", (isBusy) => {
-      if (!isBusy) {
-        this.#status.rests();
-        this.#layout.rests();
-      }
+      if (!isBusy) this.#status.rests();
+      this.#layout.busyChanged(isBusy);
       this.#showBusy();
     });
     viewer.on("error", (error) => this.#onViewerError(error));
@@ -366,6 +364,7 @@ export class VolumePage {
     this.#info = null; // the address is no longer written
     this.#parts.clipHandles?.stop();
     this.#faults.close();
+    this.#layout.close();
     this.#listeners.abort();
     this.#viewer.dispose();
   }
