@@ -12,6 +12,7 @@ export const panel: typeof English = {
   logarithmic: "Logarithmisch",
   logarithmicTitle: "Die Höhen des Histogramms sind Logarithmen der Anzahlen",
   suggested: "Vorgeschlagene Isowerte",
+  tissues: { skin: "Haut", bone: "Knochen" },
 
   layers: "Ebenen",
   hiddenLayer: (layer) =>

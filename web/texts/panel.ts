@@ -13,6 +13,7 @@ export const panelTexts = part("panel", {
   logarithmic: "Logarithmic",
   logarithmicTitle: "Heights of the histogram are logarithms of counts",
   suggested: "Suggested isovalues",
+  tissues: { skin: "Skin", bone: "Bone" },
 
   layers: "Layers",
   hiddenLayer: (layer: string) => `${layer} is hidden. Its values are read when it is shown.`,

@@ -23,21 +23,30 @@ export function choicesPart(
   if (choices.length === 0) return nothing;
   const button = (choice: IsovalueChoice, i: number) => {
     const value = formatValue(choice.isovalue);
+    const name = nameOf(choice);
+    const full = units ? `${value} ${units}` : value;
     const picture = pictures?.[i];
     return html`<button
       class=${pictures ? "chip choice" : "chip"}
       type="button"
-      aria-label=${units ? `${value} ${units}` : value}
+      aria-label=${name ? `${name}, ${full}` : full}
       aria-pressed=${choice.isovalue === isovalue}
       @click=${() => choose(choice.isovalue)}
     >
       ${pictures ? html`<span class="choice-picture">${picture ? surfaceOf(picture, colour) : nothing}</span>` : nothing}
       <span>${value}</span>
+      ${name ? html`<span class="choice-name">${name}</span>` : nothing}
     </button>`;
   };
   return html`<div class=${pictures ? "chips choices" : "chips"} role="group" aria-label=${panelTexts.suggested}>
     ${choices.map(button)}
   </div>`;
+}
+
+/** What the isovalue shows, or its usual notation; undefined if there is no convention. */
+function nameOf({ tissue, deviations }: IsovalueChoice): string | undefined {
+  if (tissue) return panelTexts.tissues[tissue];
+  return deviations === undefined ? undefined : `${formatValue(Number(deviations.toFixed(1)))} σ`;
 }
 
 /** A picture of a white surface in this colour. */
