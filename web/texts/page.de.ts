@@ -20,6 +20,7 @@ export const page: typeof English = {
   reset: "Ansicht zurücksetzen",
   savePicture: "Bild speichern",
   copyLink: "Link zu dieser Ansicht kopieren",
+  shareLink: "Link zu dieser Ansicht teilen",
   keys: "Tasten und Gesten",
   controls: "Bedienfeld",
   fewer: "Weniger Bedienelemente",
@@ -39,6 +40,7 @@ export const page: typeof English = {
     "Eine Seite, die aus einer Datei geöffnet wurde, hat keinen Link für andere. Senden Sie die Datei selbst.",
   noLinkOfScene:
     "Eine Szene, die von diesem Gerät geöffnet wurde, hat keinen Link. Senden Sie ihre Datei, oder speichern Sie sie als einzelne Seite.",
+  noSharing: "Das System dieses Geräts hat den Link nicht angenommen: Sie können ihn kopieren",
   noClipboard:
     "Der Browser erlaubt keinen Zugriff auf die Zwischenablage: Kopieren Sie die Adresszeile",
   pictureSaved: "Bild gespeichert",

@@ -21,6 +21,7 @@ export const pageTexts = part("page", {
   reset: "Reset the view",
   savePicture: "Save a picture",
   copyLink: "Copy a link to this view",
+  shareLink: "Share a link to this view",
   keys: "Keys and gestures",
   controls: "Controls",
   fewer: "Fewer controls",
@@ -42,6 +43,7 @@ export const pageTexts = part("page", {
     "A page that was opened from a file has no link for others. Send them the file itself.",
   noLinkOfScene:
     "A scene that was opened from this device has no link. Send its file, or save it as a single page.",
+  noSharing: "The system of this device did not take the link: copy it instead",
   noClipboard: "The browser does not allow access to the clipboard: copy the address bar instead",
   pictureSaved: "Picture saved",
   noPicture: "There is no picture yet",

@@ -10,22 +10,44 @@ interface SharedLink {
   needs: string;
 }
 
+/** Whether the system of this device can share links, as phones can. */
+export const canShare = typeof navigator.share === "function";
+
 /** Copies a link to the present view to the clipboard, and says what its receiver needs. */
 export async function copyLink(address: AddressBar, toast: Toast): Promise<void> {
+  const link = await presentLink(address, toast);
+  if (!link) return;
+  const { href, needs } = link;
+  try {
+    await navigator.clipboard.writeText(href);
+    if (needs) toast.note(`${pageTexts.linkCopied}. ${needs}`);
+    else toast.done(pageTexts.linkCopied);
+  } catch {
+    toast.note(pageTexts.noClipboard);
+  }
+}
+
+/** Offers a link to the present view to other programs of this device, and says what its receiver needs. */
+export async function shareLink(address: AddressBar, toast: Toast, title: string): Promise<void> {
+  const link = await presentLink(address, toast);
+  if (!link) return;
+  try {
+    await navigator.share({ title, url: link.href });
+    if (link.needs) toast.note(link.needs);
+  } catch (error) {
+    const isCancelled = error instanceof DOMException && error.name === "AbortError";
+    if (!isCancelled) toast.note(pageTexts.noSharing);
+  }
+}
+
+/** A link to the present view. Undefined, after a note, if there is none. */
+async function presentLink(address: AddressBar, toast: Toast): Promise<SharedLink | undefined> {
   address.write();
   const { volume, scene, src } = readUrl(location.search);
   if (location.protocol === "file:") toast.note(pageTexts.noLinkOfFile);
   else if (!volume && !scene && !src) toast.note(pageTexts.noLinkOfScene);
-  else {
-    const { href, needs } = await sharedLink(new URL(location.href));
-    try {
-      await navigator.clipboard.writeText(href);
-      if (needs) toast.note(`${pageTexts.linkCopied}. ${needs}`);
-      else toast.done(pageTexts.linkCopied);
-    } catch {
-      toast.note(pageTexts.noClipboard);
-    }
-  }
+  else return sharedLink(new URL(location.href));
+  return undefined;
 }
 
 /** The link to a page with this address. A volume that was fetched is named by the address that it came from. */

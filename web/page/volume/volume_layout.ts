@@ -20,6 +20,7 @@ import { icon } from "../shell/icons.ts";
 import type { Problem } from "../shell/problems.ts";
 import { theme } from "../shell/theme.ts";
 import type { ToastMessage } from "../shell/toast.ts";
+import { canShare } from "./copy_link.ts";
 
 /** A message beside the picture, which stays visible. */
 export interface Banner {
@@ -75,6 +76,8 @@ export interface LayoutActions extends PanelActions {
   reset(): void;
   savePicture(): void;
   copyLink(): void;
+  /** Offers the link to other programs of this device. */
+  shareLink(): void;
   toggleSheet(): void;
   /** Loads the measurements at their first use. */
   loadMeasure(): void;
@@ -134,7 +137,13 @@ function bar({ title, panel, tools }: LayoutState, actions: LayoutActions): Temp
     })}
     ${iconButton({ icon: "reset", label: pageTexts.reset, action: actions.reset })}
     ${iconButton({ icon: "camera", label: pageTexts.savePicture, action: actions.savePicture })}
-    ${iconButton({ icon: "link", label: pageTexts.copyLink, action: actions.copyLink })}
+    ${iconButton({
+      icon: "link",
+      label: pageTexts.copyLink,
+      action: actions.copyLink,
+      isMinor: canShare, // what shares a link can copy it as well
+    })}
+    ${canShare ? iconButton({ icon: "share", label: pageTexts.shareLink, action: actions.shareLink }) : nothing}
     ${iconButton({ icon: "help", label: pageTexts.keys, action: actions.help })}
     ${themeButton(true)}
   </header>`;

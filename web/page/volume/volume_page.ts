@@ -10,7 +10,7 @@ import { DisplaySettings } from "../panel/display_settings.ts";
 import { SurfaceSettings } from "../panel/surface_settings.ts";
 import { onTheme } from "../shell/theme.ts";
 import { Toast } from "../shell/toast.ts";
-import { copyLink } from "./copy_link.ts";
+import { copyLink, shareLink } from "./copy_link.ts";
 import { EnteredSpacing } from "./entered_spacing.ts";
 import { LayersPart } from "./layers_part.ts";
 import { LoadedParts } from "./loaded_parts.ts";
@@ -313,6 +313,7 @@ export class VolumePage {
     lookAlong: (view) => this.#camera.lookAlong(view),
     savePicture: () => void this.#files.saveScreenshot(),
     copyLink: () => void copyLink(this.#address, this.#toast),
+    shareLink: () => void shareLink(this.#address, this.#toast, this.#title()),
     loadMeasure: () => void this.#parts.loadMeasure(),
     loadLayers: () => void this.layers.load(),
     showChosen: () => this.layers.showChosen(),
