@@ -166,42 +166,78 @@ async function chooseFilm(page: Page, what: string, file: string): Promise<void>
   await page.getByLabel("File").selectOption({ label: file });
 }
 
-test("a film once around is a video of its length", { tag: "@slow" }, async ({ page, context }) => {
+for (const [label, type, frames] of [
+  ["WebM video", "video/webm", 2], // its duration ends where the third frame begins
+  ["MP4 video (H.264)", "video/mp4", 3],
+] as const) {
+  test(`a film once around is a ${label} of its length`, { tag: "@slow" }, async ({
+    page,
+    context,
+  }) => {
+    test.setTimeout(180_000);
+    await page.setViewportSize({ width: 420, height: 400 });
+    await openDialog(page);
+    const address = page.url();
+    await chooseFilm(page, "Film: once around", label);
+    await expect(status(page)).toContainText("3 frames, at most about");
+    const film = await save(page);
+    // The page's content security policy does not let the page play files.
+    const player = await context.newPage();
+    const found = await player.evaluate(
+      async ([base64, type]) => {
+        const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+        const video = document.createElement("video");
+        video.muted = true;
+        video.src = URL.createObjectURL(new Blob([bytes], { type }));
+        await new Promise((resolve, reject) => {
+          video.addEventListener("loadeddata", resolve);
+          video.addEventListener("error", () => reject(new Error(video.error?.message)));
+        });
+        video.currentTime = 0.05;
+        await new Promise((resolve) => video.addEventListener("seeked", resolve));
+        const context = new OffscreenCanvas(64, 48).getContext("2d");
+        context?.drawImage(video, 0, 0);
+        const { data } = context?.getImageData(0, 0, 64, 48) ?? { data: [] };
+        const red = data.filter((_, i) => i % 4 === 0);
+        const { duration, videoWidth, videoHeight } = video;
+        return { duration, videoWidth, videoHeight, low: Math.min(...red), high: Math.max(...red) };
+      },
+      [film.toString("base64"), type] as const,
+    );
+    // Videos have even sizes.
+    expect([found.videoWidth, found.videoHeight]).toEqual([64, 48]);
+    expect(found.duration).toBeCloseTo(frames / 24, 2);
+    expect(found.high - found.low).toBeGreaterThan(60);
+    await player.close();
+    await page.keyboard.press("Escape");
+    await settled(page);
+    expect(page.url()).toBe(address);
+  });
+}
+
+test("a film is an animated GIF", { tag: "@slow" }, async ({ page }) => {
   test.setTimeout(180_000);
   await page.setViewportSize({ width: 420, height: 400 });
   await openDialog(page);
-  const address = page.url();
-  await chooseFilm(page, "Film: once around", "WebM video");
-  await expect(status(page)).toContainText("3 frames, at most about");
-  const webm = await save(page);
-  // The page's content security policy does not let the page play files.
-  const player = await context.newPage();
-  const found = await player.evaluate(async (base64) => {
-    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-    const video = document.createElement("video");
-    video.muted = true;
-    video.src = URL.createObjectURL(new Blob([bytes], { type: "video/webm" }));
-    await new Promise((resolve, reject) => {
-      video.addEventListener("loadeddata", resolve);
-      video.addEventListener("error", () => reject(new Error(video.error?.message)));
-    });
-    video.currentTime = 0.05;
-    await new Promise((resolve) => video.addEventListener("seeked", resolve));
-    const context = new OffscreenCanvas(64, 48).getContext("2d");
-    context?.drawImage(video, 0, 0);
-    const { data } = context?.getImageData(0, 0, 64, 48) ?? { data: [] };
-    const red = data.filter((_, i) => i % 4 === 0);
-    const { duration, videoWidth, videoHeight } = video;
-    return { duration, videoWidth, videoHeight, low: Math.min(...red), high: Math.max(...red) };
-  }, webm.toString("base64"));
-  // Videos have even sizes.
-  expect([found.videoWidth, found.videoHeight]).toEqual([64, 48]);
-  expect(found.duration).toBeCloseTo(2 / 24, 2); // the time at which the third frame begins
-  expect(found.high - found.low).toBeGreaterThan(60);
-  await player.close();
-  await page.keyboard.press("Escape");
-  await settled(page);
-  expect(page.url()).toBe(address);
+  await chooseFilm(page, "Film: once around", "Animated GIF");
+  const gif = await save(page);
+  const frames = await page.evaluate(async (base64) => {
+    const data = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    const decoder = new ImageDecoder({ data, type: "image/gif" });
+    await decoder.tracks.ready;
+    await decoder.completed;
+    const { image } = await decoder.decode({ frameIndex: 1 });
+    const { frameCount, repetitionCount } = decoder.tracks.selectedTrack ?? {};
+    const { displayWidth, displayHeight, duration } = image;
+    return { frameCount, repetitionCount, displayWidth, displayHeight, duration };
+  }, gif.toString("base64"));
+  expect(frames).toEqual({
+    frameCount: 3,
+    repetitionCount: Number.POSITIVE_INFINITY,
+    displayWidth: 65,
+    displayHeight: 48,
+    duration: 40_000, // 24 frames per second, in hundredths of a second
+  });
 });
 
 test("a film through isovalues, or from view to view, is a ZIP of pictures", {

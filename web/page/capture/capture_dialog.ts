@@ -1,12 +1,12 @@
 import "./capture.css";
 import { html, nothing, render } from "lit";
-import { captureFilm } from "../../capture/film.ts";
+import { captureFilm, type FilmFile } from "../../capture/film.ts";
 import { svgWithPicture } from "../../capture/marked_pixels.ts";
 import { type CaptureProgress, capturePng } from "../../capture/picture.ts";
 import { pngSequence } from "../../capture/png_sequence.ts";
-import { canEncode, webmFile } from "../../capture/webm_file.ts";
+import { canEncode } from "../../capture/video_rate.ts";
 import { captureTexts } from "../../texts/capture.ts";
-import type { Camera } from "../../viewer/types.ts";
+import type { Camera, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { formatBytes } from "../shell/format.ts";
 import { captureFields, forecast } from "./capture_form.ts";
@@ -176,10 +176,25 @@ export class CaptureDialog {
     if (!camera) throw new Error(captureTexts.noPicture);
     const steps = viewer.time?.steps ?? 1;
     const frames = framesOf(settings, { camera, surfaces }, activeSurface(), steps);
-    const file = format === "webm" ? await webmFile(size, framesPerSecond) : pngSequence(size);
+    const file = await filmFile(format, size, framesPerSecond);
     const content = await captureFilm(viewer, size, frames, file, { signal, progress, marks });
-    return { ending: `${what}.${format === "webm" ? "webm" : "zip"}`, content };
+    return { ending: `${what}.${format === "png" ? "zip" : format}`, content };
   }
+}
+
+/** The code of the format is loaded at its first use. */
+async function filmFile(
+  format: CaptureSettings["format"],
+  size: PictureSize,
+  framesPerSecond: number,
+): Promise<FilmFile> {
+  if (format === "png") return pngSequence(size);
+  if (format === "gif") {
+    const { gifFile } = await import("../../capture/gif_file.ts");
+    return gifFile(size, framesPerSecond);
+  }
+  const { videoFile } = await import("../../capture/video_file.ts");
+  return videoFile(format, size, framesPerSecond);
 }
 
 /** The shortcomings of the picture, in a sentence; empty if there are none. */

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { mostPixels } from "../../capture/picture.ts";
-import { bitRate, canEncode } from "../../capture/webm_file.ts";
+import { bitRate, canEncode } from "../../capture/video_rate.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import type { PictureSize } from "../../viewer/types.ts";
 import { formatBytes } from "../shell/format.ts";
@@ -116,7 +116,7 @@ function check(
 export function forecast(settings: CaptureSettings, shown: PictureSize): string {
   if (settings.what === "picture") return "";
   const frames = captureTexts.frames(frameCount(settings));
-  if (settings.format === "png") return frames;
+  if (settings.format === "png" || settings.format === "gif") return frames;
   const bits = bitRate(chosenSize(settings, shown), settings.framesPerSecond) * settings.seconds;
   return captureTexts.atMost(frames, formatBytes(bits / 8));
 }
@@ -134,8 +134,16 @@ function whats(hasTime: boolean): { value: What; label: string }[] {
 }
 
 function formats() {
-  const png = { value: "png", label: captureTexts.pngs } as const;
-  return canEncode() ? ([{ value: "webm", label: captureTexts.webm }, png] as const) : [png];
+  const pictures = [
+    { value: "gif", label: captureTexts.gif },
+    { value: "png", label: captureTexts.pngs },
+  ] as const;
+  if (!canEncode()) return pictures;
+  return [
+    { value: "mp4", label: captureTexts.mp4 },
+    { value: "webm", label: captureTexts.webm },
+    ...pictures,
+  ] as const;
 }
 
 function select<Value extends string>(

@@ -1,6 +1,7 @@
 import type { FrameView } from "../../capture/frame_paths.ts";
 import { cameraPath, sweep, throughTime, turntable } from "../../capture/frame_paths.ts";
 import { mostPixels } from "../../capture/picture.ts";
+import type { VideoFormat } from "../../capture/video_file.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import { localized } from "../../texts/numbers.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
@@ -21,7 +22,7 @@ export interface CaptureSettings {
   pictureFormat: "png" | "svg";
   seconds: number;
   framesPerSecond: number;
-  format: "webm" | "png";
+  format: VideoFormat | "gif" | "png";
   /** Isovalues of the sweep. */
   from: number;
   to: number;
@@ -57,7 +58,7 @@ export function sizeChoices({ width, height }: PictureSize): SizeChoice[] {
 export function chosenSize(settings: CaptureSettings, shown: PictureSize): PictureSize {
   const { sizeName, own, what, format } = settings;
   const { width, height } = sizeChoices(shown).find(({ name }) => name === sizeName)?.size ?? own;
-  if (what === "picture" || format === "png") return { width, height };
+  if (what === "picture" || format === "png" || format === "gif") return { width, height };
   return { width: width - (width % 2), height: height - (height % 2) };
 }
 
