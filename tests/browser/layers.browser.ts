@@ -8,6 +8,8 @@ import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
 let server: RunningServer;
 let modules: ServedModules;
+// In a smaller window, levels that are fetched in between make more pixels differ.
+test.use({ viewport: { width: 1280, height: 720 } });
 test.beforeAll(async () => {
   server = await serve([demoFolder]);
   modules = await serveModules(server.url);
