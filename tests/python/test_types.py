@@ -23,6 +23,7 @@ mesh = isosplat.open(b"a.isosplat").mesh(5, components=1)
 mesh.save("a.glb")
 values = store.read(level=1, box=((0, 0, 0), (2, 2, 2)), dtype=np.float64)
 depth, height, width = store.lattice(1).shape
+address: str = isosplat.serve([store, "b.isosplat"], options=["--cors", "none"]).address
 area: float = store.area(5)
 histogram = store.histogram
 if histogram is not None:

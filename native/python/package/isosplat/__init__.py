@@ -17,12 +17,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["Histogram", "Lattice", "Mesh", "Points", "Store", "__version__", "build", "open"]
+__all__ = [
+    "Histogram",
+    "Lattice",
+    "Mesh",
+    "Points",
+    "Server",
+    "Store",
+    "__version__",
+    "build",
+    "open",
+    "serve",
+]
 
 if TYPE_CHECKING:
     from ._build import build
     from ._lattice import Lattice
     from ._mesh import Mesh
+    from ._server import Server, serve
     from ._store import Histogram, Points, Store, open
 
     __version__: str
@@ -34,9 +46,11 @@ _HOMES = {
     "Lattice": "_lattice",
     "Mesh": "_mesh",
     "Points": "_store",
+    "Server": "_server",
     "Store": "_store",
     "build": "_build",
     "open": "_store",
+    "serve": "_server",
 }
 
 
