@@ -80,19 +80,32 @@ bool ShaderPrograms::Set::is_used() const {
          std::any_of(splats.begin(), splats.end(), is_ready);
 }
 
+template <class Entries>
+void ShaderPrograms::retire(Entries& entries) {
+  for (auto& entry : entries) {
+    if (entry.program && !entry.is_ready) retired_.push_back(std::move(entry.program));
+    entry = {};
+  }
+}
+
 void ShaderPrograms::set_sheared(bool sheared) {
   if (sheared == sheared_) return;
   sheared_ = sheared;
   if (!started_) return;
   for (Set& set : sets_) {
-    for (Splat& splat : set.splats) splat = Splat{};
+    retire(set.splats);
   }
   start_splats();
 }
 
 void ShaderPrograms::set_orthographic(bool orthographic) {
   if (orthographic == orthographic_) return;
-  if (!current().is_used()) current() = Set{};
+  if (Set& set = current(); !set.is_used()) {
+    retire(set.splats);
+    retire(set.images);
+    retire(set.composes);
+    set.is_started = false;
+  }
   orthographic_ = orthographic;
   if (started_ && !current().is_started) start_first();
 }
@@ -317,6 +330,8 @@ void set_isosurfaces(const GlProgram& program, std::span<const int> isosurfaces)
 void ShaderPrograms::abandon() {
   started_ = false;
   for (Set& set : sets_) set.abandon();
+  for (GlProgram& program : retired_) program.abandon();
+  retired_.clear();
 }
 
 }  // namespace isosplat::render

@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "shared/core/base/status.h"
 #include "shared/render/gl/gl_program.h"
@@ -101,7 +102,7 @@ class ShaderPrograms {
   void finish_started();
 
   /// Splat programs are compiled for sheared grids or for grids with perpendicular axes. A change
-  /// deletes them, and starts the first ones again.
+  /// replaces them, and starts the first ones again.
   void set_sheared(bool sheared);
 
   /// Programs are compiled for orthographic or for perspective cameras. A change keeps those of the
@@ -147,6 +148,9 @@ class ShaderPrograms {
                               (variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
                               (variant.eye_dome ? 1u : 0u)];
   }
+  /// Takes the programs out of an entry that is replaced.
+  template <class Entries>
+  void retire(Entries& entries);
   void start_splats();
   GlProgram start(SplatVariant variant) const;
   GlProgram start(ImagePass pass) const;
@@ -156,6 +160,9 @@ class ShaderPrograms {
   Result<const GlProgram*> finish(Image& image);
 
   std::array<Set, 2> sets_;  // perspective, orthographic
+  /// Programs that were replaced before they were known to be linked. While the driver links,
+  /// Chromium asks for the state of a program, and reports an error if it was deleted.
+  std::vector<GlProgram> retired_;
   bool sheared_ = false, orthographic_ = false;
   bool started_ = false;  // since the context exists
   uint32_t linked_count_ = 0;
