@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "native/python/build_binding.h"
+#include "native/python/picture_binding.h"
 #include "native/python/store_binding.h"
 
 // The part of the package isosplat that is in C++. Its functions are called by the modules beside
@@ -9,5 +10,6 @@
 PYBIND11_MODULE(_core, module) {
   module.attr("version") = ISOSPLAT_VERSION;
   isosplat::python::bind_build(module);
+  isosplat::python::bind_picture(module);
   isosplat::python::bind_store(module);
 }

@@ -24,6 +24,7 @@ mesh.save("a.glb")
 values = store.read(level=1, box=((0, 0, 0), (2, 2, 2)), dtype=np.float64)
 depth, height, width = store.lattice(1).shape
 address: str = isosplat.serve([store, "b.isosplat"], options=["--cors", "none"]).address
+pixel: np.uint8 = store.render([5, 6], camera=isosplat.Camera(zoom=2), size=(8, 8))[0, 0, 0]
 area: float = store.area(5)
 histogram = store.histogram
 if histogram is not None:

@@ -18,6 +18,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 __all__ = [
+    "Camera",
     "Histogram",
     "Lattice",
     "Mesh",
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from ._build import build
     from ._lattice import Lattice
     from ._mesh import Mesh
+    from ._render import Camera
     from ._server import Server, serve
     from ._store import Histogram, Points, Store, open
 
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 # The modules are imported at the first use: NumPy and the libraries that read files take most of
 # the time of an import.
 _HOMES = {
+    "Camera": "_render",
     "Histogram": "_store",
     "Lattice": "_lattice",
     "Mesh": "_mesh",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from types import TracebackType
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from ._arguments import (
 )
 from ._lattice import Lattice, lattice_of
 from ._mesh import Mesh
+from ._render import Camera, render
 
 # The types of voxels in the metadata of a store.
 _DTYPES = {f"{kind}{8 * size}": f"{kind}{size}" for kind in "uif" for size in (1, 2, 4, 8)}
@@ -287,6 +288,38 @@ class Store:
             ) from None
         self._handle.read(part, lattice.first, values)
         return values
+
+    # Pictures --------------------------------------------------------------------------------
+
+    def render(
+        self,
+        isovalue: Union[float, Sequence[float]],
+        *,
+        camera: Camera = Camera(),
+        size: Tuple[int, int] = (1024, 1024),
+        level: Optional[int] = None,
+        colours: Sequence[str] = (),
+        opacities: Sequence[float] = (),
+        background: str = "ffffff",
+        options: Sequence[str] = (),
+    ) -> NDArray[np.uint8]:
+        """A picture of one or several isosurfaces: RGBA, of shape (height, width, 4), rows from the
+        top, alpha not premultiplied. It is the picture of the command `isosplat render`, which runs
+        in a process of its own, without a window, and reads the store from its path or address again.
+
+        size: (width, height). level: default: the finest level with at most 67 million samples.
+        colours: rrggbb or rrggbbaa of each isosurface. opacities: of each, 0 to 1. background:
+        rrggbb, rrggbbaa or "transparent". options: further options of the command, such as
+        ["--clip-box", "0,0,0,1,1,0.5"]: see `isosplat render --help`.
+
+        Raises ValueError for arguments that the command refuses, RuntimeError with its message if it
+        fails, such as on a machine without OpenGL ES."""
+        if self.closed:
+            raise ValueError("the store is closed: open it again")
+        chosen = None if level is None else self._level(level)
+        return render(
+            self.path, isovalue, camera, size, chosen, colours, opacities, background, options
+        )
 
     def area(self, isovalue: float, *, threads: int = 0) -> float:
         """The area of the surface in world units²."""
