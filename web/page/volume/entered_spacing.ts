@@ -12,16 +12,11 @@ const keptKey = "isosplat-spacing-";
 
 /**
  * Opens the source with the spacing of the address, or the one that was entered on this device before, if the
- * volume's file states none. The address then has the spacing that is used.
+ * volume's file states none.
  */
 export function takeSpacing(source: Source, url: UrlState): void {
-  source.spacingOf = (info) => {
-    const isUnknown = unitOf(info) === "voxel";
-    const spacing = isUnknown ? (url.spacing ?? keptSpacing(info)) : undefined;
-    if (spacing) url.spacing = spacing;
-    else delete url.spacing;
-    return spacing;
-  };
+  source.spacingOf = (info) =>
+    unitOf(info) === "voxel" ? (url.spacing ?? keptSpacing(info)) : undefined;
 }
 
 /** The distances between voxels that the visitor enters for a volume whose file states none. */

@@ -219,7 +219,7 @@ export class VolumePage {
       volume: this.#url.volume,
       scene: this.#url.scene,
       src: this.#url.src,
-      spacing: this.#url.spacing,
+      spacing: this.#info.isSpacingGiven && this.#info.spacing,
       ...this.#settings.state,
       surfaces: this.#surfaces.first,
       camera: this.#camera.resting,
