@@ -2,8 +2,9 @@
 import type { Page } from "@playwright/test";
 
 export interface Holdings {
-  /** GL objects that were created and not deleted, of contexts that are not lost. */
+  /** GL objects that were created and not deleted, of canvases in the document whose context is not lost. */
   glObjects: number;
+  /** Of canvases in the document. */
   contexts: number;
   /** Timeouts and intervals that have not fired. */
   timers: number;
@@ -129,9 +130,12 @@ export function countHoldings(): void {
     if (isCounted(target)) listeners.get(keyOf(target, type, options))?.delete(listener);
   };
 
+  // A canvas outside of the document belongs to a viewer that has ended: the pictures of suggested isovalues.
+  const isShown = ({ canvas }: WebGL2RenderingContext): boolean =>
+    canvas instanceof HTMLCanvasElement && canvas.isConnected;
   (window as unknown as { holdings: () => Omit<Holdings, "workers"> }).holdings = () => ({
-    glObjects: [...live.values()].reduce((sum, objects) => sum + objects.size, 0),
-    contexts: live.size,
+    glObjects: [...live].reduce((sum, [gl, made]) => sum + (isShown(gl) ? made.size : 0), 0),
+    contexts: [...live.keys()].filter(isShown).length,
     timers: timers.size,
     listeners: [...listeners.values()].reduce((sum, known) => sum + known.size, 0),
   });
