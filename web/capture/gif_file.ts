@@ -6,23 +6,15 @@ import type { FilmFile } from "./film.ts";
 const shortestFrame = 20;
 const colours = 256;
 
-/** The rate of a GIF for a film of this rate: at most 50 frames per second, in whole hundredths of a second. */
-export function gifRate(framesPerSecond: number): number {
-  return 1000 / Math.max(shortestFrame, 10 * Math.round(100 / framesPerSecond));
-}
-
 /** An animated GIF that plays in a loop. Each frame has the 256 colours that suit it best. */
 export function gifFile({ width, height }: PictureSize, framesPerSecond: number): FilmFile {
   const gif = GIFEncoder();
+  const delay = Math.max(shortestFrame, 10 * Math.round(100 / framesPerSecond));
   return {
     async add(rgba) {
       const palette = quantize(rgba, colours);
       const indices = applyPalette(rgba, palette);
-      gif.writeFrame(indices, width, height, {
-        palette,
-        delay: 1000 / gifRate(framesPerSecond),
-        repeat: 0,
-      });
+      gif.writeFrame(indices, width, height, { palette, delay, repeat: 0 });
     },
     async finish() {
       gif.finish();

@@ -1,6 +1,6 @@
 import type { StoreInfo, Triple } from "../core/types.ts";
 import { labelPoint, type Measurement } from "../measure/measurement.ts";
-import { axisNames } from "../overlay/axis_names.ts";
+import { axisColours, axisNames } from "../overlay/axis_names.ts";
 import { unitOf } from "../overlay/length_unit.ts";
 import { formatLength, scaleBar } from "../overlay/lengths.ts";
 import type { Screen, ScreenPoint } from "../overlay/screen.ts";
@@ -31,7 +31,6 @@ export interface MarkedView {
 /** Share of the picture's shorter side that a letter takes, and the fewest pixels. */
 const letterShare = 1 / 36;
 const smallestLetter = 11;
-const axisColours = ["#c8423a", "#3f8f3f", "#3d6fd0"] as const;
 
 /**
  * The marks as elements of an SVG document whose unit is a pixel of the picture: the title at the top left, the

@@ -1,14 +1,13 @@
 import type { StoreInfo, Triple } from "../core/types.ts";
 import type { OverlayTexts } from "../texts/overlay.ts";
 import { type AxisView, axisViews } from "../viewer/camera_views.ts";
-import { axisNames, viewName } from "./axis_names.ts";
+import { axisColours, axisNames, viewName } from "./axis_names.ts";
 import type { Screen } from "./screen.ts";
 import { setAttributes, svgElement } from "./shapes.ts";
 
 /** Half the width of the square of the axes, and the length of an axis in it, in CSS pixels. */
 const half = 46;
 const axisLength = 30;
-const colours = ["#c8423a", "#3f8f3f", "#3d6fd0"] as const;
 
 /** An end of an axis: a button that shows the view from there. */
 class AxisEnd {
@@ -27,7 +26,7 @@ class AxisEnd {
   constructor(view: AxisView, look: (view: AxisView) => void, texts: OverlayTexts) {
     this.view = view;
     this.#texts = texts;
-    this.element.style.setProperty("--axis", colours[view.axis]);
+    this.element.style.setProperty("--axis", axisColours[view.axis]);
     this.element.append(this.#title);
     if (view.side > 0) this.element.append(this.#line);
     else this.#circle.setAttribute("class", "negative");

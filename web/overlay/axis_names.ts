@@ -1,6 +1,9 @@
 import type { StoreInfo } from "../core/types.ts";
 import { type OverlayTexts, overlayTexts } from "../texts/overlay.ts";
 
+/** The colours of x, y and z. */
+export const axisColours = ["#c8423a", "#3f8f3f", "#3d6fd0"] as const;
+
 /** The formats with patient coordinates: x to the left, y to the back, z to the head. */
 const anatomicalFormats = new Set(["DICOM", "NIfTI"]);
 
