@@ -33,11 +33,12 @@ __all__ = [
 
 if TYPE_CHECKING:
     from ._build import build
+    from ._description import Histogram
     from ._lattice import Lattice
     from ._mesh import Mesh
     from ._render import Camera
     from ._server import Server, serve
-    from ._store import Histogram, Points, Store, open
+    from ._store import Points, Store, open
 
     __version__: str
 
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 # the time of an import.
 _HOMES = {
     "Camera": "_render",
-    "Histogram": "_store",
+    "Histogram": "_description",
     "Lattice": "_lattice",
     "Mesh": "_mesh",
     "Points": "_store",
