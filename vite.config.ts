@@ -5,6 +5,7 @@ import { brotliCompressSync, constants } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
 import { bundledPackages } from "./web/bundle/bundled_packages.ts";
 import { serviceWorker } from "./web/bundle/service_worker.ts";
+import { singleModule } from "./web/bundle/single_module.ts";
 import { singlePage } from "./web/bundle/single_page.ts";
 
 const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
@@ -103,7 +104,8 @@ function offline(): Plugin {
         // Not single.html, which few visitors save: its bytes are those of all others together.
         const files = ["files.json"]; // from the same sources, made later
         for (const file of Object.values(bundle)) {
-          if (/\.br$|^(embed\.html|isosplat-(viewer|anywidget)\.js)$/.test(file.fileName)) continue;
+          if (/\.br$|^(embed\.html|isosplat-(viewer|anywidget(-single)?)\.js)$/.test(file.fileName))
+            continue;
           // Each visitor needs one language: it is kept when it is used (web/offline/page_cache.ts).
           const entry = file.type === "chunk" ? (file.facadeModuleId ?? "") : "";
           if (/\/web\/texts\/|\/webawesome\/dist\/translations\//.test(entry)) continue;
@@ -122,6 +124,22 @@ function withoutNumcodecs(): Plugin {
   return {
     name: "isosplat-without-numcodecs",
     load: (id) => (/\/node_modules\/numcodecs\//.test(id) ? "export default undefined" : null),
+  };
+}
+
+/** The widget of notebooks in one file, for those that cannot reach the server: the kernel sends it. */
+function singleWidget(): Plugin {
+  return {
+    name: "isosplat-single-widget",
+    apply: "build",
+    enforce: "post",
+    generateBundle: {
+      order: "post",
+      async handler() {
+        const { code } = await singleModule(here("web/element/anywidget.ts"));
+        this.emitFile({ type: "asset", fileName: "isosplat-anywidget-single.js", source: code });
+      },
+    },
   };
 }
 
@@ -161,7 +179,15 @@ export default defineConfig({
   root: here("web"),
   // Relative addresses: the page works at any path of any static host.
   base: "./",
-  plugins: [statedPolicy(), preloadedRenderer(), offline(), copies(), compressed(), listed()],
+  plugins: [
+    statedPolicy(),
+    preloadedRenderer(),
+    offline(),
+    copies(),
+    singleWidget(),
+    compressed(),
+    listed(),
+  ],
   build: {
     outDir: here("build/page"),
     emptyOutDir: true,

@@ -3,9 +3,10 @@
  * specification (AFM).
  */
 import "./index.ts";
-import { Notebook, type NotebookModel } from "./notebook.ts";
+import { type FileOf, Notebook, type NotebookModel } from "./notebook.ts";
 
-export type { NotebookModel } from "./notebook.ts";
+export { type KernelMessages, kernelFile } from "./kernel_file.ts";
+export type { FileOf, NotebookModel } from "./notebook.ts";
 export type {
   LayerTrait,
   PickedPoint,
@@ -15,9 +16,20 @@ export type {
   VolumeTrait,
 } from "./notebook_traits.ts";
 
-/** Shows the model in `el`. Returns a function that removes everything again. */
-function render({ model, el }: { model: NotebookModel; el: HTMLElement }): () => void {
-  const notebook = new Notebook(model);
+/**
+ * Shows the model in `el`. Returns a function that removes everything again. `fileOf`: reads the files behind
+ * addresses that the browser cannot reach.
+ */
+function render({
+  model,
+  el,
+  fileOf,
+}: {
+  model: NotebookModel;
+  el: HTMLElement;
+  fileOf?: FileOf;
+}): () => void {
+  const notebook = new Notebook(model, fileOf);
   el.append(notebook.element);
   return () => notebook.dispose();
 }

@@ -1,3 +1,5 @@
+import type { SceneSource } from "../scene/scene_source.ts";
+import { BlobSource, type SlicedFile } from "../stream/blob_source.ts";
 import { isDefaultClip, wholeVolume } from "../viewer/clipping.ts";
 import { sameValue } from "../viewer/same_value.ts";
 import { isDefaultSlices } from "../viewer/slices.ts";
@@ -32,6 +34,9 @@ export interface NotebookModel {
   on(event: string, listener: () => void): void;
   off(event: string, listener: () => void): void;
 }
+
+/** The file behind an address that the browser cannot reach, read in another way. Undefined: it can be reached. */
+export type FileOf = (address: string) => SlicedFile | undefined;
 
 type Applier = (value: unknown) => void;
 
@@ -69,14 +74,17 @@ export class Notebook {
    * them, until the program sets others or a visitor changes the view.
    */
   readonly #refused = new Map<TraitName, string>();
+  readonly #fileOf: FileOf;
+  readonly #addresses = { src: "", scene: "" };
   #elementFault = "";
   /** The last step that the model had. */
   #receivedStep: number | null = null;
   #isApplying = false;
   #saveTimer = 0;
 
-  constructor(model: NotebookModel) {
+  constructor(model: NotebookModel, fileOf: FileOf = () => undefined) {
     this.#model = model;
+    this.#fileOf = fileOf;
     for (const name of Object.keys(traitDefaults) as TraitName[]) {
       if (reportedTraits.includes(name)) continue;
       this.#changed.add(name);
@@ -183,14 +191,22 @@ export class Notebook {
 
   /** Shows another volume or scene. */
   #setAddress(name: "src" | "scene", address: string): void {
-    if (address === this.element[name]) return;
+    if (address === this.#addresses[name]) return;
+    this.#addresses[name] = address;
     this.#elementFault = "";
     this.#write("volume", null);
     this.#write("time", null);
     this.#write("picked", null);
     this.#write("state", "");
     this.#write("complete", false);
-    this.#setAttribute(name, address);
+    const file = this.#fileOf(address);
+    if (file) this.#setFile(name, new BlobSource(file, "the kernel's file", false));
+    else this.#setAttribute(name, address);
+  }
+
+  #setFile(name: "src" | "scene", file: BlobSource): void {
+    if (name === "src") this.element.source = file;
+    else this.element.sceneSource = { name: file.name, open: sceneOpener(file) };
   }
 
   #setAttribute(name: string, value: string): void {
@@ -295,4 +311,10 @@ export class Notebook {
     this.#saveTimer = 0;
     this.#model.save_changes();
   }
+}
+
+/** The code that reads scenes is loaded by the first one. */
+function sceneOpener(file: BlobSource): SceneSource["open"] {
+  return async (core, signal) =>
+    (await import("../scene/scene_source.ts")).bundleScene(file).open(core, signal);
 }

@@ -5,6 +5,13 @@ import type { ChunkPlaceInFile, PagePlace, Source } from "./source.ts";
 import { beginsAsStore } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
+/** The members of a Blob by which a file is read. */
+export interface SlicedFile {
+  /** In bytes. */
+  readonly size: number;
+  slice(start: number, end: number): { arrayBuffer(): Promise<ArrayBuffer> };
+}
+
 /**
  * A store on this device: a file that the user chose, or a store that was just built. It is not
  * uploaded. If the file is changed, moved or removed while it is open, reading fails with the fault
@@ -14,15 +21,16 @@ export class BlobSource implements Source {
   readonly name: string;
   readonly concurrency = 2;
   readonly fresh = false;
-  readonly isLocal = true;
-  readonly #blob: Blob;
+  readonly isLocal: boolean;
+  readonly #blob: SlicedFile;
   #requests = 0;
   #bytesReceived = 0;
 
-  /** `name`: for messages; the name of the file, for example. */
-  constructor(blob: Blob, name: string) {
+  /** `name`: for messages; the name of the file, for example. `isLocal`: false if reading needs a connection. */
+  constructor(blob: SlicedFile, name: string, isLocal = true) {
     this.#blob = blob;
     this.name = name;
+    this.isLocal = isLocal;
   }
 
   get requests(): number {
@@ -111,6 +119,7 @@ export class BlobSource implements Source {
     try {
       read = new Uint8Array(await this.#blob.slice(offset, offset + bytes).arrayBuffer());
     } catch (error) {
+      if (error instanceof StreamError) throw error;
       const message = `${this.name}: cannot be read any more: it was changed, moved or removed; open it again`;
       throw new StreamError("unreachable", message, error);
     }
