@@ -17,7 +17,9 @@ set(readable OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
 install(TARGETS isosplat_python LIBRARY DESTINATION ${packages}/isosplat PERMISSIONS ${readable}
         COMPONENT python)
 install(DIRECTORY native/python/package/isosplat DESTINATION ${packages} COMPONENT python
-        FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN py.typed)
+        FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "*.js" PATTERN py.typed)
+install(FILES web/npm/python/isosplat_widget.py DESTINATION ${packages}/isosplat RENAME _widget_traits.py
+        COMPONENT python)
 install(FILES ${PROJECT_BINARY_DIR}/${distribution}/METADATA DESTINATION ${packages}/${distribution}
         COMPONENT python)
 install(FILES native/packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-isosplat

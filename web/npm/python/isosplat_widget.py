@@ -11,6 +11,7 @@ Needs anywidget. The volume is served by `isosplat serve --cors ORIGIN`, where O
 notebook's page, such as http://localhost:8888: the browser reads the volume, not the kernel.
 """
 
+# mypy: ignore-errors
 import math
 
 import anywidget

@@ -29,6 +29,7 @@ __all__ = [
     "build",
     "open",
     "serve",
+    "view",
 ]
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from ._render import Camera
     from ._server import Server, serve
     from ._store import Points, Store, open
+    from ._view import view
 
     __version__: str
 
@@ -55,6 +57,7 @@ _HOMES = {
     "build": "_build",
     "open": "_store",
     "serve": "_server",
+    "view": "_view",
 }
 
 

@@ -146,20 +146,23 @@ def serve(
     paths = [_path_of(each) for each in _listed(stores)]
     if not paths:
         raise ValueError("stores: expected at least one, found none")
-    command: List[Any] = [find_program(), "serve", *paths]
-    command.append(f"--port={whole('port', port, 0, 65535)}")
     if isinstance(options, (str, bytes)):
         raise TypeError(f"options: expected a list, found {options!r}")
-    command += [text("options", each) for each in options]
-    environment = {**os.environ}
+    chosen = [f"--port={whole('port', port, 0, 65535)}", *(text("options", each) for each in options)]
+    return start(paths, chosen, secrets.token_urlsafe(24) if private else None)
+
+
+def start(paths: Sequence[bytes], options: Sequence[str], token: Optional[str], **secret: str) -> Server:
+    """Runs `isosplat serve`. secret: further variables of its environment, which other users cannot see,
+    unlike the arguments of a program."""
+    environment = {**os.environ, **secret}
     for name in ("ISOSPLAT_TOKEN", "NOTIFY_SOCKET", "LISTEN_FDS", "LISTEN_PID"):
         environment.pop(name, None)
-    token = secrets.token_urlsafe(24) if private else None
     if token:
-        # Other users can see the arguments of a program, but not its environment.
         environment["ISOSPLAT_TOKEN"] = token
+    command: List[Any] = ["/bin/sh", "-c", _SCRIPT, "sh", find_program(), "serve", *paths, *options]
     process = subprocess.Popen(
-        ["/bin/sh", "-c", _SCRIPT, "sh", *command],
+        command,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
