@@ -75,7 +75,7 @@ std::string store_stem(const std::filesystem::path& volume) {
   // name, as in the names of DICOM files.
   constexpr std::array kCompressed{".gz", ".bz2", ".zst", ".xz"};
   constexpr std::array kFormats{".nii",  ".nrrd",   ".nhdr", ".mha", ".mhd",  ".hdr", ".img",
-                                ".vtk",  ".tif",    ".tiff", ".lsm", ".stk",  ".dcm", ".raw",
+                                ".vtk",  ".vti", ".pvti", ".vtr", ".pvtr", ".tif",    ".tiff", ".lsm", ".stk",  ".dcm", ".raw",
                                 ".npy",  ".npz",    ".mrc",  ".map", ".ccp4", ".rec", ".st",
                                 ".h5",   ".hdf5",   ".he5",  ".nc",  ".ims",  ".mat", ".emd",
                                 ".cmap", ".vtkhdf", ".zarr", ".zip"};

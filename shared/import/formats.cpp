@@ -18,6 +18,7 @@
 #include "shared/import/text/header_text.h"
 #include "shared/import/tiff/tiff.h"
 #include "shared/import/vtk/vtk.h"
+#include "shared/import/vtk_xml/vtk_xml.h"
 
 namespace isosplat::import {
 namespace {
@@ -158,6 +159,11 @@ constexpr Format kFormats[] = {
      .title_rank = 9,
      .begins = begins_vtk,
      .open = by_path<open_vtk_legacy>},
+    {.name = "VTK XML",
+     .title = "VTK XML images",
+     .title_rank = 10,
+     .begins = is_vtk_xml,
+     .open = by_path<open_vtk_xml>},
     {.name = "TIFF",
      .title = "TIFF",
      .title_rank = 8,

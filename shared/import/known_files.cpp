@@ -145,14 +145,6 @@ std::optional<KnownFile> known_xml(const std::filesystem::path& path, std::strin
       !lower.starts_with("<spimdata") && !lower.starts_with("<svg")) {
     return std::nullopt;
   }
-  if (has("<vtkfile") && has("type=\"imagedata\"")) {
-    return made("an image of VTK's XML format",
-                "convert it with python3 -c \"import sys, vtk; r = vtk.vtkXMLImageDataReader(); "
-                "r.SetFileName(sys.argv[1]); w = vtk.vtkMetaImageWriter(); "
-                "w.SetInputConnection(r.GetOutputPort()); w.SetFileName(sys.argv[2]); w.Write()\" "
-                "{0} {1}.mha (or in ParaView: File > Save Data as .mhd)",
-                path);
-  }
   if (has("<vtkfile"))
     return made("a grid or mesh of VTK's XML format", kMetaImageOfParaView, path);
   if (has("<spimdata")) {

@@ -254,11 +254,57 @@ def read_npy(path, step):
     return volume(values.reshape(values.shape[-3:]), numpy.diag([1, 1, 1]), [0, 0, 0])
 
 
-READERS = {"Dicom": read_dicom, "Tiff": read_tiff, "Nrrd": read_nrrd, "Npy": read_npy, "Mrc": read_mrc}
+# VTK's XML format: VTK -----------------------------------------------------------------------------
+
+
+def vtk_result(image, cells, rectilinear):
+    """The array density of an image or of a rectilinear grid with even spacing."""
+    data = image.GetCellData() if cells else image.GetPointData()
+    sizes = [n - (1 if cells else 0) for n in image.GetDimensions()]
+    values = vtk_to_numpy(data.GetArray("density")).reshape(sizes[::-1])
+    if rectilinear:
+        axes = [image.GetXCoordinates(), image.GetYCoordinates(), image.GetZCoordinates()]
+        axes = [vtk_to_numpy(axis).astype(float) for axis in axes]
+        steps = numpy.diag([axis[1] - axis[0] for axis in axes])
+        origin = numpy.array([axis[0] for axis in axes])
+    else:
+        matrix = image.GetDirectionMatrix()
+        direction = numpy.array([[matrix.GetElement(i, k) for k in range(3)] for i in range(3)])
+        steps = (direction * numpy.array(image.GetSpacing())).T
+        low = numpy.array(image.GetExtent()[::2])
+        origin = numpy.array(image.GetOrigin()) + low @ steps
+    return volume(values, steps, origin + (steps.sum(0) / 2 if cells else 0))
+
+
+def read_vtk_xml(path, step):
+    kind = os.path.splitext(path)[1]
+    reader = {
+        ".vti": vtkIOXML.vtkXMLImageDataReader,
+        ".pvti": vtkIOXML.vtkXMLPImageDataReader,
+        ".vtr": vtkIOXML.vtkXMLRectilinearGridReader,
+        ".pvtr": vtkIOXML.vtkXMLPRectilinearGridReader,
+    }[kind]()
+    if kind.startswith(".p"):
+        raise Skipped("files of pieces need declarations of arrays, which the samples do not have")
+    reader.SetFileName(path)
+    reader.Update()
+    image = reader.GetOutput()
+    cells = image.GetPointData().GetArray("density") is None
+    return vtk_result(image, cells, kind.endswith("vtr"))
+
+
+READERS = {
+    "Dicom": read_dicom,
+    "Tiff": read_tiff,
+    "Nrrd": read_nrrd,
+    "Npy": read_npy,
+    "Mrc": read_mrc,
+    "VtkXml": read_vtk_xml,
+}
 
 
 def main():
-    global mrcfile, numpy, pydicom, tifffile
+    global mrcfile, numpy, pydicom, tifffile, vtkIOXML, vtk_to_numpy
     what = "python3-numpy"
     try:
         import numpy
@@ -274,6 +320,10 @@ def main():
         if sys.argv[1] == "Mrc":
             what = "python3-mrcfile"
             import mrcfile
+        if sys.argv[1] == "VtkXml":
+            what = "python3-vtk9"
+            from vtkmodules import vtkIOXML
+            from vtkmodules.util.numpy_support import vtk_to_numpy
         if sys.argv[1] == "Nrrd":
             what = "teem-apps"
             subprocess.run(["teem-unu", "--help"], capture_output=True, check=False)

@@ -101,7 +101,8 @@ INSTANTIATE_TEST_SUITE_P(Readers, Reference,
                                          Reader{{"Tiff", make_tiff}, kFiles / 2},
                                          Reader{{"Nrrd", make_nrrd}, kFiles / 3},
                                          Reader{{"Mrc", make_mrc}, kFiles / 2},
-                                         Reader{{"Npy", make_npy}, kFiles / 3}),
+                                         Reader{{"Npy", make_npy}, kFiles / 3},
+                                         Reader{{"VtkXml", make_vtk_xml}, kFiles / 4}),
                          [](const auto& reader) { return std::string(reader.param.format.name); });
 
 }  // namespace

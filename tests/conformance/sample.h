@@ -88,6 +88,7 @@ Sample make_mrc(Random& random);
 Sample make_npy(Random& random);
 Sample make_hdf5(Random& random);
 Sample make_vtk(Random& random);
+Sample make_vtk_xml(Random& random);
 Sample make_tiff(Random& random);
 Sample make_tiff_series(Random& random);
 Sample make_raw(Random& random);

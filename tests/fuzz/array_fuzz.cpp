@@ -1,4 +1,4 @@
-// MRC, NumPy and HDF5 files: their headers, and their voxels if they are few.
+// MRC, NumPy, HDF5 and VTK XML files: their headers, and their voxels if they are few.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.
@@ -41,6 +41,38 @@ std::string npy(const std::string& dictionary, size_t voxel_bytes) {
   return file + dictionary + std::string(60 * voxel_bytes, '\7');
 }
 
+/// An image of VTK's XML format: five columns, four rows and three slices. `content`: of its
+/// DataArray; `after`: after the grid.
+std::string vti(const std::string& attributes, const std::string& array, const std::string& content,
+                const std::string& after = "") {
+  return "<VTKFile type=\"ImageData\" version=\"1.0\" header_type=\"UInt32\" " + attributes +
+         "><ImageData WholeExtent=\"0 4 0 3 0 2\" Origin=\"0 0 0\" Spacing=\"1 1 1\">"
+         "<Piece Extent=\"0 4 0 3 0 2\"><PointData><DataArray type=\"UInt8\" Name=\"a\" format=\"" +
+         array + "\">" + content + "</DataArray></PointData></Piece></ImageData>" + after +
+         "</VTKFile>";
+}
+
+/// Numbers of four bytes.
+std::string words(std::initializer_list<uint8_t> numbers) {
+  std::string out;
+  for (const uint8_t number : numbers) out += {static_cast<char>(number), '\0', '\0', '\0'};
+  return out;
+}
+
+std::string vti_of_text() {
+  std::string text;
+  for (int i = 0; i < 60; ++i) text += std::to_string(i) + " ";
+  return vti("", "ascii", text);
+}
+
+/// Two blocks of LZ4 with literal bytes.
+std::string vti_of_blocks() {
+  const std::string block = std::string("\xf0\x0f", 2) + std::string(30, '\7');
+  return vti("compressor=\"vtkLZ4DataCompressor\"", "appended\" offset=\"0", "",
+             "<AppendedData encoding=\"raw\">_" + words({2, 30, 0, 32, 32}) + block + block +
+                 "</AppendedData>");
+}
+
 /// A file that the HDF5 library has written.
 std::string hdf5(const std::string& name) {
   std::ifstream file(std::string(ISOSPLAT_SOURCE_DIR) + "/tests/native/hdf5/" + name + ".h5",
@@ -69,7 +101,13 @@ std::vector<std::string> make_files() {
           hdf5("lz4"),
           hdf5("lzf"),
           hdf5("conventions/bdv"),
-          hdf5("conventions/scales")};
+          hdf5("conventions/scales"),
+          vti_of_text(),
+          vti("", "binary", "PAAAA" + std::string(81, 'A') + "=="),
+          vti_of_blocks(),
+          vti("", "appended\" offset=\"0", "",
+              "<AppendedData encoding=\"raw\">_" + words({60}) + std::string(60, '\7') +
+                  "</AppendedData>")};
 }
 
 void read_file(const std::filesystem::path& path) {

@@ -41,7 +41,9 @@ TEST(ImportErrors, FilesThatAreNotVolumes) {
   write_file(folder / "text.nrrd", "this is not a volume\n");
   expect_error(folder / "text.nrrd", Status::unsupported_format, "expected NRRD");
   write_file(folder / "grid.vti", "<?xml version='1.0'?>\n<VTKFile type=\"ImageData\">\n");
-  expect_error(folder / "grid.vti", Status::unsupported_format, "VTK's XML format");
+  expect_error(folder / "grid.vti", Status::truncated, "expected </VTKFile>");
+  write_file(folder / "mesh.vtu", "<?xml version='1.0'?>\n<VTKFile type=\"UnstructuredGrid\">\n");
+  expect_error(folder / "mesh.vtu", Status::unsupported_format, "VTK's XML format");
   write_file(folder / "store.dat", std::string("\x89ISOS\r\n\x1a", 8) + std::string(600, '\1'));
   expect_error(folder / "store.dat", Status::unsupported_format, "found a store: open it with");
   write_file(folder / "one.png", "\x89PNG\r\n\x1a\n" + std::string(600, '\1'));

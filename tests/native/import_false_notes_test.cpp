@@ -53,6 +53,30 @@ Write vtk(const std::string& fields) {
           bytes_of(test::byte_swapped(pattern_voxels<int16_t>(kSize))));
 }
 
+constexpr const char* kTurned = "Direction=\"0 -1 0 1 0 0 0 0 1\"";
+
+/// A VTK XML image with attributes; `naming`: those of a file that names it as its piece, if any.
+Write vti(const std::string& attributes, const std::string& naming) {
+  const std::string extent = "Extent=\"0 4 0 3 0 2\"";
+  const auto grid = [&](const std::string& type, const std::string& fields,
+                        const std::string& piece) {
+    return fmt::format("<VTKFile type=\"{0}\"><{0} Whole{1} {2}><Piece {1} {3}</{0}></VTKFile>",
+                       type, extent, fields, piece);
+  };
+  std::string values;
+  for (int i = 0; i < 60; ++i) values += fmt::format("{} ", i * i);
+  const std::string piece =
+      grid("ImageData", attributes,
+           "><PointData><DataArray type=\"Int16\" Name=\"p\" format=\"ascii\">" + values +
+               "</DataArray></PointData></Piece>");
+  const std::string whole = grid("PImageData", naming, "Source=\"p.vti\"/>");
+  return [=](const TempFolder& folder) {
+    write_file(folder / "p.vti", piece);
+    write_file(folder / "v.pvti", whole);
+    return folder / (naming.empty() ? "p.vti" : "v.pvti");
+  };
+}
+
 /// Sets numbers in a NIfTI header by their offset.
 template <class T>
 struct At {
@@ -186,6 +210,13 @@ const Row kRows[] = {
     {"the header has no voxel spacing",
      vtk("ORIGIN 0 0 0\n"),
      {vtk("ORIGIN 0 0 0\nSPACING 1 2 3\n"), vtk("ASPECT_RATIO 1 2 3\nORIGIN 0 0 0\n")}},
+    {"the header has no voxel spacing",
+     vti("Origin=\"0 0 0\"", ""),
+     {vti("Spacing=\"1 2 3\"", ""), vti("Origin=\"0 0 0\" Spacing=\"1 1 1\"", "")}},
+    {"the file has no Direction",
+     vti(kTurned, "Spacing=\"1 2 3\""),
+     {vti(kTurned, std::string("Spacing=\"1 2 3\" ") + kTurned),
+      vti("Spacing=\"1 2 3\"", "Spacing=\"1 2 3\"")}},
     {"the header has no orientation",
      nifti(At<int16_t>{254, 0}),
      {nifti(), nifti(At<int16_t>{254, 0}, At<int16_t>{252, 1})}},

@@ -85,6 +85,13 @@ const vtk = [
   "SCALARS values unsigned_char 1",
   "LOOKUP_TABLE default",
 ];
+const vti = [
+  '<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian">',
+  `<ImageData WholeExtent="0 ${width - 1} 0 ${height - 1} 0 ${depth - 1}" Spacing="0.5 0.6 1.25">`,
+  `<Piece Extent="0 ${width - 1} 0 ${height - 1} 0 ${depth - 1}"><PointData>`,
+  `<DataArray type="UInt8" Name="values" format="ascii">${voxels.join(" ")}</DataArray>`,
+  "</PointData></Piece></ImageData></VTKFile>",
+];
 const tiff = { width, height, bits: 8, format: 1 } as const;
 const files: [path: string, bytes: Uint8Array][] = [
   ["a.nrrd", nrrd("raw", voxels)],
@@ -95,6 +102,7 @@ const files: [path: string, bytes: Uint8Array][] = [
   ["a.npy", numpy()],
   ["a.mha", Buffer.concat([text(metaImage), voxels])],
   ["a.vtk", Buffer.concat([text(vtk), voxels])],
+  ["a.vti", text(vti)],
   ["a.tif", tiffOf(tiff, voxels)],
   ["a.tif", tiffOf({ ...tiff, compression: 8 }, voxels)],
   ["a.dcm", dicomSlice(Uint16Array.from(voxels.subarray(0, 36)), 6, 0)],

@@ -17,6 +17,7 @@ const headerFormats = [
   "HDF5",
   "netCDF",
   "VTK",
+  "VTK XML",
   "compressed",
 ];
 /** A folder of these is a volume; a single file is a picture. */
@@ -99,7 +100,27 @@ export function volumesAmong(
       }
     }
   }
-  return found.sort((a, b) => Number(a.needsDims) - Number(b.needsDims) || b.bytes - a.bytes);
+  return withPieces(found).sort(
+    (a, b) => Number(a.needsDims) - Number(b.needsDims) || b.bytes - a.bytes,
+  );
+}
+
+/**
+ * Adds the bytes of pieces to the .pvti or .pvtr file that names them. VTK writes the pieces of
+ * "a.pvti" to "a_0.vti", ParaView to "a/a_0.vti".
+ */
+function withPieces(found: VolumeCandidate[]): VolumeCandidate[] {
+  const wholes = found.filter(({ path }) => /\.pvt[ir]$/i.test(path));
+  return found.filter((piece) => {
+    const start = (path: string) => piece.path.slice(stem(path).length);
+    const whole = wholes.find(
+      ({ path }) => piece.path.startsWith(stem(path)) && /^[_/].*\.vt[ir]$/i.test(start(path)),
+    );
+    if (!whole) return true;
+    whole.files++;
+    whole.bytes += piece.bytes;
+    return false;
+  });
 }
 
 /** A file's volume, or each of its volumes. */

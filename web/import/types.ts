@@ -68,8 +68,8 @@ export interface VolumeCandidate {
   /** The argument `path` of openVolume: a file, or a folder of slices; "." is the root. */
   path: string;
   /**
-   * "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "TIFF", "PNG", "JPEG",
-   * "JPEG 2000", "DICOM", "raw" or "compressed". The format inside a compressed file is known only when it is opened.
+   * "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "VTK XML", "TIFF", "PNG",
+   * "JPEG", "JPEG 2000", "DICOM", "raw" or "compressed". The format inside a compressed file is known only when it is opened.
    */
   format: string;
   /** One of the volumes of a file with several. */

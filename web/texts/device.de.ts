@@ -67,7 +67,7 @@ export const device: typeof English = {
     `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an andere Sites: Laden Sie die Seite neu, um mehr vom Volumen auf ${host} zu sehen.`,
   noFiles: "keine Dateien",
   nothingFound: (found) =>
-    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, altes VTK oder roh), gefunden: ${found}.`,
+    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK oder roh), gefunden: ${found}.`,
 
   besideOpen: "Ein Volumen ist offen",
   manners: { add: "Zum Bild hinzufügen", replace: "Stattdessen öffnen" },

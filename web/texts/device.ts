@@ -70,7 +70,7 @@ export const deviceTexts = part("device", {
     `Files of this device were read, so this tab makes no requests to other sites: load the page again for more of the volume on ${host}.`,
   noFiles: "no files",
   nothingFound: (found: string) =>
-    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, legacy VTK or raw), found ${found}.`,
+    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK or raw), found ${found}.`,
 
   besideOpen: "A volume is open",
   manners: { add: "Add to the picture", replace: "Open instead" },

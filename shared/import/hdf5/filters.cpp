@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "shared/import/codecs/lzf.h"
 #include "shared/import/hdf5/checksums.h"
-#include "shared/import/hdf5/lzf.h"
 
 namespace isosplat::import {
 namespace {

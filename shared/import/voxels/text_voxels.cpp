@@ -27,8 +27,12 @@ bool is_separator(char c) {
 /// Reads the characters of a file one after another.
 class Characters {
  public:
-  Characters(std::unique_ptr<ByteReader> file, uint64_t start)
-      : file_(std::move(file)), start_(start), position_(start) {}
+  Characters(std::unique_ptr<ByteReader> file, uint64_t start, std::optional<uint64_t> end)
+      : file_(std::move(file)),
+        start_(start),
+        limit_(std::min(end.value_or(file_->size_limit()), file_->size_limit())),
+        has_end_(end.has_value()),
+        position_(start) {}
 
   void restart() {
     position_ = start_;
@@ -38,9 +42,8 @@ class Characters {
   /// The next character, or −1 at the end of the file.
   Result<int> take() {
     if (next_ == end_) {
-      const uint64_t size = file_->size_limit();
-      const auto some =
-          static_cast<size_t>(std::min<uint64_t>(buffer_.size(), size - std::min(size, position_)));
+      const auto some = static_cast<size_t>(
+          std::min<uint64_t>(buffer_.size(), limit_ - std::min(limit_, position_)));
       if (some == 0) return -1;
       auto read = file_->read(position_, std::as_writable_bytes(std::span(buffer_).first(some)));
       if (!read) return tl::unexpected(read.error());
@@ -52,16 +55,17 @@ class Characters {
   }
 
   uint64_t position() const { return position_ - (end_ - next_); }
-  uint64_t bytes() const {
-    const uint64_t size = file_->size_limit();
-    return size - std::min(size, start_);
-  }
+  uint64_t bytes() const { return limit_ - std::min(limit_, start_); }
+  /// Whether the text ends before a known character, so that its last word is whole.
+  bool has_end() const { return has_end_; }
   std::vector<std::filesystem::path> files() const { return file_->files(); }
   std::string name() const { return file_->files().front().string(); }
 
  private:
   std::unique_ptr<ByteReader> file_;
-  uint64_t start_, position_;
+  uint64_t start_, limit_;
+  bool has_end_;
+  uint64_t position_;
   size_t next_ = 0, end_ = 0;
   std::array<char, 64 * 1024> buffer_;
 };
@@ -69,8 +73,9 @@ class Characters {
 /// The common part of text readers: they parse items of a fixed size in sequence.
 class ItemReader : public ByteReader {
  public:
-  ItemReader(std::unique_ptr<ByteReader> file, uint64_t start, size_t item_bytes)
-      : characters_(std::move(file), start), item_bytes_(item_bytes) {}
+  ItemReader(std::unique_ptr<ByteReader> file, uint64_t start, std::optional<uint64_t> end,
+             size_t item_bytes)
+      : characters_(std::move(file), start, end), item_bytes_(item_bytes) {}
 
   Result<void> read(uint64_t offset, std::span<std::byte> out) override {
     if (offset < position_) restart();
@@ -191,8 +196,9 @@ std::string printable(std::string_view word) {
 
 class TextReader : public ItemReader {
  public:
-  TextReader(std::unique_ptr<ByteReader> file, uint64_t start, VoxelType type)
-      : ItemReader(std::move(file), start, voxel_bytes(type)), type_(type) {}
+  TextReader(std::unique_ptr<ByteReader> file, uint64_t start, std::optional<uint64_t> end,
+             VoxelType type)
+      : ItemReader(std::move(file), start, end, voxel_bytes(type)), type_(type) {}
 
   uint64_t size_limit() const override {  // a digit and a separator per voxel
     return (characters().bytes() / 2 + 1) * item_bytes();
@@ -205,7 +211,7 @@ class TextReader : public ItemReader {
       const auto c = characters().take();
       if (!c) return tl::unexpected(c.error());
       const bool ends = *c < 0 || is_separator(static_cast<char>(*c));
-      if (*c < 0 && !word_.empty()) {
+      if (*c < 0 && !word_.empty() && !characters().has_end()) {
         return fail(Status::truncated,
                     fmt::format("{}: expected white space after the last number, '{}', found the "
                                 "end: the number may be cut off; copy the file again, or end its "
@@ -242,7 +248,7 @@ int hex_digit(int c) {
 class HexReader : public ItemReader {
  public:
   HexReader(std::unique_ptr<ByteReader> file, uint64_t start)
-      : ItemReader(std::move(file), start, 1) {}
+      : ItemReader(std::move(file), start, std::nullopt, 1) {}
 
   uint64_t size_limit() const override { return characters().bytes() / 2; }
 
@@ -273,10 +279,11 @@ class HexReader : public ItemReader {
 }  // namespace
 
 Result<std::unique_ptr<ByteReader>> open_text_voxels(const std::filesystem::path& path,
-                                                     uint64_t start, VoxelType type) {
+                                                     uint64_t start, VoxelType type,
+                                                     std::optional<uint64_t> end) {
   auto file = open_plain(path);
   if (!file) return tl::unexpected(file.error());
-  return std::make_unique<TextReader>(std::move(*file), start, type);
+  return std::make_unique<TextReader>(std::move(*file), start, end, type);
 }
 
 Result<std::unique_ptr<ByteReader>> open_hex(const std::filesystem::path& path, uint64_t start) {

@@ -8,7 +8,7 @@
 
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/text/header_text.h"
-#include "shared/import/volume/choose_channel.h"
+#include "shared/import/volume/choose_array.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
@@ -26,7 +26,7 @@ tl::unexpected<Error> malformed(const std::filesystem::path& path, const std::st
 }
 
 /// The array to read: the first scalars of the points, else of the cells; SCALARS before FIELDs.
-const VtkArray* choose_array(const std::vector<VtkArray>& arrays) {
+const VtkArray* scalars_of(const std::vector<VtkArray>& arrays) {
   for (const bool of_cells : {false, true}) {
     for (const bool is_field : {false, true}) {
       for (const VtkArray& array : arrays) {
@@ -57,84 +57,34 @@ Result<void> check_point_data(const std::filesystem::path& path, const VtkFile& 
   return {};
 }
 
-/// A number of each point or cell.
-struct Channel {
-  const VtkArray* array = nullptr;
-  size_t component = 0;
-};
-
 /// The number of points or cells.
 uint64_t count_of(const VtkFile& file, bool cells) {
   const auto [x, y, z] = file.dimensions;
   return cells ? array_bytes({x - 1, y - 1, z - 1}, 1, 1) : array_bytes({x, y, z}, 1, 1);
 }
 
-/// The components of all arrays of the points, or of the cells if points have none; at most
-/// kMaxOffered.
-std::vector<Channel> channels_of(const VtkFile& file) {
-  std::vector<Channel> channels;
-  for (const bool of_cells : {false, true}) {
-    const uint64_t count = count_of(file, of_cells);
-    for (const VtkArray& array : file.arrays) {
-      const bool fits = array.type && count > 0 && array.values == count;
-      if (array.of_cells != of_cells || !fits) continue;
-      const auto components = static_cast<size_t>(array.components);
-      for (size_t i = 0; i < components && channels.size() < kMaxOffered; ++i) {
-        channels.push_back({&array, i});
-      }
-    }
-    if (!channels.empty()) break;
+/// The array and component that the options select, or else the first scalars.
+Result<GridNumber> choose(const std::filesystem::path& path, const VtkFile& file,
+                          const ImportOptions& options, std::vector<std::string>& notes) {
+  std::vector<GridArray> arrays;
+  for (const VtkArray& array : file.arrays) {
+    const uint64_t count = count_of(file, array.of_cells);
+    const bool fits = array.type && count > 0 && array.values == count;
+    arrays.push_back({array.name, array.of_cells, static_cast<size_t>(array.components), fits});
   }
-  return channels;
-}
-
-std::vector<ChannelDescription> names_of(const std::vector<Channel>& channels) {
-  std::vector<ChannelDescription> names;
-  for (const auto& [array, component] : channels) {
-    names.push_back({array->components == 1
-                         ? array->name
-                         : fmt::format("{}, component {}", array->name, component),
-                     {}});
+  std::optional<size_t> scalars;
+  if (const VtkArray* const found = scalars_of(file.arrays)) {
+    scalars = static_cast<size_t>(found - file.arrays.data());
   }
-  return names;
-}
-
-/// The channel that the options select, or else the first scalars, with a note if there are
-/// several. Errors: those of choose_channel.
-Result<Channel> choose(const std::filesystem::path& path, const VtkFile& file,
-                       const ImportOptions& options, std::vector<std::string>& notes) {
-  const std::vector<Channel> channels = channels_of(file);
-  const VtkArray* scalars = choose_array(file.arrays);
-  if (scalars && (!options.channel || channels.empty())) {
-    const bool is_channel = std::any_of(channels.begin(), channels.end(),
-                                        [&](const Channel& c) { return c.array == scalars; });
-    const auto is_elsewhere = [&](const VtkArray& each) {
-      return each.type && each.components == 1 && each.of_cells != scalars->of_cells;
-    };
-    if (is_channel && channels.size() > 1) {
-      offer_channels(options, channels.size(), names_of(channels));
-      notes.push_back(fmt::format(
-          "the file has {} arrays or components: '{}' of its {} is read; --channel 0 to --channel "
-          "{} chooses another",
-          channels.size(), scalars->name, scalars->of_cells ? "cells" : "points",
-          channels.size() - 1));
-    } else if (std::any_of(file.arrays.begin(), file.arrays.end(), is_elsewhere)) {
-      notes.push_back(
-          fmt::format("the file has arrays of points and of cells: '{}' of its {} is read",
-                      scalars->name, scalars->of_cells ? "cells" : "points"));
-    }
-    return Channel{scalars, 0};
-  }
-  if (channels.empty()) {
+  if (!scalars && std::none_of(arrays.begin(), arrays.end(),
+                               [](const GridArray& each) { return each.is_readable; })) {
     for (const VtkArray& other : file.arrays) {
       if (other.components > 1) return not_scalar(path, other.components);
       return unknown_type(path, other.type_name);
     }
     return malformed(path, "expected POINT_DATA or CELL_DATA with SCALARS, found none");
   }
-  const auto channel = choose_channel(path, channels.size(), options, names_of(channels));
-  if (!channel) return tl::unexpected(channel.error());
-  return channels[static_cast<size_t>(*channel)];
+  return choose_array(path, arrays, scalars, options, notes);
 }
 
 /// Checks the data after the array. Errors: malformed_volume for values beyond the number that the
@@ -192,9 +142,9 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
   const auto file = read_vtk_sections(path);
   if (!file) return tl::unexpected(file.error());
   std::vector<std::string> notes;
-  const auto channel = choose(path, *file, options, notes);
-  if (!channel) return tl::unexpected(channel.error());
-  const VtkArray* const array = channel->array;
+  const auto chosen = choose(path, *file, options, notes);
+  if (!chosen) return tl::unexpected(chosen.error());
+  const VtkArray* const array = &file->arrays[chosen->array];
   if (auto checked = check_point_data(path, *file, *array); !checked) {
     return tl::unexpected(checked.error());
   }
@@ -213,7 +163,7 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
   ArrayVolume volume = make_array("VTK", path, sizes, geometry, options);
   volume.step_axis = 0;
   volume.steps = static_cast<uint64_t>(array->components);
-  volume.step = channel->component;
+  volume.step = chosen->component;
   volume.stored.type = *array->type;
   volume.stored.big_endian =
       file->is_binary || std::endian::native == std::endian::big;  // text: native voxels

@@ -1,4 +1,4 @@
-#include "shared/import/hdf5/lzf.h"
+#include "shared/import/codecs/lzf.h"
 
 #include <cstdint>
 #include <cstring>
