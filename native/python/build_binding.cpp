@@ -14,6 +14,7 @@
 #include "native/files/output_file.h"
 #include "native/python/build_run.h"
 #include "native/python/slice_reader.h"
+#include "shared/core/preprocess/voxel_scan.h"
 #include "shared/core/store/format.h"
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/open_volume.h"
@@ -42,6 +43,7 @@ struct BuildCall {
   uint64_t memory_bytes = 0;
   bool overwrite = false;
   py::object progress;
+  std::shared_ptr<VoxelScan> scan;  ///< of all volumes that are quantized together; null: this one
 
   BuildOptions options() const {
     BuildOptions options;
@@ -51,6 +53,7 @@ struct BuildCall {
     if (range) options.range = ValueRange{(*range)[0], (*range)[1]};
     options.threads = threads;
     options.memory_bytes = memory_bytes;
+    options.scan = scan;
     return options;
   }
 };
@@ -110,11 +113,10 @@ Result<import::OpenVolume> open_array_call(const ArrayCall& array,
   return import::with_missing_values(std::move(*opened), {});
 }
 
-/// `data`: an object with the buffer protocol, contiguous in the order of the call; or, if
-/// read_count > 0, a function: see SliceReader.
-void build_array(const py::object& data, uint64_t read_count, const ArrayCall& array,
-                 const BuildCall& call) {
-  check_target(call);
+/// Calls work(volume, interruption). `data`: an object with the buffer protocol, contiguous in the
+/// order of the call; or, if read_count > 0, a function: see SliceReader.
+template <class Work>
+auto with_array(const py::object& data, uint64_t read_count, const ArrayCall& array, Work work) {
   if (!is_basis(array.direction)) {
     throw py::value_error(
         "direction: expected three columns of length 1 that do not lie in a plane, found others");
@@ -140,7 +142,31 @@ void build_array(const py::object& data, uint64_t read_count, const ArrayCall& a
   }();
   interruption.rethrow();
   const import::OpenVolume opened = value_or_raise(std::move(volume));
-  run_build(opened, call.target, call.options(), call.progress, interruption);
+  return work(opened, interruption);
+}
+
+void build_array(const py::object& data, uint64_t read_count, const ArrayCall& array,
+                 const BuildCall& call) {
+  check_target(call);
+  with_array(data, read_count, array,
+             [&](const import::OpenVolume& volume, Interruption& interruption) {
+               run_build(volume, call.target, call.options(), call.progress, interruption);
+             });
+}
+
+/// The values of an array, as BuildCall has them. Ctrl-C is handled between slices that a function
+/// returns, else at the end.
+std::shared_ptr<VoxelScan> scan_array(const py::object& data, uint64_t read_count,
+                                      const ArrayCall& array, const BuildCall& call) {
+  return with_array(data, read_count, array,
+                    [&](const import::OpenVolume& volume, Interruption& interruption) {
+                      auto scan = [&] {
+                        const py::gil_scoped_release no_gil;
+                        return scan_for_build(*volume.source, call.options());
+                      }();
+                      interruption.rethrow();
+                      return std::make_shared<VoxelScan>(value_or_raise(std::move(scan)));
+                    });
 }
 
 void build_file(const std::string& path, const std::optional<Triple>& spacing,
@@ -173,10 +199,16 @@ void build_file(const std::string& path, const std::optional<Triple>& spacing,
 }  // namespace
 
 void bind_build(py::module_& module) {
+  py::class_<VoxelScan, std::shared_ptr<VoxelScan>>(module, "VoxelScan")
+      .def_property_readonly("is_settled", &VoxelScan::is_settled)
+      .def(
+          "add", [](VoxelScan& scan, const VoxelScan& other) { scan.add(other); },
+          py::arg("other"));
   py::class_<BuildCall>(module, "BuildCall")
       .def(py::init([](py::bytes target, std::string title, std::string units, double max_error,
                        std::optional<std::array<double, 2>> range, unsigned threads,
-                       uint64_t memory_bytes, bool overwrite, py::object progress) {
+                       uint64_t memory_bytes, bool overwrite, py::object progress,
+                       std::shared_ptr<VoxelScan> scan) {
              return BuildCall{target,
                               std::move(title),
                               std::move(units),
@@ -185,18 +217,22 @@ void bind_build(py::module_& module) {
                               threads,
                               std::min(memory_bytes, machine_memory()),
                               overwrite,
-                              std::move(progress)};
+                              std::move(progress),
+                              std::move(scan)};
            }),
            py::kw_only(), py::arg("target"), py::arg("title"), py::arg("units"),
            py::arg("max_error"), py::arg("range"), py::arg("threads"), py::arg("memory_bytes"),
-           py::arg("overwrite"), py::arg("progress"));
+           py::arg("overwrite"), py::arg("progress"), py::arg("scan"));
   py::class_<ArrayCall>(module, "ArrayCall")
       .def(py::init<std::string, bool, std::array<int64_t, 3>, bool, std::string, Triple, Triple,
                     std::array<double, 9>, std::vector<std::string>>(),
            py::kw_only(), py::arg("type"), py::arg("big_endian"), py::arg("shape"),
            py::arg("z_is_fastest"), py::arg("name"), py::arg("spacing"), py::arg("origin"),
-           py::arg("direction"), py::arg("notes"));
+           py::arg("direction"), py::arg("notes"))
+      .def_readonly("type", &ArrayCall::type);
   module.def("build_array", build_array, py::arg("data"), py::arg("read_count"), py::arg("array"),
+             py::arg("call"));
+  module.def("scan_array", scan_array, py::arg("data"), py::arg("read_count"), py::arg("array"),
              py::arg("call"));
   module.def(
       "build_file",

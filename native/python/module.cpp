@@ -3,6 +3,7 @@
 
 #include "native/python/build_binding.h"
 #include "native/python/picture_binding.h"
+#include "native/python/scene_binding.h"
 #include "native/python/store_binding.h"
 
 // The part of the package isosplat that is in C++. Its functions are called by the modules beside
@@ -12,4 +13,5 @@ PYBIND11_MODULE(_core, module) {
   isosplat::python::bind_build(module);
   isosplat::python::bind_picture(module);
   isosplat::python::bind_store(module);
+  isosplat::python::bind_scene(module);
 }

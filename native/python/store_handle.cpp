@@ -28,6 +28,13 @@ Result<StoreHandle> StoreHandle::open(const std::string& path) {
   return handle;
 }
 
+StoreHandle StoreHandle::of(std::shared_ptr<StoreFile> file) {
+  StoreHandle handle;
+  handle.process_ = ::getpid();
+  handle.file_ = std::move(file);
+  return handle;
+}
+
 std::shared_ptr<StoreFile> StoreHandle::file() const {
   if (!file_) throw py::value_error("the store is closed: open it again");
   if (is_remote_ && process_ != ::getpid()) {

@@ -19,6 +19,9 @@ class StoreHandle {
   /// StoreFile::open() and remote::open_object().
   static Result<StoreHandle> open(const std::string& path);
 
+  /// An open file of this machine.
+  static StoreHandle of(std::shared_ptr<StoreFile> file);
+
   /// Raises ValueError after close(), and RuntimeError in a child process of the one that has
   /// opened an address, since its connections are those of the parent. Requires the GIL.
   std::shared_ptr<StoreFile> file() const;

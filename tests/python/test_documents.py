@@ -17,7 +17,7 @@ def test_the_code_of_the_document_runs(tmp_path, monkeypatch, capsys):
     with h5py.File("scan.h5", "w") as file:
         file["volume"] = sphere((40, 40, 40)).astype(np.float32)
     blocks = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)
-    assert len(blocks) == 5
+    assert len(blocks) == 6
     names = {"array": sphere((40, 40, 40)) * 10}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)

@@ -26,6 +26,9 @@ depth, height, width = store.lattice(1).shape
 address: str = isosplat.serve([store, "b.isosplat"], options=["--cors", "none"]).address
 pixel: np.uint8 = store.render([5, 6], camera=isosplat.Camera(zoom=2), size=(8, 8))[0, 0, 0]
 area: float = store.area(5)
+scene: isosplat.Scene = isosplat.build_labels(np.zeros((4, 4, 4), int), "a/", labels={1: "a", 2: ("b", "#fff")})
+layer = isosplat.build_scene([store.read()], "b/", channels=["a"]).layer("a")
+again: isosplat.Store = layer.store(step=0)
 histogram = store.histogram
 if histogram is not None:
     edges = histogram.edges

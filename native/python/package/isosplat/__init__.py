@@ -20,24 +20,34 @@ from typing import TYPE_CHECKING, Any
 __all__ = [
     "Camera",
     "Histogram",
+    "Label",
     "Lattice",
+    "Layer",
     "Mesh",
     "Points",
+    "Scene",
     "Server",
     "Store",
+    "Surface",
     "__version__",
     "build",
+    "build_labels",
+    "build_scene",
     "open",
+    "open_scene",
     "serve",
     "view",
 ]
 
 if TYPE_CHECKING:
     from ._build import build
+    from ._build_labels import build_labels
+    from ._build_scene import build_scene
     from ._description import Histogram
     from ._lattice import Lattice
     from ._mesh import Mesh
     from ._render import Camera
+    from ._scene import Label, Layer, Scene, Surface, open_scene
     from ._server import Server, serve
     from ._store import Points, Store, open
     from ._view import view
@@ -49,13 +59,20 @@ if TYPE_CHECKING:
 _HOMES = {
     "Camera": "_render",
     "Histogram": "_description",
+    "Label": "_scene",
     "Lattice": "_lattice",
+    "Layer": "_scene",
     "Mesh": "_mesh",
     "Points": "_store",
+    "Scene": "_scene",
     "Server": "_server",
     "Store": "_store",
+    "Surface": "_scene",
     "build": "_build",
+    "build_labels": "_build_labels",
+    "build_scene": "_build_scene",
     "open": "_store",
+    "open_scene": "_scene",
     "serve": "_server",
     "view": "_view",
 }

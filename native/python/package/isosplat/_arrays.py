@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -130,44 +130,3 @@ def _chunk_depth(volume: Any) -> int:
         return max(1, int(depth if not isinstance(depth, tuple) else depth[0]))
     except (TypeError, IndexError, ValueError):
         return 1
-
-
-class Geometry(NamedTuple):
-    """What an array states itself: labelled arrays (xarray) have coordinates and units."""
-
-    spacing: Optional[Tuple[float, ...]] = None
-    origin: Optional[Tuple[float, ...]] = None
-    units: Optional[str] = None
-
-
-def geometry_of(volume: Any) -> Geometry:
-    """Raises ValueError if coordinates are not evenly spaced: a store cannot hold them."""
-    dims = getattr(volume, "dims", None)
-    coords = getattr(volume, "coords", None)
-    if dims is None or coords is None or len(dims) != 3:
-        return Geometry()
-    units = getattr(volume, "attrs", {}).get("units")
-    steps: List[float] = []
-    starts: List[float] = []
-    has_coordinates = False
-    for dim, size in zip(dims, volume.shape):
-        start, step = 0.0, 1.0
-        if dim in coords:
-            values = np.asarray(coords[dim])
-            if values.dtype.kind not in "iuf" or values.shape != (size,):
-                raise ValueError(f"array: expected numbers as the coordinates of {dim!r}")
-            values = values.astype(float)
-            start, step = float(values[0]), float(values[-1] - values[0]) / max(1, size - 1)
-            even = np.allclose(np.diff(values), step, rtol=1e-3, atol=0)
-            if not step > 0 or not even:
-                raise ValueError(
-                    f"array: expected coordinates of {dim!r} that ascend evenly, found others: "
-                    "sort or interpolate the array, or pass its values and spacing="
-                )
-            has_coordinates = True
-        starts.append(start)
-        steps.append(step)
-    found_units = units if isinstance(units, str) else None
-    if not has_coordinates:
-        return Geometry(units=found_units)
-    return Geometry(tuple(reversed(steps)), tuple(reversed(starts)), found_units)

@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 
 version: str
 
+class VoxelScan:
+    @property
+    def is_settled(self) -> bool: ...
+    def add(self, other: VoxelScan) -> None: ...
+
 class BuildCall:
     def __init__(
         self,
@@ -20,9 +25,12 @@ class BuildCall:
         memory_bytes: int,
         overwrite: bool,
         progress: Optional[Callable[[float, str], object]],
+        scan: Optional[VoxelScan],
     ) -> None: ...
 
 class ArrayCall:
+    @property
+    def type(self) -> str: ...
     def __init__(
         self,
         *,
@@ -38,6 +46,7 @@ class ArrayCall:
     ) -> None: ...
 
 def build_array(data: Any, read_count: int, array: ArrayCall, call: BuildCall) -> None: ...
+def scan_array(data: Any, read_count: int, array: ArrayCall, call: BuildCall) -> VoxelScan: ...
 def build_file(path: bytes, spacing: Optional[Sequence[float]], call: BuildCall) -> None: ...
 
 class Part:
@@ -75,3 +84,10 @@ class StoreHandle:
 
 def read_png(path: bytes) -> NDArray[np.uint8]: ...
 def open_store(path: bytes) -> StoreHandle: ...
+
+class SceneHandle:
+    @property
+    def document(self) -> bytes: ...
+    def store(self, path: str) -> StoreHandle: ...
+
+def open_scene(path: bytes) -> Optional[SceneHandle]: ...

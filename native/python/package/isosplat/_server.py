@@ -15,6 +15,7 @@ from typing import Any, Deque, List, Optional, Sequence, Type, Union
 
 from ._arguments import Path, is_address, path_bytes, text, whole
 from ._program import find_program
+from ._scene import Scene
 from ._store import Store
 
 _READY = "Isosplat is ready: "
@@ -29,7 +30,7 @@ exec "$@" 3<&- </dev/null
 
 _MAX_STOP_SECONDS = 30
 
-Stores = Union[Store, Path, Sequence[Union[Store, Path]]]
+Stores = Union[Scene, Store, Path, Sequence[Union[Scene, Store, Path]]]
 
 
 class Server:
@@ -132,7 +133,7 @@ def serve(
     """Serves stores, scenes and the page with `isosplat serve` in a process of its own, and returns
     when the server answers.
 
-    stores: an open store, a path of a store, a scene or a folder of them, or a list of these. port:
+    stores: an open store or scene, a path of a store, a scene or a folder of them, or a list of these. port:
     0: any free one. Only programs on this machine can reach the server.
 
     private: the server has a random token, `Server.token`, without which nobody can read the volumes.
@@ -177,7 +178,7 @@ def start(paths: Sequence[bytes], options: Sequence[str], token: Optional[str], 
 
 
 def _listed(stores: Any) -> List[Any]:
-    if isinstance(stores, (Store, str, bytes, os.PathLike)):
+    if isinstance(stores, (Scene, Store, str, bytes, os.PathLike)):
         return [stores]
     try:
         return list(stores)
@@ -187,7 +188,7 @@ def _listed(stores: Any) -> List[Any]:
 
 def _path_of(store: Any) -> bytes:
     """An absolute path, which is never an option."""
-    path = path_bytes("stores", store.path if isinstance(store, Store) else store)
+    path = path_bytes("stores", store.path if isinstance(store, (Scene, Store)) else store)
     if is_address(path):
         raise ValueError(
             f"stores: expected files or folders, found the address {os.fsdecode(path)}: it is served "

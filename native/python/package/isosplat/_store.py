@@ -40,16 +40,34 @@ class Points(NamedTuple):
 
 def open(path: Path) -> "Store":
     """Opens the store at a path, or at an address: http://…, https://… or s3://BUCKET/KEY, of which
-    only the parts that are needed are fetched. Raises ValueError if it is not a store, or damaged;
-    OSError, such as FileNotFoundError."""
+    only the parts that are needed are fetched. PATH.isobundle#MEMBER is a store in a bundle, as
+    Layer.store() has it. Raises ValueError if it is not a store, or damaged; OSError, such as
+    FileNotFoundError."""
     encoded = path_bytes("path", path)
-    if not is_address(encoded):
-        os.stat(encoded)  # raises FileNotFoundError, PermissionError, …
-        if os.path.isdir(encoded):
-            raise IsADirectoryError(
-                f"{os.fsdecode(encoded)}: expected a store, found a folder"
-            )
-    return Store(_core.open_store(encoded), os.fsdecode(encoded))
+    name = os.fsdecode(encoded)
+    if is_address(encoded):
+        return Store(_core.open_store(encoded), name)
+    if is_in_bundle(name):
+        from ._scene import open_scene
+
+        bundle, _, member = name.rpartition("#")
+        return open_scene(bundle)._store(member)
+    os.stat(encoded)  # raises FileNotFoundError, PermissionError, …
+    if os.path.isdir(encoded):
+        raise IsADirectoryError(f"{name}: expected a store, found a folder{_scene_hint(name)}")
+    if name.endswith((".isobundle", ".json")):
+        raise ValueError(f"{name}: expected a store, found a scene: isosplat.open_scene() opens it")
+    return Store(_core.open_store(encoded), name)
+
+
+def _scene_hint(folder: str) -> str:
+    has_scene = os.path.isfile(os.path.join(folder, "scene.json"))
+    return " of a scene: isosplat.open_scene() opens it" if has_scene else ""
+
+
+def is_in_bundle(path: str) -> bool:
+    """Whether it is the path of a store in a bundle, rather than of a file."""
+    return ".isobundle#" in path and not os.path.lexists(path)
 
 
 class Store(Description):
@@ -194,6 +212,11 @@ class Store(Description):
         fails, such as on a machine without OpenGL ES."""
         if self.closed:
             raise ValueError("the store is closed: open it again")
+        if is_in_bundle(self.path):
+            raise ValueError(
+                f"{self.path}: expected the store of a file, found one in a bundle: take it out with "
+                "`isosplat unbundle`"
+            )
         chosen = None if level is None else self._level(level)
         return render(
             self.path, isovalue, camera, size, chosen, colours, opacities, background, options

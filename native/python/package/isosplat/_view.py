@@ -6,8 +6,9 @@ import os
 from typing import Any, Optional, Sequence
 
 from ._arguments import is_address, number, path_bytes, text
-from ._arrays import is_array
 from ._build import build
+from ._geometry import is_volume
+from ._scene import Scene
 from ._scene_links import link_scene
 from ._shown import Shown, view_server
 from ._store import Store
@@ -35,8 +36,8 @@ def view(
 ) -> Any:
     """Shows a volume in a notebook: the value of the last line of a cell, or of display().
 
-    volume: an array or a file, which is built first (spacing … max_error are those of build); an open
-    store; or the path of a store or a scene. isovalue: of the first surface. Default: the volume's
+    volume: an array, an image or a file, which is built first (spacing … max_error are those of build); an open
+    store or scene; or the path of one. isovalue: of the first surface. Default: the volume's
     first suggestion.
 
     If anywidget is installed, the result is a widget. Its traits isovalue, surfaces, camera, clip,
@@ -84,9 +85,9 @@ def view(
 
 def _shown(volume: Any, options: Any) -> Shown:
     server = view_server()
-    if isinstance(volume, Store):
+    if isinstance(volume, (Scene, Store)):
         volume = volume.path
-    if is_array(volume):
+    if is_volume(volume):
         target = server.new_path(".isosplat")
         build(volume, target, **options).close()
         return server.shown(target)
