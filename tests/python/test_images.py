@@ -297,13 +297,23 @@ def test_xarray_itself(tmp_path):
     xarray = pytest.importorskip("xarray")
     array = xarray.DataArray(
         sphere(),
-        dims="zyx",
+        dims=("z", "y", "x"),
         coords={"x": ("x", np.arange(28) * 2.0, {"units": "um"})},
         attrs={"units": "counts"},
     )
     array = array.assign_coords({d: (d, np.arange(array.sizes[d]), {"units": "um"}) for d in "zy"})
     store = built(array, tmp_path)
     assert np.allclose(store.spacing, (0.002, 0.001, 0.001)) and store.units == "counts"
+
+
+def test_dask_itself(tmp_path):
+    dask_array = pytest.importorskip("dask.array")
+    lazy = dask_array.from_array(sphere(), chunks=(8, 24, 10)) + 1
+    store = built(lazy, tmp_path)
+    assert store.dtype == np.uint16 and same_values(store, sphere() + 1)
+    steps = dask_array.stack([lazy, lazy * 2])
+    scene = isosplat.build_scene(steps, tmp_path / "a.isobundle", times=[0, 1])
+    assert same_values(scene.layers[0].store(1), (sphere() + 1) * 2)
 
 
 def test_images_in_scenes_and_views(tmp_path, monkeypatch):
