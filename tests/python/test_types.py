@@ -51,7 +51,7 @@ def test_the_package_and_its_use(tmp_path):
     (tmp_path / "use.py").write_text(USE)
     (tmp_path / "misuse.py").write_text(USE + "store.points('5')\nstore.no_such_method()\n")
     # The types of xarray, and of pandas behind it, take a minute.
-    (tmp_path / "mypy.ini").write_text("[mypy-xarray.*]\nfollow_imports = skip\n")
+    (tmp_path / "mypy.ini").write_text("[mypy]\n[mypy-xarray.*]\nfollow_imports = skip\n")
     settings = ["--ignore-missing-imports", "--cache-dir", str(tmp_path / "cache")]
     right = mypy(*settings, "-p", "isosplat", cwd=tmp_path)
     assert right.returncode == 0, right.stdout + right.stderr

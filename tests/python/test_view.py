@@ -240,6 +240,17 @@ def test_other_messages_are_ignored(store, anywidget):
         assert answer(view, content) is None
 
 
+def test_volumes_of_servers(anywidget):
+    volume = "https://host.example/v1/volumes/head"
+    view = isosplat.view(volume, 60, link="a")
+    assert (view.src, view.isovalue, view.link) == (volume, 60, "a")
+    assert view._esm == "https://host.example/isosplat-anywidget.js"
+    scene = isosplat.view("https://host.example/v1/scenes/run", step=2)
+    assert (scene.src, scene.scene, scene.step) == ("", "https://host.example/v1/scenes/run", 2)
+    with pytest.raises(ValueError, match="/v1/volumes/NAME"):
+        isosplat.view("https://host.example/head.isosplat")
+
+
 # Arguments -----------------------------------------------------------------------------------
 
 
@@ -251,7 +262,8 @@ def test_other_messages_are_ignored(store, anywidget):
         (lambda s: isosplat.view(s, float("nan")), ValueError, "isovalue: expected a finite"),
         (lambda s: isosplat.view(s, spacing=(1, 1, 1)), TypeError, "spacing: expected none"),
         (lambda s: isosplat.view(s, proxy="/proxy/80"), ValueError, r"proxy: .*\{port\}"),
-        (lambda s: isosplat.view("https://host.example/a.isosplat"), ValueError, "address"),
+        (lambda s: isosplat.view("https://host.example/v1/volumes/a"), ImportError, "anywidget"),
+        (lambda s: isosplat.view("https://host.example/a", title="b"), TypeError, "address"),
         (lambda s: isosplat.view("absent.isosplat"), FileNotFoundError, "absent"),
         (lambda s: isosplat.view(np.zeros(3)), ValueError, "three axes"),
         (lambda s: isosplat.view(3), TypeError, "volume: expected a path"),

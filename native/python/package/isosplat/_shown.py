@@ -86,6 +86,8 @@ class _ViewServer:
     def __init__(self) -> None:
         self.key = secrets.token_hex(32)
         self.folder = tempfile.mkdtemp(prefix="isosplat-view-")
+        # Not through the proxy of the environment: this is the same machine.
+        self._opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         self._owner = os.getpid()
         self._count = 0
         atexit.register(self.close)
@@ -136,9 +138,7 @@ class _ViewServer:
     def _open(self, path: str, headers: Dict[str, str], method: str = "GET") -> Any:
         fields = {"Authorization": f"Bearer {self.server.token}", **headers}
         request = urllib.request.Request(self.server.url + path, headers=fields, method=method)
-        # Not through the proxy of the environment: this is the same machine.
-        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        return opener.open(request, timeout=_MAX_WAIT_SECONDS)
+        return self._opener.open(request, timeout=_MAX_WAIT_SECONDS)
 
     def remove(self, path: str) -> None:
         if self._owner != os.getpid():

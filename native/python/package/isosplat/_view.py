@@ -1,5 +1,6 @@
 """Views of volumes in notebooks."""
 
+# mypy: allow-untyped-calls
 from __future__ import annotations
 
 import os
@@ -54,7 +55,10 @@ def view(
     the kernel's messages. proxy: the address under which the notebook's browser reaches a port, such as
     "/user/me/proxy/{port}/"; that of jupyter-server-proxy is found without it.
 
-    Raises what build raises; ValueError for addresses, since browsers read these themselves."""
+    volume may also be the address of a volume or a scene of a server (https://…/v1/volumes/NAME), which
+    the browser reads itself: its server has to allow that (--cors). This needs anywidget.
+
+    Raises what build raises."""
     unknown = sorted(set(traits) - set(_TRAITS))
     if unknown:
         raise TypeError(f"expected traits ({', '.join(_TRAITS)}), found {', '.join(unknown)}")
@@ -72,6 +76,9 @@ def view(
         "max_error": max_error,
     }
     given = {name: value for name, value in options.items() if value not in (None, "")}
+    address = _address_of(volume)
+    if address:
+        return _remote_view(address, traits, given or proxy)
     shown = _shown(volume, given)
     from ._html_view import HtmlView
 
@@ -83,6 +90,28 @@ def view(
     return KernelWidget(shown, proxy, traits)
 
 
+def _address_of(volume: Any) -> str:
+    """The address of a store that is not on this machine; else empty."""
+    path = volume.path if isinstance(volume, Store) else volume
+    is_path = isinstance(path, (str, bytes, os.PathLike))
+    return os.fsdecode(path) if is_path and is_address(os.fsencode(path)) else ""
+
+
+def _remote_view(address: str, traits: Any, others: Any) -> Any:
+    """The widget of a volume or a scene of a server, which the browser reads itself."""
+    if others:
+        raise TypeError("expected no options of a build and no proxy=, because the volume is at an address")
+    try:
+        from ._widget_traits import IsosplatWidget
+    except ImportError:
+        raise ImportError(
+            f"{address}: expected anywidget, which shows volumes at addresses: install it, or open the "
+            "page of the server"
+        ) from None
+    name = "scene" if "/v1/scenes/" in address else "src"
+    return IsosplatWidget(**{name: address}, **traits)
+
+
 def _shown(volume: Any, options: Any) -> Shown:
     server = view_server()
     if isinstance(volume, (Scene, Store)):
@@ -92,11 +121,6 @@ def _shown(volume: Any, options: Any) -> Shown:
         build(volume, target, **options).close()
         return server.shown(target)
     path = path_bytes("volume", volume)
-    if is_address(path):
-        raise ValueError(
-            f"volume: expected an array, a store or a file, found the address {os.fsdecode(path)}: "
-            "browsers read it themselves: isosplat_widget.IsosplatWidget shows it"
-        )
     os.stat(path)  # raises FileNotFoundError, PermissionError, …
     found = os.fsdecode(os.path.abspath(path))
     document = _document_of(found)
