@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 import types
 import urllib.error
 import urllib.request
@@ -163,6 +164,26 @@ assert os.path.isdir(_shown._current.folder) and view._shown.read(0, 4)
     folders = run.stdout.split()
     assert len(set(folders)) == 2
     assert not any(os.path.exists(folder) for folder in folders), run.stderr
+
+
+def test_a_killed_process_leaves_no_folder():
+    script = """
+import os, sys, numpy, isosplat
+from isosplat import _shown
+sys.modules["anywidget"] = None
+isosplat.view(numpy.arange(1000.0).reshape(10, 10, 10))
+print(_shown._current.folder, flush=True)
+sys.stdin.read()
+"""
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    folder = process.stdout.readline().strip()
+    assert os.path.isdir(folder)
+    process.kill()
+    process.communicate()
+    while os.path.exists(folder):  # pytest's caller limits the time
+        time.sleep(0.05)
 
 
 # HTML ----------------------------------------------------------------------------------------

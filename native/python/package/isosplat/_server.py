@@ -23,8 +23,9 @@ _READY = "Isosplat is ready: "
 # The program runs in a session of its own, so that an interrupt of a notebook's cell does not stop it.
 # It ends when the pipe of file 3 closes: by Server.stop(), or because this process has ended, however
 # that happened. `kill 0` ends the processes of that session, of which the program may be the only one.
+# ISOSPLAT_VIEWS is the temporary folder of a server of views.
 _SCRIPT = """exec 3<&0
-{ cat <&3; kill 0; } >/dev/null 2>&1 &
+{ cat <&3; rm -rf -- ${ISOSPLAT_VIEWS:+"$ISOSPLAT_VIEWS"}; kill 0; } >/dev/null 2>&1 &
 exec "$@" 3<&- </dev/null
 """
 
@@ -157,6 +158,8 @@ def start(paths: Sequence[bytes], options: Sequence[str], token: Optional[str], 
     """Runs `isosplat serve`. secret: further variables of its environment, which other users cannot see,
     unlike the arguments of a program."""
     environment = {**os.environ, **secret}
+    if "ISOSPLAT_VIEWS" not in secret:
+        environment.pop("ISOSPLAT_VIEWS", None)
     for name in ("ISOSPLAT_TOKEN", "NOTIFY_SOCKET", "LISTEN_FDS", "LISTEN_PID"):
         environment.pop(name, None)
     if token:

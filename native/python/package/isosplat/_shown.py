@@ -97,6 +97,7 @@ class _ViewServer:
             ["--port=0", "--public"],
             secrets.token_urlsafe(24),
             ISOSPLAT_LINK_KEY=self.key,
+            ISOSPLAT_VIEWS=self.folder,
         )
 
     def new_path(self, suffix: str) -> str:
