@@ -1,8 +1,10 @@
 // isosplat.view() of the Python package, without a notebook: a real process of Python, its server, and a page that
 // does what the output of a cell does. The page has an origin of its own.
 import { type ChildProcess, spawn } from "node:child_process";
+import { copyFileSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { createServer, request, type Server } from "node:http";
 import type { AddressInfo } from "node:net";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { expect, type Page, test } from "@playwright/test";
@@ -75,6 +77,7 @@ class Kernel {
 
   stop(): Promise<void> {
     this.#process.stdin?.end();
+    if (this.#process.exitCode !== null) return Promise.resolve();
     return new Promise((done) => this.#process.on("exit", () => done()));
   }
 }
@@ -132,10 +135,15 @@ async function openNotebook(
   await page.goto(`http://${host}:${port}/user/me/lab`);
 }
 
+const kernelOfPage = new Map<Page, Kernel>();
+
 /** Shows the widget as the manager of widgets does: a module from its text, and a model. */
 async function showWidget(page: Page, running: Kernel): Promise<void> {
   const { state } = await running.next();
-  await page.exposeFunction("toKernel", (line: Line) => running.write(line));
+  kernelOfPage.set(page, running);
+  if (!(await page.evaluate(() => "toKernel" in globalThis))) {
+    await page.exposeFunction("toKernel", (line: Line) => kernelOfPage.get(page)?.write(line));
+  }
   await page.evaluate((state) => {
     const values = state as Record<string, unknown>;
     const listeners = new Map<string, Set<(...call: unknown[]) => void>>();
@@ -234,6 +242,30 @@ test("the widget finds the port behind jupyter-server-proxy", async ({ page }) =
   await showWidget(page, kernel);
   await expectComplete(kernel);
   expect(kernel.asked).toEqual([]);
+});
+
+test("a kernel that is restarted has another server, and shows its volume in the same page", async ({
+  page,
+}) => {
+  kernel = new Kernel("widget", store);
+  await openNotebook(page, lab);
+  await showWidget(page, kernel);
+  await expectComplete(kernel);
+  await kernel.stop();
+  await page.evaluate(() => document.querySelector("isosplat-viewer")?.parentElement?.remove());
+  // Scenes need code that the first volume did not.
+  const folder = mkdtempSync(join(tmpdir(), "isosplat-kernel-"));
+  try {
+    const layers = [{ store: "a.isosplat", surfaces: [{ isovalue: 100 }] }];
+    copyFileSync(store, join(folder, "a.isosplat"));
+    const document = { format: "isosplat-scene", version: 1, layers };
+    writeFileSync(join(folder, "scene.json"), JSON.stringify(document));
+    kernel = new Kernel("widget", folder);
+    await showWidget(page, kernel);
+    await expectComplete(kernel);
+  } finally {
+    rmSync(folder, { recursive: true, force: true });
+  }
 });
 
 test("where no port can be reached, code and bytes come in messages", async ({ page }) => {

@@ -204,6 +204,11 @@ def test_html_has_the_traits_and_no_end_of_its_script(store, no_anywidget):
     assert 'height: 1&quot;"' in shown
 
 
+def test_values_of_html_cannot_be_set(store, no_anywidget):
+    with pytest.raises(AttributeError, match="isovalue: expected anywidget"):
+        isosplat.view(store).isovalue = 3
+
+
 def test_a_saved_page_has_the_store(store, tmp_path, no_anywidget, monkeypatch):
     isosplat.view(store, 60.5).save(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()

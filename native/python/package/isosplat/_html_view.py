@@ -48,6 +48,15 @@ class HtmlView:
         self._proxy = proxy
         self._traits = traits
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        # Otherwise a new isovalue would have no effect, and raise no error.
+        if not name.startswith("_"):
+            raise AttributeError(
+                f"{name}: expected anywidget, without which values do not reach the picture: install it "
+                "for this kernel, or call isosplat.view() again"
+            )
+        super().__setattr__(name, value)
+
     @property
     def address(self) -> str:
         """The address of the page for a browser of this machine. Who has it can read the volume, as long

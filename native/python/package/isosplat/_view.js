@@ -45,12 +45,23 @@ async function reach(kernel) {
 
 /** Of each model: all its views use the same objects. */
 const bases = new WeakMap();
-const modules = new WeakMap();
 const addressed = new WeakMap();
 
 function once(map, key, make) {
   if (!map.has(key)) map.set(key, make());
   return map.get(key);
+}
+
+/**
+ * The code of the widget, once for the page and in one file: a kernel that is restarted has another server, and a
+ * page can define the element only once.
+ */
+function widgetModule(load) {
+  globalThis.isosplatWidget ??= load().catch((error) => {
+    globalThis.isosplatWidget = undefined;
+    throw error;
+  });
+  return globalThis.isosplatWidget;
 }
 
 /** The model with the address at which this browser reaches the server. */
@@ -88,14 +99,15 @@ function moduleByMessage(model) {
 async function render({ model, el }) {
   const kernel = model.get("_kernel");
   const base = await once(bases, model, () => reach(kernel));
+  const { default: widget, kernelFile } = await widgetModule(() =>
+    base
+      ? import(/* @vite-ignore */ `${base}isosplat-anywidget-single.js`)
+      : moduleByMessage(model),
+  );
   if (base) {
-    const { default: widget } = await import(/* @vite-ignore */ `${base}isosplat-anywidget.js`);
-    return widget.render({
-      model: once(addressed, model, () => withAddress(model, kernel, base)),
-      el,
-    });
+    const reached = once(addressed, model, () => withAddress(model, kernel, base));
+    return widget.render({ model: reached, el });
   }
-  const { default: widget, kernelFile } = await once(modules, model, () => moduleByMessage(model));
   const fileOf = (address) =>
     address === kernel.address ? kernelFile(model, kernel.bytes) : undefined;
   return widget.render({ model, el, fileOf });
