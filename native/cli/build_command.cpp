@@ -222,7 +222,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("build", "Build a store from a volume");
   auto call = std::make_shared<BuildCall>();
   command->add_option("volume", call->volumes,
-                      "NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, VTK, TIFF or raw file, or a "
+                      "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, VTK, TIFF, cube, VASP, XSF, "
+                      "OpenDX or raw file, or a "
                       "folder of DICOM or TIFF slices; several are the time steps of a scene");
   command->add_option(
       "-o,--output", call->store,

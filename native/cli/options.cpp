@@ -38,7 +38,9 @@ void VolumeFlags::add_to(CLI::App& command) {
       .add_option("--segment", segment_,
                   "DICOM segmentations: number or label of the segment, if the file has several")
       ->type_name("NUMBER|LABEL");
-  command.add_option("--dataset", dataset_, "HDF5: path of the dataset, if the file has several")
+  command
+      .add_option("--dataset", dataset_,
+                  "HDF5: path of the dataset; .npz: name of the array, if the file has several")
       ->type_name("PATH");
   command.add_option("--dims", dims_, "Raw files: number of voxels along each axis")
       ->type_name("XxYxZ");

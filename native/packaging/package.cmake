@@ -79,8 +79,8 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # The software renderer for machines without a GPU, for `isosplat render`.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libgl1-mesa-dri)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "isosurfaces of large volumes, as splats in a browser
-The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, NumPy, HDF5,
-TIFF, VTK, raw) into stores, from which it reads any isosurface without
+The program turns volumes (DICOM, NIfTI, NRRD, MetaImage, MRC, MGH, NumPy,
+HDF5, TIFF, VTK, raw) into stores, from which it reads any isosurface without
 further processing. It serves stores over HTTP, and draws pictures of them.
 The page shows them in a browser.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libisosplat-dev)

@@ -6,19 +6,25 @@
 #include <iterator>
 #include <vector>
 
+#include "shared/import/cube/cube.h"
 #include "shared/import/dicom/dicom.h"
 #include "shared/import/hdf5/hdf5.h"
 #include "shared/import/known_files.h"
 #include "shared/import/meta_image/meta_image.h"
+#include "shared/import/mgh/mgh.h"
 #include "shared/import/mrc/mrc.h"
 #include "shared/import/nifti/nifti.h"
 #include "shared/import/npy/npy.h"
+#include "shared/import/npy/npz.h"
 #include "shared/import/nrrd/nrrd.h"
+#include "shared/import/opendx/opendx.h"
 #include "shared/import/raw/raw.h"
 #include "shared/import/text/header_text.h"
 #include "shared/import/tiff/tiff.h"
+#include "shared/import/vasp/vasp.h"
 #include "shared/import/vtk/vtk.h"
 #include "shared/import/vtk_xml/vtk_xml.h"
+#include "shared/import/xsf/xsf.h"
 
 namespace isosplat::import {
 namespace {
@@ -117,6 +123,23 @@ bool is_named_mrc(const FileHead& head, bool is_raw) {
   return is_named && is_mrc(head.bytes(), true);
 }
 
+/// The format has no signature, so names decide.
+bool is_named_mgh(const FileHead& head, bool /*is_raw*/) {
+  const std::string name = lower_name(head);
+  return (name.ends_with(".mgh") || name.ends_with(".mgz") || name.ends_with(".mgh.gz")) &&
+         is_mgh(head.bytes(), true);
+}
+
+/// Recognizes a text by its first lines.
+template <bool (*Begins)(std::string_view)>
+bool resembles(const FileHead& head) {
+  return Begins(head.bytes());
+}
+
+bool resembles_mgh(const FileHead& head) {
+  return is_mgh(head.bytes(), false);
+}
+
 bool is_named_raw(const FileHead& head, bool is_raw) {
   if (is_raw) return true;
   const std::string name = lower_name(head);
@@ -134,7 +157,7 @@ bool resembles_dicom(const FileHead& head) {
 constexpr Format kFormats[] = {
     {.name = "DICOM",
      .title = "DICOM",
-     .title_rank = 7,
+     .title_rank = 8,
      .begins = begins_dicom,
      .resembles = resembles_dicom,
      .open = by_path<open_dicom_file>},
@@ -145,28 +168,29 @@ constexpr Format kFormats[] = {
      .open = by_path<open_nrrd>},
     {.name = "NumPy",
      .title = "NumPy",
-     .title_rank = 5,
+     .title_rank = 6,
      .begins = begins_npy,
      .open = by_path<open_npy>},
+    {.name = "NumPy archive", .begins = is_npz, .open = by_path<open_npz>},
     {.name = "HDF5",
      .title = "HDF5",
-     .title_rank = 6,
+     .title_rank = 7,
      .begins = is_hdf5,
      .open = by_path<open_hdf5>},
     {.name = "netCDF", .begins = begins_netcdf, .open = by_path<refuse_netcdf_classic>},
     {.name = "VTK",
      .title = "legacy VTK",
-     .title_rank = 9,
+     .title_rank = 10,
      .begins = begins_vtk,
      .open = by_path<open_vtk_legacy>},
     {.name = "VTK XML",
      .title = "VTK XML images",
-     .title_rank = 10,
+     .title_rank = 11,
      .begins = is_vtk_xml,
      .open = by_path<open_vtk_xml>},
     {.name = "TIFF",
      .title = "TIFF",
-     .title_rank = 8,
+     .title_rank = 9,
      .begins = begins_tiff,
      .open = by_path<open_tiff_file>},
     {.name = "NIfTI",
@@ -178,11 +202,34 @@ constexpr Format kFormats[] = {
      .open = open_nifti},
     {.name = "MRC",
      .title = "MRC",
-     .title_rank = 4,
+     .title_rank = 5,
      .reads_gzip = true,
      .begins = begins_mrc,
      .is_named = is_named_mrc,
      .open = open_mrc},
+    {.name = "MGH",
+     .title = "MGH",
+     .title_rank = 4,
+     .reads_gzip = true,
+     .is_named = is_named_mgh,
+     .resembles = resembles_mgh,
+     .open = open_mgh},
+    {.name = "OpenDX",
+     .title = "OpenDX",
+     .title_rank = 15,
+     .begins = is_opendx,
+     .open = by_path<open_opendx>},
+    {.name = "XSF", .title = "XSF", .title_rank = 14, .begins = is_xsf, .open = by_path<open_xsf>},
+    {.name = "cube",
+     .title = "cube",
+     .title_rank = 12,
+     .resembles = resembles<is_cube>,
+     .open = by_path<open_cube>},
+    {.name = "VASP",
+     .title = "VASP",
+     .title_rank = 13,
+     .resembles = resembles<is_vasp>,
+     .open = by_path<open_vasp>},
     {.name = "MetaImage",
      .title = "MetaImage",
      .title_rank = 2,

@@ -104,8 +104,6 @@ struct Suffix {
 /// Files that are recognized only by their names.
 constexpr Suffix kSuffixes[] = {
     {".mnc", "MINC", "convert it with nibabel: nib-convert {0} {1}.nii.gz"},
-    {".mgz", "FreeSurfer's format", "convert it with nibabel: nib-convert {0} {1}.nii.gz"},
-    {".mgh", "FreeSurfer's format", "convert it with nibabel: nib-convert {0} {1}.nii.gz"},
     {".obj", "a mesh", kMesh},
     {".img", "the voxels of a pair without a valid NIfTI .hdr",
      "give it with --dims, --type and --spacing, or put the .hdr beside it"},
@@ -171,14 +169,6 @@ std::optional<KnownFile> known_text(const std::filesystem::path& path, std::stri
 
 std::optional<KnownFile> known_zip(const std::filesystem::path& path, std::string_view bytes) {
   if (!bytes.starts_with("PK\3\4") && !bytes.starts_with("PK\5\6")) return std::nullopt;
-  const auto has = [&](std::string_view part) { return bytes.find(part) != bytes.npos; };
-  if (lower_case(path.extension().string()) == ".npz" ||
-      (has(".npy") && !has("data.pkl") && !has("/"))) {
-    return made("an archive of NumPy arrays",
-                "save its first array with python3 -c \"import sys, numpy; "
-                "a = numpy.load(sys.argv[1]); numpy.save(sys.argv[2], a[a.files[0]])\" {0} {1}.npy",
-                path);
-  }
   return made("a ZIP archive", "unpack it with unzip {0} -d {1}, and give the volume in it", path);
 }
 

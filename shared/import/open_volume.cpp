@@ -14,6 +14,7 @@
 #include "shared/import/images/file.h"
 #include "shared/import/images/images.h"
 #include "shared/import/known_files.h"
+#include "shared/import/npy/npz.h"
 #include "shared/import/slices/slice_files.h"
 #include "shared/import/tiff/tiff.h"
 #include "shared/import/unpacked_volume.h"
@@ -205,8 +206,8 @@ Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& p
   }
   const std::string_view format = format_of_file(path);
   if (format == "TIFF") return tiff_volumes(path);
-  if (format != "HDF5") return volumes;
-  auto datasets = hdf5_datasets(path);
+  if (format != "HDF5" && format != "NumPy archive") return volumes;
+  auto datasets = format == "HDF5" ? hdf5_datasets(path) : npz_datasets(path);
   if (!datasets) return tl::unexpected(datasets.error());
   if (datasets->size() < 2) return volumes;
   for (std::string& each : *datasets) {

@@ -11,13 +11,13 @@
 namespace isosplat::import {
 
 /// Opens a volume: NRRD (.nrrd, .nhdr), MetaImage (.mha, .mhd), NIfTI (.nii, .nii.gz), MRC (.mrc,
-/// .map, .rec, also compressed), NumPy (.npy), HDF5, legacy VTK structured points (.vtk), VTK's XML
-/// images (.vti, .pvti, .vtr, .pvtr), TIFF (one file with pages, or a folder with a file per
-/// slice), a folder of PNG, JPEG or JPEG 2000, DICOM (a folder with a series, or a multi-frame
-/// file), or raw voxels (with dims and type in the options, or both in the file's name, as in
-/// head_256x256x128_uint8.raw). A file of any of these may be compressed as a whole by gzip, bzip2,
-/// xz or Zstandard. Reads only the header, and checks it against the file's size if the file is not
-/// compressed.
+/// .map, .rec, also compressed), FreeSurfer's MGH (.mgh, .mgz), NumPy (.npy, .npz), HDF5, legacy
+/// VTK structured points (.vtk), VTK's XML images (.vti, .pvti, .vtr, .pvtr), Gaussian cube, VASP,
+/// XSF, OpenDX, TIFF (one file with pages, or a folder with a file per slice), a folder of PNG,
+/// JPEG or JPEG 2000, DICOM (a folder with a series, or a multi-frame file), or raw voxels (with
+/// dims and type in the options, or both in the file's name, as in head_256x256x128_uint8.raw). A
+/// file of any of these may be compressed as a whole by gzip, bzip2, xz or Zstandard. Reads only
+/// the header, and checks it against the file's size if the file is not compressed.
 ///
 /// The result is the volume that the file describes; or that volume with notes about assumptions;
 /// or an error. Data that are missing, truncated or contradictory are an error unless
@@ -36,10 +36,10 @@ Result<OpenVolume> open_volume(const std::filesystem::path& path, const ImportOp
 Result<std::vector<SegmentMap>> open_segments(const std::filesystem::path& path,
                                               const ImportOptions& options);
 
-/// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MRC",
-/// "NumPy", "HDF5", "netCDF" (its classic format), "VTK", "VTK XML", "TIFF", "DICOM", "raw" or
-/// "compressed"; empty if no reader supports it. Reads no headers, so open_volume may still refuse
-/// the file.
+/// The format of a file by its first bytes and its name: "NRRD", "MetaImage", "NIfTI", "MGH",
+/// "MRC", "NumPy", "NumPy archive", "HDF5", "netCDF" (its classic format), "VTK", "VTK XML",
+/// "cube", "VASP", "XSF", "OpenDX", "TIFF", "DICOM", "raw" or "compressed"; empty if no reader
+/// supports it. Reads no headers, so open_volume may still refuse the file.
 std::string_view format_of_file(const std::filesystem::path& path);
 
 /// The compression of a file as a whole, if open_volume decompresses it before its reader reads it:

@@ -84,11 +84,17 @@ struct Format {
 Sample make_nrrd(Random& random);
 Sample make_meta_image(Random& random);
 Sample make_nifti(Random& random);
+Sample make_mgh(Random& random);
 Sample make_mrc(Random& random);
 Sample make_npy(Random& random);
 Sample make_hdf5(Random& random);
 Sample make_vtk(Random& random);
 Sample make_vtk_xml(Random& random);
+Sample make_cube(Random& random);
+Sample make_vasp(Random& random);
+Sample make_xsf(Random& random);
+Sample make_dx(Random& random);
+Sample make_npz(Random& random);
 Sample make_tiff(Random& random);
 Sample make_tiff_series(Random& random);
 Sample make_raw(Random& random);

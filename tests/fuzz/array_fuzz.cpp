@@ -1,4 +1,5 @@
-// MRC, NumPy, HDF5 and VTK XML files: their headers, and their voxels if they are few.
+// MRC, MGH, NumPy, HDF5, VTK XML, cube, VASP, XSF and OpenDX files: their headers, and their voxels
+// if they are few.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.
@@ -32,6 +33,22 @@ std::string mrc(int32_t mode, size_t voxel_bytes) {
   }
   set(4, mode);
   file.replace(208, 6, "MAP DD");
+  return file;
+}
+
+/// The same of FreeSurfer, with 16-bit voxels.
+std::string mgh() {
+  std::string file(284 + 120, '\0');
+  for (const size_t byte : {3, 19}) file[byte] = 1;
+  file[7] = 5;
+  file[11] = 4;
+  file[15] = 3;
+  file[23] = 4;
+  file[29] = 1;
+  for (size_t i = 0; i < 3; ++i) {  // 1.0: the spacing, and the directions
+    file.replace(30 + 4 * i, 2, "\x3f\x80");
+    file.replace(42 + 16 * i, 2, "\x3f\x80");
+  }
   return file;
 }
 
@@ -73,6 +90,34 @@ std::string vti_of_blocks() {
                  "</AppendedData>");
 }
 
+/// Sixty values.
+std::string values_as_text() {
+  std::string text;
+  for (int i = 0; i < 60; ++i) text += std::to_string(i) + ".5 ";
+  return text + "\n";
+}
+
+std::string cube() {
+  return "a\nb\n-1 0 0 0\n3 0 0 1\n4 0 1 0\n5 1 0 0\n6 0 0 0 0\n1 7\n" + values_as_text();
+}
+
+std::string vasp() {
+  return "a\n1\n1 0 0\n0 1 0\n0 0 1\nSi\n1\nDirect\n0 0 0\n\n5 4 3\n" + values_as_text() +
+         "augmentation occupancies 1 1\n0.5\n5 4 3\n" + values_as_text();
+}
+
+std::string xsf() {
+  return "CRYSTAL\nBEGIN_BLOCK_DATAGRID_3D\na\nBEGIN_DATAGRID_3D_b\n5 4 3\n0 0 0\n1 0 0\n0 1 0\n"
+         "0 0 1\n" +
+         values_as_text() + "END_DATAGRID_3D\nEND_BLOCK_DATAGRID_3D\n";
+}
+
+std::string opendx() {
+  return "object 1 class gridpositions counts 3 4 5\norigin 0 0 0\ndelta 1 0 0\ndelta 0 1 0\n"
+         "delta 0 0 1\nobject 3 class array type double rank 0 items 60 data follows\n" +
+         values_as_text() + "object \"a\" class field\n";
+}
+
 /// A file that the HDF5 library has written.
 std::string hdf5(const std::string& name) {
   std::ifstream file(std::string(ISOSPLAT_SOURCE_DIR) + "/tests/native/hdf5/" + name + ".h5",
@@ -102,6 +147,11 @@ std::vector<std::string> make_files() {
           hdf5("lzf"),
           hdf5("conventions/bdv"),
           hdf5("conventions/scales"),
+          mgh(),
+          cube(),
+          vasp(),
+          xsf(),
+          opendx(),
           vti_of_text(),
           vti("", "binary", "PAAAA" + std::string(81, 'A') + "=="),
           vti_of_blocks(),

@@ -94,6 +94,20 @@ Write nifti(At<T>... fields) {
   return file("v.nii", bytes);
 }
 
+/// FreeSurfer's format; `flag`: whether the header has spacing and directions.
+Write mgh(int16_t flag) {
+  const auto put = [](std::string& out, auto value) {
+    const auto* const bytes = reinterpret_cast<const char*>(&value);
+    for (size_t i = sizeof value; i-- > 0;) out += bytes[i];
+  };
+  std::string bytes;
+  for (const int32_t word : {1, 5, 4, 3, 1, 4, 0}) put(bytes, word);
+  put(bytes, flag);
+  for (const float number : {2, 2, 2, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0, 0}) put(bytes, number);
+  bytes.resize(284);
+  return file("v.mgh", bytes + bytes_of(test::byte_swapped(pattern_voxels<int16_t>(kSize))));
+}
+
 /// An MRC file of bytes (mode 0); numbers by their word, from 1.
 template <class... T>
 Write mrc(const std::string& labels, At<T>... words) {
@@ -217,6 +231,7 @@ const Row kRows[] = {
      vti(kTurned, "Spacing=\"1 2 3\""),
      {vti(kTurned, std::string("Spacing=\"1 2 3\" ") + kTurned),
       vti("Spacing=\"1 2 3\"", "Spacing=\"1 2 3\"")}},
+    {"the header has no voxel spacing and orientation", mgh(0), {mgh(1)}},
     {"the header has no orientation",
      nifti(At<int16_t>{254, 0}),
      {nifti(), nifti(At<int16_t>{254, 0}, At<int16_t>{252, 1})}},
@@ -259,6 +274,7 @@ const Row kRows[] = {
 /// Notes that are not in the table, and why.
 const std::pair<const char*, const char*> kExempt[] = {
     {"a NumPy array has no voxel spacing", "the format cannot state it"},
+    {"an OpenDX file does not state its unit of length", "the format cannot state it"},
     {"a raw file has no voxel spacing", "there is no header"},
     {"a MATLAB array does not say what its axes are", "the format cannot state it"},
     {"the axes of the array have no names", "only where the description lists sizes alone"},

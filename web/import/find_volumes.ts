@@ -12,12 +12,18 @@ const headerFormats = [
   "NRRD",
   "MetaImage",
   "NIfTI",
+  "MGH",
   "MRC",
   "NumPy",
+  "NumPy archive",
   "HDF5",
   "netCDF",
   "VTK",
   "VTK XML",
+  "cube",
+  "VASP",
+  "XSF",
+  "OpenDX",
   "compressed",
 ];
 /** A folder of these is a volume; a single file is a picture. */

@@ -283,6 +283,6 @@ async function firstVolume(
   if (found[0]) return found[0].path;
   throw new CoreError(
     "unsupported_format",
-    `expected a volume (NRRD, MetaImage, NIfTI, MRC, NumPy, HDF5, DICOM, TIFF, VTK or raw) among ${files.length} files, found none: choose the files of a volume`,
+    `expected a volume (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX or raw) among ${files.length} files, found none: choose the files of a volume`,
   );
 }

@@ -28,7 +28,7 @@ export interface ImportOptions {
   segment?: string;
   /** A channel of a volume with several, from 0. */
   channel?: number;
-  /** HDF5: the path of a dataset. */
+  /** HDF5: the path of a dataset. .npz: the name of an array. */
   dataset?: string;
   /** Faults of the file to accept. */
   allow?: readonly ("gaps" | "truncated" | "surplus" | "unplaced" | "frames")[];
@@ -68,8 +68,9 @@ export interface VolumeCandidate {
   /** The argument `path` of openVolume: a file, or a folder of slices; "." is the root. */
   path: string;
   /**
-   * "NRRD", "MetaImage", "NIfTI", "MRC", "NumPy", "HDF5", "netCDF", "VTK", "VTK XML", "TIFF", "PNG",
-   * "JPEG", "JPEG 2000", "DICOM", "raw" or "compressed". The format inside a compressed file is known only when it is opened.
+   * "NRRD", "MetaImage", "NIfTI", "MGH", "MRC", "NumPy", "NumPy archive", "HDF5", "netCDF", "VTK",
+   * "VTK XML", "cube", "VASP", "XSF", "OpenDX", "TIFF", "PNG", "JPEG", "JPEG 2000", "DICOM", "raw" or
+   * "compressed". The format inside a compressed file is known only when it is opened.
    */
   format: string;
   /** One of the volumes of a file with several. */

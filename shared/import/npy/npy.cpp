@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/npy/header.h"
@@ -33,6 +34,9 @@ struct Dictionary {
 Result<Dictionary> read_dictionary(const std::filesystem::path& path, ByteReader& bytes) {
   std::array<std::byte, 12> raw{};
   if (auto read = bytes.read(0, raw); !read) return tl::unexpected(read.error());
+  if (std::memcmp(raw.data(), "\x93NUMPY", 6) != 0) {
+    return malformed_npy(path, "expected an array of NumPy");
+  }
   const auto byte = [&](size_t i) { return static_cast<uint32_t>(raw[i]); };
   const uint32_t major = byte(6), minor = byte(7);
   if (major < 1 || major > 3 || minor != 0) {
@@ -160,7 +164,21 @@ std::string described(const NpyAxes& axes) {
 Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptions& options) {
   auto bytes = open_plain(path);
   if (!bytes) return tl::unexpected(bytes.error());
-  const auto dictionary = read_dictionary(path, **bytes);
+  return open_npy_array(path, std::move(*bytes), true, options);
+}
+
+Result<std::vector<int64_t>> npy_shape(const std::filesystem::path& path, ByteReader& bytes) {
+  const auto dictionary = read_dictionary(path, bytes);
+  if (!dictionary) return tl::unexpected(dictionary.error());
+  auto header = parse_npy_dictionary(path, dictionary->text);
+  if (!header) return tl::unexpected(header.error());
+  return std::move(header->shape);
+}
+
+Result<OpenVolume> open_npy_array(const std::filesystem::path& path,
+                                  std::unique_ptr<ByteReader> bytes, bool is_plain,
+                                  const ImportOptions& options) {
+  const auto dictionary = read_dictionary(path, *bytes);
   if (!dictionary) return tl::unexpected(dictionary.error());
   const auto header = parse_npy_dictionary(path, dictionary->text);
   if (!header) return tl::unexpected(header.error());
@@ -194,7 +212,8 @@ Result<OpenVolume> open_npy(const std::filesystem::path& path, const ImportOptio
   array.steps = static_cast<uint64_t>(axes->others);
   array.step = axes->are_channels ? *channel : *step;
   if (axes->others > 1 && axes->is_last != z_first) array.step_axis = 0;
-  return open_array(std::move(array), std::move(*bytes), std::move(notes));
+  array.plain = is_plain;
+  return open_array(std::move(array), std::move(bytes), std::move(notes));
 }
 
 }  // namespace isosplat::import

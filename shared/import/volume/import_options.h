@@ -38,7 +38,7 @@ struct ImportOptions {
   std::string series;
   std::optional<int64_t> channel;  ///< channel of a volume with several, from 0
   std::string segment;             ///< DICOM segmentations: a segment, by its number or label
-  std::string dataset;             ///< HDF5: the path of a dataset
+  std::string dataset;             ///< HDF5: the path of a dataset. .npz: the name of an array
   uint64_t memory_bytes = uint64_t{1} << 30;  ///< memory limit of a reader's child process
   Allowances allowed;                         ///< every format: faults that are not errors
 

@@ -8,7 +8,7 @@
 
 #include "shared/import/bytes/byte_reader.h"
 #include "shared/import/text/header_text.h"
-#include "shared/import/vtk/scanner.h"
+#include "shared/import/text/line_scanner.h"
 
 namespace isosplat::import {
 namespace {
@@ -45,7 +45,7 @@ std::optional<TypeName> type_named(const std::string& name) {
 /// Reads the sections of one file.
 class Parser {
  public:
-  Parser(const std::filesystem::path& path, VtkScanner scanner)
+  Parser(const std::filesystem::path& path, LineScanner scanner)
       : path_(path), scanner_(std::move(scanner)) {}
 
   Result<VtkFile> parse() {
@@ -292,7 +292,7 @@ class Parser {
   }
 
   const std::filesystem::path& path_;
-  VtkScanner scanner_;
+  LineScanner scanner_;
   VtkFile file_;
   std::map<std::string, Vec3d> numbers_of_;  ///< of the fields with three numbers
   bool is_structured_points_ = false, has_dimensions_ = false;
@@ -305,7 +305,7 @@ class Parser {
 Result<VtkFile> read_vtk_sections(const std::filesystem::path& path) {
   auto file = open_plain(path);
   if (!file) return tl::unexpected(file.error());
-  return Parser(path, VtkScanner(path, std::move(*file))).parse();
+  return Parser(path, LineScanner(path, std::move(*file), "VTK")).parse();
 }
 
 }  // namespace isosplat::import

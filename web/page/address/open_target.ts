@@ -7,7 +7,7 @@ import type { UrlState } from "./url_state.ts";
 
 /** The endings of URLs of volumes, which are not stores: see start.ts. */
 const volumeEnding =
-  /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|vt[ir]|dcm|dicom|raw|npy|npz|h5|hdf5|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
+  /\.(nii|nrrd|nhdr|mha|mhd|hdr|vtk|vt[ir]|cube?|xsf|dx|dcm|dicom|raw|npy|npz|h5|hdf5|mg[hz]|mrc|map|rec|st|zip|tiff?)(\.gz)?$|\.zarr(\/|$)|\/(zarr\.json|\.z(attrs|array|group|metadata))$/i;
 
 /**
  * The target of the page's address: a volume or a scene of its server or site, or a store or a scene on any

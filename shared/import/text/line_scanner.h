@@ -14,11 +14,11 @@
 
 namespace isosplat::import {
 
-/// Reads the lines of a legacy VTK file, and skips values. Errors: those of the reader, and where
-/// stated.
-class VtkScanner {
+/// Reads the lines of a file with a header and values, and skips values. `format`: its name, for
+/// messages. Errors: those of the reader, and where stated.
+class LineScanner {
  public:
-  VtkScanner(std::filesystem::path path, std::unique_ptr<ByteReader> file);
+  LineScanner(std::filesystem::path path, std::unique_ptr<ByteReader> file, std::string format);
 
   /// Offset of the next byte in the file.
   uint64_t position() const { return position_; }
@@ -45,6 +45,7 @@ class VtkScanner {
 
   std::filesystem::path path_;
   std::unique_ptr<ByteReader> file_;
+  std::string format_;
   uint64_t position_ = 0;
   size_t next_ = 0, end_ = 0;
   std::array<char, 16 * 1024> buffer_;

@@ -1,4 +1,4 @@
-#include "shared/import/vtk/scanner.h"
+#include "shared/import/text/line_scanner.h"
 
 #include <fmt/format.h>
 
@@ -15,10 +15,11 @@ constexpr size_t kMaxLine = 4096;
 
 }  // namespace
 
-VtkScanner::VtkScanner(std::filesystem::path path, std::unique_ptr<ByteReader> file)
-    : path_(std::move(path)), file_(std::move(file)) {}
+LineScanner::LineScanner(std::filesystem::path path, std::unique_ptr<ByteReader> file,
+                         std::string format)
+    : path_(std::move(path)), file_(std::move(file)), format_(std::move(format)) {}
 
-Result<std::optional<std::string>> VtkScanner::line() {
+Result<std::optional<std::string>> LineScanner::line() {
   std::string text;
   for (;;) {
     const auto c = take();
@@ -32,7 +33,7 @@ Result<std::optional<std::string>> VtkScanner::line() {
   return std::optional<std::string>(std::move(text));
 }
 
-Result<std::vector<std::string>> VtkScanner::next_words() {
+Result<std::vector<std::string>> LineScanner::next_words() {
   for (;;) {
     auto text = line();
     if (!text) return tl::unexpected(text.error());
@@ -42,7 +43,7 @@ Result<std::vector<std::string>> VtkScanner::next_words() {
   }
 }
 
-bool VtkScanner::skip_bytes(uint64_t bytes) {
+bool LineScanner::skip_bytes(uint64_t bytes) {
   next_ = end_ = 0;
   const uint64_t size = file_->size_limit();
   const bool fits = position_ <= size && bytes <= size - position_;
@@ -50,7 +51,7 @@ bool VtkScanner::skip_bytes(uint64_t bytes) {
   return fits;
 }
 
-Result<bool> VtkScanner::skip_numbers(uint64_t count) {
+Result<bool> LineScanner::skip_numbers(uint64_t count) {
   bool in_word = false;
   for (uint64_t done = 0; done < count || in_word;) {
     const auto c = take();
@@ -64,15 +65,15 @@ Result<bool> VtkScanner::skip_numbers(uint64_t count) {
   return true;
 }
 
-tl::unexpected<Error> VtkScanner::malformed(const std::string& what) const {
+tl::unexpected<Error> LineScanner::malformed(const std::string& what) const {
   return fail(Status::malformed_volume,
-              fmt::format("{}: {} before byte {}: the VTK file is damaged; export the volume "
+              fmt::format("{}: {} before byte {}: the {} file is damaged; export the volume "
                           "again",
-                          path_.string(), what, position_));
+                          path_.string(), what, position_, format_));
 }
 
 /// The next character, or −1.
-Result<int> VtkScanner::take() {
+Result<int> LineScanner::take() {
   if (next_ == end_) {
     const uint64_t size = file_->size_limit();
     const auto some =
