@@ -203,7 +203,10 @@ TEST(ImportChannels, OfVtkAreArraysAndComponents) {
     EXPECT_EQ(choices[3].name, "heat");
     expect_channel(1, 1);
     expect_channel(3, 7);
-    expect_error(path, "--channel from 0 to 3, found 4", channel(4));
+    expect_error(path,
+                 "--channel from 0 to 3, found 4: choose another (0: flow, component 0; 1: flow, "
+                 "component 1; 2: flow, component 2; 3: heat)",
+                 channel(4));
     // The values of cells count only if points have none.
     write_file(path, head + scalars + "CELL_DATA 24\nSCALARS x short 1\nLOOKUP_TABLE default\n" +
                          array(std::string(48, 'x')));
