@@ -82,6 +82,8 @@ class Server:
             self._process.wait()
         self._reader.join(_MAX_STOP_SECONDS)
         self._process.stdout.close()
+        if not self._reader.is_alive() and self._process.stderr is not None:
+            self._process.stderr.close()
 
     def _wait_until_ready(self) -> None:
         assert self._process.stdout is not None

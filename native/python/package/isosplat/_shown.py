@@ -118,8 +118,9 @@ class _ViewServer:
                 self.get(f"v1/{kind}/{name}")
                 return Shown(self, f"{kind}/{name}", path)
             except urllib.error.HTTPError as error:
-                if error.code not in (404, 503) or time.monotonic() > end:
+                with error:
                     message = error.read().decode("utf-8", "replace").strip()
+                if error.code not in (404, 503) or time.monotonic() > end:
                     raise ValueError(f"{os.path.realpath(path)}: cannot be shown: {message}") from None
             time.sleep(0.02)
 
