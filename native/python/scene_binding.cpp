@@ -29,7 +29,9 @@ std::unique_ptr<SceneHandle> open_scene(const py::bytes& path) {
   }();
   auto file = value_or_raise(std::move(opened));
   if (!file) return nullptr;
-  return std::make_unique<SceneHandle>(std::make_shared<const SceneFile>(std::move(*file)));
+  auto handle = std::make_unique<SceneHandle>();
+  handle->file = std::make_shared<const SceneFile>(std::move(*file));
+  return handle;
 }
 
 /// Raises the exceptions of SceneFile::open_store().
