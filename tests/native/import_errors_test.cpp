@@ -42,6 +42,13 @@ TEST(ImportErrors, FilesThatAreNotVolumes) {
   expect_error(folder / "text.nrrd", Status::unsupported_format, "expected NRRD");
   write_file(folder / "grid.vti", "<?xml version='1.0'?>\n<VTKFile type=\"ImageData\">\n");
   expect_error(folder / "grid.vti", Status::truncated, "expected </VTKFile>");
+  write_file(
+      folder / "name.vti",
+      "<VTKFile type='ImageData'><ImageData WholeExtent='0 1 0 1 0 1'><Piece Extent='0 1 0 1 0 "
+      "1'><PointData><DataArray type='Int8' Name='a&#10;b' format='ascii'>1 "
+      "2</DataArray></PointData></Piece></ImageData></VTKFile>");
+  expect_error(folder / "name.vti", Status::malformed_volume,
+               "expected 8 values in the array 'a b', found 2");
   write_file(folder / "mesh.vtu", "<?xml version='1.0'?>\n<VTKFile type=\"UnstructuredGrid\">\n");
   expect_error(folder / "mesh.vtu", Status::unsupported_format, "VTK's XML format");
   write_file(folder / "store.dat", std::string("\x89ISOS\r\n\x1a", 8) + std::string(600, '\1'));

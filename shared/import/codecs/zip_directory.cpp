@@ -138,6 +138,9 @@ Result<std::vector<ZipMember>> read_zip_directory(const std::filesystem::path& p
     member.bytes = field(rest, 24, 4);
     member.header = field(rest, 42, 4);
     member.name = rest.substr(kEntryBytes, static_cast<size_t>(name));
+    // Messages are one line.
+    std::replace_if(
+        member.name.begin(), member.name.end(), [](unsigned char c) { return c < ' '; }, '?');
     widen(rest.substr(static_cast<size_t>(kEntryBytes + name), static_cast<size_t>(extra)), member);
     members.push_back(std::move(member));
     rest.remove_prefix(static_cast<size_t>(entry));

@@ -212,6 +212,9 @@ class Parser {
     VtkXmlPiece& piece = file_.pieces.back();
     VtkXmlArray array;
     array.name = tag.attribute("Name").value_or("");
+    // Messages are one line.
+    std::replace_if(
+        array.name.begin(), array.name.end(), [](unsigned char c) { return c < ' '; }, ' ');
     array.type_name = tag.attribute("type").value_or("");
     array.type = type_named(array.type_name);
     array.of_cells = section_ == Section::cells;
