@@ -202,9 +202,12 @@ Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& p
   std::vector<VolumeChoice> volumes;
   const InputKind input = input_kind(path);
   if (input == InputKind::folder) {
-    return folder_opener(path) == open_tiff_folder ? tiff_volumes(path) : volumes;
+    const FolderOpener opener = folder_opener(path);
+    if (opener == open_tiff_folder) return tiff_volumes(path);
+    return opener == open_dicom_folder ? dicom_volumes(path) : volumes;
   }
   const std::string_view format = format_of_file(path);
+  if (format == "DICOM") return dicom_volumes(path);
   if (format == "TIFF") return tiff_volumes(path);
   if (format != "HDF5" && format != "NumPy archive") return volumes;
   auto datasets = format == "HDF5" ? hdf5_datasets(path) : npz_datasets(path);

@@ -46,8 +46,9 @@ std::string_view format_of_file(const std::filesystem::path& path);
 /// "gzip", "bzip2", "xz" or "zstd"; else empty. In WebAssembly the caller decompresses it.
 std::string_view packing_of_file(const std::filesystem::path& path);
 
-/// The volumes of a file that has several (HDF5: its datasets), in order. Empty if open_volume
-/// needs no choice for this file. Errors: those of open_volume.
+/// The volumes of a file or folder that has several (HDF5: its datasets; TIFF: images), in order.
+/// Empty if open_volume needs no choice for this file. DICOM: each of its series, also a single one,
+/// since the names of its files do not describe it. Errors: those of open_volume.
 Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path);
 
 }  // namespace isosplat::import

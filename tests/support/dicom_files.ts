@@ -126,14 +126,17 @@ export function dicomSlice(
   columns: number,
   z: number,
   syntax = "1.2.840.10008.1.2.5",
+  series = { uid: "1.2.3.4", date: "20110305", description: "Thorax" },
 ): Uint8Array {
   const pixelData = Buffer.from("e07f10004f420000ffffffff", "hex");
   return Buffer.concat([
     fileStart(syntax),
     element(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.2"),
-    element(0x00080018, "UI", `1.2.3.4.${z}`),
+    element(0x00080018, "UI", `${series.uid}.${z}`),
+    element(0x00080021, "DA", series.date),
     element(0x00080060, "CS", "CT"),
-    element(0x0020000e, "UI", "1.2.3.4"),
+    element(0x0008103e, "LO", series.description),
+    element(0x0020000e, "UI", series.uid),
     element(0x00200013, "IS", String(z)),
     element(0x00200032, "DS", `0\\0\\${z}`),
     element(0x00200037, "DS", "1\\0\\0\\0\\1\\0"),

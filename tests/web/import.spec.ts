@@ -659,6 +659,34 @@ describe("volumes are found among files", () => {
     expect(await find(Object.fromEntries(unrelated))).toEqual([]);
   });
 
+  test("series of DICOM, with what their files say of them", async () => {
+    const plain = "1.2.840.10008.1.2.5";
+    const slices = (folder: string, uid: string, date: string, description: string) =>
+      [0, 1, 2].map((z): [string, Uint8Array] => {
+        const series = { uid, date, description };
+        const pixels = new Uint16Array(12).fill(z);
+        return [`${folder}/${uid}-${z}.dcm`, dicomSlice(pixels, 4, z, plain, series)];
+      });
+    const thorax = slices("a", "1.2.3", "20110305", "Thorax");
+    const knee = slices("b", "1.2.4", "20120406", "Knee");
+    const undated = slices("b", "1.2.5", "", "");
+    const textsOf = async (...files: [string, Uint8Array][]) => {
+      const found = await find(Object.fromEntries(files));
+      return found.map(({ path, name, choice }) => [path, name ?? choice?.label]);
+    };
+    expect(await textsOf(...thorax)).toEqual([["a", undefined]]);
+    expect(await textsOf(...thorax, ...knee)).toEqual([
+      ["a", 'CT, 4 × 3 × 3, "Thorax", 2011-03-05'],
+      ["b", 'CT, 4 × 3 × 3, "Knee", 2012-04-06'],
+    ]);
+    expect(await textsOf(...thorax, ...knee, ...undated)).toEqual(
+      expect.arrayContaining([
+        ["b", 'series 1: CT, 4 × 3 × 3, "Knee", 2012-04-06'],
+        ["b", "series 2: CT, 4 × 3 × 3"],
+      ]),
+    );
+  });
+
   test("raw files, with and without dimensions in their names", async () => {
     expect(await find({ "x/a.raw": "123", "y/b_2x2x2_uint8.raw": "12345678" })).toMatchObject([
       { path: "y/b_2x2x2_uint8.raw", format: "raw", needsDims: false },

@@ -59,6 +59,7 @@ export function volumesAmong(
     folders.set(folder, [...(folders.get(folder) ?? []), input]);
   }
   const found: VolumeCandidate[] = [];
+  const series: VolumeCandidate[] = []; // of DICOM
   let detected = 0;
   for (const [folder, inside] of folders) {
     const slices: InputFile[] = [];
@@ -91,7 +92,8 @@ export function volumesAmong(
         bytes: slices.reduce((sum, { file }) => sum + file.size, 0),
         needsDims: false,
       };
-      found.push(...eachOf(volume, choices(volume.path)));
+      if (sliceFormat === "DICOM") series.push(volume);
+      else found.push(...eachOf(volume, choices(volume.path)));
     }
     for (const input of raws) {
       const header = headers.find(({ path }) => stem(path) === stem(input.path));
@@ -106,6 +108,9 @@ export function volumesAmong(
       }
     }
   }
+  // The names of DICOM's files say little. A single folder is opened without reading all of them twice.
+  const isOnly = found.length === 0 && series.length === 1;
+  found.push(...(isOnly ? series : series.flatMap((each) => described(each, choices(each.path)))));
   return withPieces(found).sort(
     (a, b) => Number(a.needsDims) - Number(b.needsDims) || b.bytes - a.bytes,
   );
@@ -132,6 +137,14 @@ function withPieces(found: VolumeCandidate[]): VolumeCandidate[] {
 /** A file's volume, or each of its volumes. */
 function eachOf(volume: VolumeCandidate, several: readonly VolumeChoice[]): VolumeCandidate[] {
   return several.length < 2 ? [volume] : several.map((choice) => ({ ...volume, choice }));
+}
+
+/** Each series of a DICOM volume, with its description. */
+function described(volume: VolumeCandidate, all: readonly VolumeChoice[]): VolumeCandidate[] {
+  const [only] = all;
+  return all.length === 1 && only
+    ? [{ ...volume, ...(only.name && { name: only.name }) }]
+    : eachOf(volume, all);
 }
 
 /** Whether some header refers to other files for its voxels, which may be the raw files beside it. */

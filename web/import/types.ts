@@ -75,6 +75,8 @@ export interface VolumeCandidate {
   format: string;
   /** One of the volumes of a file with several. */
   choice?: VolumeChoice;
+  /** What the file says of its volume, such as modality, size, description and date. */
+  name?: string;
   /** The number of files that belong to it according to their names, and their bytes. */
   files: number;
   bytes: number;

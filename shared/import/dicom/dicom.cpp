@@ -129,6 +129,14 @@ Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
   return open_frames(std::move(*collection), path, options, std::move(notes));
 }
 
+Result<std::vector<VolumeChoice>> dicom_volumes(const std::filesystem::path& path) {
+  std::vector<std::string> notes;
+  const bool is_folder = input_kind(path) == InputKind::folder;
+  const auto collection = is_folder ? collect_folder(path, {}, notes) : collect_file(path);
+  if (!collection) return tl::unexpected(collection.error());
+  return list_stacks(*collection, path);
+}
+
 Result<std::vector<SegmentMap>> open_dicom_segments(const std::filesystem::path& path,
                                                     const ImportOptions& options) {
   std::vector<std::string> notes;

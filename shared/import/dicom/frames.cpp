@@ -227,7 +227,8 @@ class FileReader {
     if (is_new) {
       to_.series.push_back({uid.empty() ? "(without a number)" : uid,
                             std::string(data_.text(kModality)),
-                            std::string(data_.text(kSeriesDescription))});
+                            std::string(data_.text(kSeriesDescription)),
+                            std::string(data_.text(kSeriesDate))});
     }
     return found->second;
   }

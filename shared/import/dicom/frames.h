@@ -70,6 +70,7 @@ struct Pixelless {
 
 struct Series {
   std::string uid, modality, description;
+  std::string date;  ///< YYYYMMDD, as DICOM writes it; empty: not stated
 };
 
 /// The frames of several files.

@@ -82,7 +82,14 @@ std::string list_of(const Collection& collection, const std::vector<Stack>& stac
   return text;
 }
 
-/// The stacks of several slices, as choices of --series; none if there is only one.
+/// ", 2026-11-29"; empty if the date has another form.
+std::string date_part(const std::string& date) {
+  const bool is_date = date.size() == 8 && std::all_of(date.begin(), date.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!is_date) return {};
+  return fmt::format(", {}-{}-{}", date.substr(0, 4), date.substr(4, 2), date.substr(6));
+}
+
+/// The stacks of several slices, as choices of --series.
 std::vector<VolumeChoice> choices_of(const Collection& collection,
                                      const std::vector<Stack>& stacks) {
   std::vector<VolumeChoice> choices;
@@ -95,11 +102,11 @@ std::vector<VolumeChoice> choices_of(const Collection& collection,
     name += fmt::format("{} × {} × {}", image.columns, image.rows, stacks[i].frames.size());
     if (frame.stack > 0) name += fmt::format(", {}", collection.texts[frame.stack]);
     if (!series.description.empty()) name += fmt::format(", \"{}\"", series.description);
+    name += date_part(series.date);
     choices.push_back({.label = fmt::format("series {}: {}", i + 1, name),
                        .name = name,
                        .series = std::to_string(i + 1)});
   }
-  if (choices.size() < 2) choices.clear();
   return choices;
 }
 
@@ -186,7 +193,9 @@ Result<Stack> choose_stack(const Collection& collection, const std::filesystem::
     const bool is_same = collection.frames[(*stacks)[i].frames[0]].series == series;
     (is_same ? same : others).push_back(i);
   }
-  if (stacks->size() > 1) offer(options, choices_of(collection, *stacks));
+  if (auto choices = choices_of(collection, *stacks); choices.size() > 1) {
+    offer(options, std::move(choices));
+  }
   if (same.size() > 1) {
     return fail(Status::malformed_volume,
                 fmt::format("{}: expected slices of one size, orientation and pixel spacing in a "
@@ -199,6 +208,13 @@ Result<Stack> choose_stack(const Collection& collection, const std::filesystem::
         describe(collection, stacks->front(), 1), list_of(collection, *stacks, others)));
   }
   return std::move(stacks->front());
+}
+
+Result<std::vector<VolumeChoice>> list_stacks(const Collection& collection,
+                                              const std::filesystem::path& path) {
+  const auto stacks = find_stacks(collection, path, false);
+  if (!stacks) return tl::unexpected(stacks.error());
+  return choices_of(collection, *stacks);
 }
 
 }  // namespace isosplat::import::dicom

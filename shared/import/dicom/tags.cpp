@@ -15,6 +15,7 @@ constexpr KnownTag kKnownTags[] = {
     {kImageType, Kind::text},
     {kSopClass, Kind::text},
     {kSopInstance, Kind::text},
+    {kSeriesDate, Kind::text},
     {kAcquisitionDate, Kind::text},
     {kContentDate, Kind::text},
     {kAcquisitionDateTime, Kind::text},

@@ -18,6 +18,7 @@ inline constexpr Tag kTransferSyntax = 0x00020010;
 inline constexpr Tag kImageType = 0x00080008;
 inline constexpr Tag kSopClass = 0x00080016;
 inline constexpr Tag kSopInstance = 0x00080018;
+inline constexpr Tag kSeriesDate = 0x00080021;
 inline constexpr Tag kAcquisitionDate = 0x00080022;
 inline constexpr Tag kContentDate = 0x00080023;
 inline constexpr Tag kAcquisitionDateTime = 0x0008002a;

@@ -17,9 +17,9 @@ export async function chooseVolume(
   volumes: readonly VolumeCandidate[],
 ): Promise<VolumeCandidate | undefined> {
   if (volumes.length < 2) return volumes[0];
-  const text = ({ path, choice, format, bytes }: VolumeCandidate) => {
-    const name = path === "." ? deviceTexts.theFiles : path;
-    return `${name} · ${choice ? choice.label : `${format} · ${formatBytes(bytes)}`}`;
+  const text = ({ path, choice, name, format, bytes }: VolumeCandidate) => {
+    const where = path === "." ? deviceTexts.theFiles : path;
+    return `${where} · ${choice?.label ?? name ?? `${format} · ${formatBytes(bytes)}`}`;
   };
   const label = deviceTexts.whichVolume(volumes.length);
   return choose(label, volumes.slice(0, mostOffered), text);
