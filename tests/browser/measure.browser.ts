@@ -176,6 +176,60 @@ test("points, distances, paths, angles and notes, in picture, list and link", as
   await listed(page, 4);
 });
 
+test("points are moved along the surface, and measurements repeated", async ({ page }) => {
+  await open(page);
+  await openSection(page, "Measure");
+  const { x, y } = await middle(page);
+  const tools = page.getByRole("group", { name: "Measure", exact: true });
+  await tools.getByRole("button", { name: "Distance" }).click();
+  await page.mouse.click(x - 30, y + 5);
+  await page.mouse.click(x + 40, y - 20);
+  await tools.getByRole("button", { name: "Distance" }).click(); // ends
+  await expect.poll(async () => (await measures(page)).length).toBe(1);
+  const before = await measures(page);
+  const camera = new URL(page.url()).searchParams.get("camera");
+  const value = page.locator(".measurement-value");
+  const length = await value.textContent();
+  const ends = (line: string | undefined) => {
+    const [, ...numbers] = (line ?? "").split(",").map(Number);
+    return [numbers.slice(0, 3), numbers.slice(3)];
+  };
+
+  const moveTo = async (to: number) => {
+    await page.mouse.move(x + 40, y - 20);
+    await page.mouse.down();
+    await page.mouse.move(to, y - 20, { steps: 5 });
+  };
+  await moveTo(x + 10);
+  await page.keyboard.press("Escape"); // the point returns
+  await page.mouse.up();
+  expect(await measures(page)).toEqual(before);
+
+  await moveTo(x + 10);
+  await page.mouse.up();
+  await expect.poll(() => measures(page)).not.toEqual(before);
+  const moved = await measures(page);
+  expect(ends(moved[0])[0]).toEqual(ends(before[0])[0]);
+  expect(ends(moved[0])[1]).not.toEqual(ends(before[0])[1]);
+  await expect(value).not.toHaveText(length ?? "");
+  expect(new URL(page.url()).searchParams.get("camera")).toBe(camera); // no drag of the view
+  await page.keyboard.press("Control+z"); // one step
+  await expect.poll(() => measures(page)).toEqual(before);
+
+  // By keyboard: it is measured again, in its place and with its text.
+  await page.getByRole("textbox", { name: "Text of Distance 1" }).fill("width");
+  await page.getByRole("textbox", { name: "Text of Distance 1" }).press("Enter");
+  await tools.getByRole("button", { name: "Point" }).click();
+  await page.mouse.click(x, y + 10);
+  await listed(page, 2);
+  await page.getByRole("button", { name: "Measure Distance 1 again" }).click();
+  await page.keyboard.press("Enter");
+  await page.mouse.click(x + 20, y + 20);
+  await expect(page.locator(".measurement-value").first()).toContainText("width: ");
+  await expect.poll(async () => ends((await measures(page))[0])[0]).not.toEqual(ends(before[0])[0]);
+  expect((await measures(page)).map((line) => line.split(",")[0])).toEqual(["distance", "point"]);
+});
+
 test("measures by keyboard, and reports if there is no surface", async ({ page }) => {
   await open(page);
   const picture = page.getByRole("application");

@@ -1,8 +1,9 @@
 import { html, nothing, render, svg, type TemplateResult } from "lit";
 import { LayerDrawing } from "../overlay/layer_drawing.ts";
 import { type Screen, type ScreenPoint, screenOf } from "../overlay/screen.ts";
+import { mostDrift } from "../viewer/clicks.ts";
 import type { Viewer } from "../viewer/viewer.ts";
-import type { MeasureTool } from "./measure_tool.ts";
+import type { MeasureTool, PointPlace } from "./measure_tool.ts";
 import { labelPoint, type Measurement } from "./measurement.ts";
 
 /** Draws measurements over the picture of a viewer. The element must be placed over its canvas. */
@@ -27,6 +28,7 @@ export class MeasureLayer {
     this.#label = label;
     this.element.className = "overlay measure-layer";
     this.#drawing = new LayerDrawing(viewer, this.element, () => this.#draw());
+    this.element.addEventListener("pointerdown", (event) => this.#grab(event));
   }
 
   stop(): void {
@@ -45,10 +47,10 @@ export class MeasureLayer {
       render(nothing, this.element);
       return;
     }
-    const { measurements, draft, kind } = this.#tool;
+    const { shown, draft, kind } = this.#tool;
     render(
       html`<svg class="measure-marks" aria-hidden="true">
-        ${measurements.map((each) => this.#mark(screen, each, ""))}
+        ${shown.map((each, i) => this.#mark(screen, each, "", i))}
         ${draft.length > 0 && kind ? this.#mark(screen, { kind, points: draft }, "draft") : nothing}
         ${kind ? centreMark(screen.width / 2, screen.height / 2) : nothing}
       </svg>
@@ -57,7 +59,45 @@ export class MeasureLayer {
     );
   }
 
-  #mark(screen: Screen, measurement: Measurement, className: string): TemplateResult {
+  /** Follows the pointer that has grabbed a point. A click on a point is one on the surface. */
+  #grab(event: PointerEvent): void {
+    const handle = (event.target as Element).closest<SVGElement>("[data-place]");
+    if (!handle || event.button !== 0) return;
+    const [measurement = 0, point = 0] = (handle.dataset.place ?? "").split(" ").map(Number);
+    const place: PointPlace = { measurement, point };
+    event.preventDefault();
+    const listening = new AbortController();
+    const { signal } = listening;
+    const { left, top } = this.#viewer.canvas.getBoundingClientRect();
+    let isMoved = false;
+    const end = (keep: boolean) => {
+      listening.abort();
+      if (isMoved) this.#tool.drop(keep);
+      else if (keep) this.#tool.pick(event.clientX - left, event.clientY - top);
+      this.#drawing.request();
+    };
+    const isSame = ({ pointerId }: PointerEvent) => pointerId === event.pointerId;
+    const moved = (now: PointerEvent) => {
+      if (!isSame(now)) return;
+      const distance = Math.hypot(now.clientX - event.clientX, now.clientY - event.clientY);
+      isMoved ||= distance > mostDrift;
+      if (!isMoved) return;
+      this.#tool.move(place, now.clientX - left, now.clientY - top);
+      this.#drawing.request();
+    };
+    window.addEventListener("pointermove", moved, { signal });
+    window.addEventListener("pointerup", (now) => isSame(now) && end(true), { signal });
+    window.addEventListener("pointercancel", (now) => isSame(now) && end(false), { signal });
+    window.addEventListener("keydown", ({ key }) => key === "Escape" && end(false), { signal });
+  }
+
+  /** index: of a finished measurement, whose points can be moved. */
+  #mark(
+    screen: Screen,
+    measurement: Measurement,
+    className: string,
+    index?: number,
+  ): TemplateResult {
     const { points } = measurement;
     const positions = points.map(({ position }) => screen.point(position));
     const line = positions.every(isVisible)
@@ -67,7 +107,7 @@ export class MeasureLayer {
     const last = at && screen.point(at);
     return svg`<g class=${className}>
       ${line && points.length > 1 ? svg`<polyline points=${line} />` : nothing}
-      ${positions.map((position) => (position ? svg`<circle cx=${position.x} cy=${position.y} r="4" />` : nothing))}
+      ${positions.map((position, i) => (position ? point(position, index, i) : nothing))}
       ${
         last && className !== "draft"
           ? svg`<text x=${last.x + 9} y=${last.y - 7}>${this.#label(measurement)}</text>`
@@ -75,6 +115,15 @@ export class MeasureLayer {
       }
     </g>`;
   }
+}
+
+/** The point itself, and what can be grabbed around it. */
+function point({ x, y }: ScreenPoint, measurement: number | undefined, i: number): TemplateResult {
+  return svg`<circle cx=${x} cy=${y} r="4" />${
+    measurement === undefined
+      ? nothing
+      : svg`<circle class="measure-handle" data-place=${`${measurement} ${i}`} cx=${x} cy=${y} />`
+  }`;
 }
 
 function isVisible(position: ScreenPoint | undefined): position is ScreenPoint {

@@ -12,9 +12,16 @@ import {
   withinLimits,
 } from "./measurement.ts";
 
+/** One point of a measurement, by its indices. */
+export interface PointPlace {
+  measurement: number;
+  point: number;
+}
+
 /**
  * The measurements of a volume, and the tool that adds points to them: a click or a tap on the
- * surface, or Enter for the middle of the picture. Drags still rotate the view.
+ * surface, or Enter for the middle of the picture. Drags still rotate the view; those of a point
+ * move it along the surface.
  */
 export class MeasureTool {
   readonly #viewer: Viewer;
@@ -24,6 +31,10 @@ export class MeasureTool {
   #measurements: readonly Measurement[] = [];
   #kind: MeasurementKind | null = null;
   #draft: readonly MeasuredPoint[] = [];
+  /** The point that is being moved, and the place on the surface that it is above. */
+  #moved: { place: PointPlace; to: MeasuredPoint | undefined } | null = null;
+  /** The index of the measurement that the draft replaces; null: none. */
+  #replaced: number | null = null;
   /** Why the last click found no point; null if it found one. */
   #miss: string | null = null;
 
@@ -50,6 +61,17 @@ export class MeasureTool {
     return this.#measurements;
   }
 
+  /** `measurements`, with the point that is being moved at its new place. */
+  get shown(): readonly Measurement[] {
+    const { place, to } = this.#moved ?? {};
+    if (!place || !to) return this.#measurements;
+    return this.#measurements.map((measurement, i) =>
+      i === place.measurement
+        ? { ...measurement, points: measurement.points.with(place.point, to) }
+        : measurement,
+    );
+  }
+
   /** Points of the unfinished measurement. */
   get draft(): readonly MeasuredPoint[] {
     return this.#draft;
@@ -67,13 +89,29 @@ export class MeasureTool {
   set(measurements: readonly Measurement[]): void {
     this.#measurements = withinLimits(measurements);
     this.#draft = [];
+    this.#moved = null;
+    this.#replaced = null;
     this.#changed();
   }
 
   /** Begins measurements of a kind, or ends them if it is the present one. */
   choose(kind: MeasurementKind | null): void {
     this.finish();
-    this.#kind = kind === this.#kind ? null : kind;
+    this.#replaced = null;
+    this.#begin(kind === this.#kind ? null : kind);
+  }
+
+  /** Measures one again: the next measurement takes its place, and its text. */
+  again(index: number): void {
+    const measurement = this.#measurements[index];
+    if (!measurement) return;
+    this.finish();
+    this.#replaced = index;
+    this.#begin(measurement.kind);
+  }
+
+  #begin(kind: MeasurementKind | null): void {
+    this.#kind = kind;
     // While the tool is active, it handles Enter, Backspace and Escape on the picture.
     if (this.#kind) this.#viewer.canvas.focus({ preventScroll: true });
     this.#miss = null;
@@ -106,6 +144,7 @@ export class MeasureTool {
   }
 
   remove(index: number): void {
+    this.#replaced = null;
     this.#measurements = this.#measurements.filter((_, i) => i !== index);
     this.#changed();
   }
@@ -118,15 +157,12 @@ export class MeasureTool {
   pick(x: number, y: number): void {
     const kind = this.#kind;
     if (!kind) return;
-    const found = this.#viewer.pick(x, y);
-    this.#miss = found ? null : measureTexts.missed;
-    if (!found) {
+    const point = this.#pointAt(x, y);
+    this.#miss = point ? null : measureTexts.missed;
+    if (!point) {
       this.#changed();
       return;
     }
-    const { position, isovalue: value, normal, level, voxel } = found;
-    const layer = this.#titleOf(found.layer);
-    const point = { position, value, normal, level, ...(layer !== undefined && { layer, voxel }) };
     const draft = [...this.#draft, point];
     this.#draft = draft;
     if (draft.length < pointCounts[kind][1]) {
@@ -137,7 +173,42 @@ export class MeasureTool {
     this.#add(kind, draft);
   }
 
+  /**
+   * Shows a point of a measurement at a position on the canvas, until `drop`. It stays where it was
+   * last on the surface.
+   */
+  move(place: PointPlace, x: number, y: number): void {
+    const to = this.#pointAt(x, y) ?? this.#moved?.to;
+    this.#moved = { place, to };
+  }
+
+  /** Ends a move. `keep`: else the point returns to where it was. */
+  drop(keep: boolean): void {
+    if (keep) this.#measurements = this.shown;
+    this.#moved = null;
+    this.#changed();
+  }
+
+  #pointAt(x: number, y: number): MeasuredPoint | undefined {
+    const found = this.#viewer.pick(x, y);
+    if (!found) return undefined;
+    const { position, isovalue: value, normal, level, voxel } = found;
+    const layer = this.#titleOf(found.layer);
+    return { position, value, normal, level, ...(layer !== undefined && { layer, voxel }) };
+  }
+
   #add(kind: MeasurementKind, points: readonly MeasuredPoint[]): void {
+    const replaced = this.#replaced === null ? undefined : this.#measurements[this.#replaced];
+    if (replaced) {
+      const { text } = replaced;
+      const measured = { kind, points, ...(text !== undefined && { text }) };
+      this.#measurements = this.#measurements.with(this.#replaced ?? 0, measured);
+      this.#replaced = null;
+      this.#kind = null;
+      this.#viewer.canvas.style.cursor = "";
+      this.#changed();
+      return;
+    }
     const text =
       kind === "note" ? { text: measureTexts.newNote(this.#measurements.length + 1) } : {};
     const more = [...this.#measurements, { kind, points, ...text }];

@@ -1,5 +1,5 @@
 /** If the pointer moves farther than this while it is pressed (CSS pixels), the press is a drag. */
-const mostDrift = 5;
+export const mostDrift = 5;
 
 /**
  * Calls `clicked` for each click and tap on an element, which is a press of the main button without a drag. A

@@ -317,7 +317,7 @@ export class Measure {
     if (index === "all") this.tool.clear();
     else this.tool.remove(index);
     this.#host.renderNow();
-    const buttons = section?.querySelectorAll<HTMLElement>(".measurement .chip");
+    const buttons = section?.querySelectorAll<HTMLElement>(".measurement-remove");
     const next = buttons?.[Math.min(Number(index), buttons.length - 1)];
     (next ?? section?.querySelector<HTMLElement>(".chip"))?.focus();
   }

@@ -220,6 +220,15 @@ function list(
         <button
           type="button"
           class="chip"
+          title=${measureTexts.againTitle}
+          aria-label=${measureTexts.againNamed(name)}
+          @click=${() => tool.again(i)}
+        >
+          ${measureTexts.again}
+        </button>
+        <button
+          type="button"
+          class="chip measurement-remove"
           aria-label=${measureTexts.removeNamed(name)}
           @click=${(event: Event) => actions.remove(i, sectionOf(event))}
         >
