@@ -75,6 +75,7 @@ void apply_slices(const SceneSlices& slices, const FirstVolume& first, RenderSet
   if (slices.plane) settings.slices.push_back({slices.plane->normal, slices.plane->offset});
   settings.slice_low = slices.range ? slices.range->low : first.greys.low;
   settings.slice_high = slices.range ? slices.range->high : first.greys.high;
+  settings.slices_mapped = slices.mapped;
   settings.slice_volume = 0;
 }
 

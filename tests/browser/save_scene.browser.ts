@@ -152,7 +152,7 @@ test("slices, look and measurements are saved, and shown again", async ({ page }
     `src=${host.origin}/pair.scene.json`,
     "kind=exact&shading=exact&colour-by=isovalue&map=magma&shade=0.5&theme=light",
     "light=30,20&material=0.2,0.9",
-    "slices=0.5,,0.25&slice-plane=1,1,0,20&slice-range=20,220",
+    "slices=0.5,,0.25&slice-plane=1,1,0,20&slice-range=20,220&slice-colours=map",
     "measure=distance,10,20,30,20,20,30|width&measure=note,5,5,5|here",
   ];
   await page.goto(`${server.url}?${query.join("&")}`);
@@ -167,6 +167,7 @@ test("slices, look and measurements are saved, and shown again", async ({ page }
       along: [0.5, null, 0.25],
       plane: { normal: [1, 1, 0], offset: 20 },
       range: [20, 220],
+      mapped: true,
     },
     look: {
       kind: "exact",

@@ -241,6 +241,19 @@ test("slices: by buttons and keys; in the picture, the legend, picks, the link a
   await expect(page.getByRole("figure")).toContainText("150");
   expect(await setting("slice-range")).toBe("0.5,150");
 
+  const grey = await savedPicture(page);
+  const chooser = page.getByRole("combobox", { name: "Colours" });
+  await chooser.click();
+  await page.getByRole("option", { name: "Magma" }).click();
+  expect(await setting("slice-colours")).toBe("map");
+  expect(await setting("map")).toBe("magma");
+  await expect(page.locator(".legend-colours")).toHaveAttribute("style", /rgb\(|#(?!000|fff)/);
+  expect((await compare(page, grey, await savedPicture(page))).differing).toBeGreaterThan(0.02);
+  await chooser.click();
+  await page.getByRole("option", { name: "Grey" }).click();
+  expect(await setting("slice-colours")).toBeNull();
+  expect((await compare(page, grey, await savedPicture(page))).differing).toBeLessThan(0.001);
+
   await page.getByRole("button", { name: "Slice across the view" }).click();
   await expect(page.getByRole("slider", { name: "Oblique slice" })).toBeVisible();
   expect((await setting("slice-plane"))?.split(",")).toHaveLength(4);

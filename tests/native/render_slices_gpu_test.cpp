@@ -387,15 +387,21 @@ TEST_F(SlicesGpu, ColoursAreThoseOfTheLegend) {
   };
   check("grey", 1.5, grey);
   check("still", 2.5, grey);
-  settings_.colour_by = ColourBy::isovalue;
+  const auto mapped = [](double from, double to) {
+    return [=](double value) {
+      const double place = std::clamp((value - from) / (to - from), 0.0, 1.0);
+      const auto& c = kColourMapTable[0][static_cast<size_t>(std::lround(255 * place))];
+      return Vec3d{double(c[0]), double(c[1]), double(c[2])};
+    };
+  };
   settings_.colour_map = ColourMap::viridis;
+  settings_.slices_mapped = true;
+  check("mapped", 3, mapped(0, 2000));
+  settings_.slices_mapped = false;
+  settings_.colour_by = ColourBy::isovalue;
   settings_.colour_low = 500;
   settings_.colour_high = 2000;
-  check("mapped", 3, [](double value) {
-    const double place = std::clamp((value - 500) / 1500, 0.0, 1.0);
-    const auto& c = kColourMapTable[0][static_cast<size_t>(std::lround(255 * place))];
-    return Vec3d{double(c[0]), double(c[1]), double(c[2])};
-  });
+  check("of isovalues", 3, mapped(500, 2000));
 }
 
 TEST_F(SlicesGpu, TilesShowThemAsTheWholePictureDoes) {
@@ -410,7 +416,7 @@ TEST_F(SlicesGpu, TilesShowThemAsTheWholePictureDoes) {
   std::vector<uint8_t> tile(4 * kTile * kTile);
   for (int top = 0; top < kSize; top += kTile) {
     for (int left = 0; left < kSize; left += kTile) {
-      ASSERT_TRUE(renderer_->draw_tile(left, top, kTile, kTile, /*smooth=*/false, tile));
+      ASSERT_TRUE(renderer_->draw_tile(left, top, kTile, kTile, /*pictures=*/1, tile));
       for (int y = 0; y < kTile; ++y) {
         for (int x = 0; x < kTile; ++x) {
           const size_t at = 4 * (size_t(top + y) * kSize + size_t(left + x));

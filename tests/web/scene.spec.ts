@@ -151,7 +151,12 @@ describe("a scene's document", () => {
         box: { low: [0, 0, 0], high: [1, 1, 1] },
         planes: [{ normal: [1, 0, 0], offset: 1 }],
       },
-      slices: { along: [0, 0.5, null], plane: { normal: [0, 1, 0], offset: 1 }, range: [1, 2] },
+      slices: {
+        along: [0, 0.5, null],
+        plane: { normal: [0, 1, 0], offset: 1 },
+        range: [1, 2],
+        mapped: true,
+      },
       look: {
         kind: "exact",
         shading: "smooth",

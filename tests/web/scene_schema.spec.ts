@@ -17,7 +17,7 @@ describe("the schema of scenes", () => {
   it("accepts slices, look and measurements, and null for absent ones", () => {
     const point = { position: [0, 0, 0], level: 2, normal: null };
     const members = {
-      slices: { along: [0.5, null, 1], plane: null, range: [0, 1] },
+      slices: { along: [0.5, null, 1], plane: null, range: [0, 1], mapped: true },
       look: { kind: "automatic", colour_by: "projection-error", light: { key: 2, sky: null } },
       measurements: [
         { kind: "note", text: "n", points: [point] },

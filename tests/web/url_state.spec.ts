@@ -49,6 +49,7 @@ const everything: UrlState = {
     along: [1 / 3, null, 0],
     plane: { normal: [0.6, -0.8, 1e-9], offset: -12.5 },
     range: [-1000.5, 1 / 3],
+    mapped: true,
   },
 };
 

@@ -85,7 +85,13 @@ function readSlices(slices: Member): Slices {
   const read: Slices = { along: [share(0), share(1), share(2)] };
   const plane = optional(slices.at("plane"), readPlane, undefined);
   const range = optional(slices.at("range"), readRange, undefined);
-  return { ...read, ...(plane && { plane }), ...(range && { range }) };
+  const mapped = optional(slices.at("mapped"), (it) => it.flag(), false);
+  return {
+    ...read,
+    ...(plane && { plane }),
+    ...(range && { range }),
+    ...(mapped && { mapped }),
+  };
 }
 
 function readRange(range: Member): [number, number] {

@@ -157,8 +157,8 @@ function clipDocument({ low, high, planes, caps = false }: Clip): JsonObject {
   return { box: { low, high }, planes, caps };
 }
 
-function slicesDocument({ along, plane, range }: Slices): JsonObject {
-  return { along, plane, range };
+function slicesDocument({ along, plane, range, mapped }: Slices): JsonObject {
+  return { along, plane, range, mapped };
 }
 
 /** The member `look`. Undefined if the look is the default and the scene had none. */

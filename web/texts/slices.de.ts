@@ -11,6 +11,10 @@ export const slices: typeof English = {
   removeOblique: "Schräge Schicht entfernen",
   black: "Schwarz bei",
   white: "Weiß bei",
+  lowest: "Farben von",
+  highest: "Farben bis",
+  colours: "Farben",
+  grey: "Grau",
   wholeRange: "Ganzer Bereich",
   about:
     "Schichten zeigen die Werte der geladenen Zellen: nahe den Isowerten der Flächen in voller Auflösung, sonst gröber. Schraffierte Stellen haben keine geladenen Werte, oder ihre Werte ändern sich nicht (solche Zellen sind nicht gespeichert).",

@@ -12,6 +12,10 @@ export const slicesTexts = part("slices", {
   removeOblique: "Remove the oblique slice",
   black: "Black at",
   white: "White at",
+  lowest: "Colours from",
+  highest: "Colours to",
+  colours: "Colours",
+  grey: "Grey",
   wholeRange: "Whole range",
   about:
     "Slices show the values of the cells that are loaded: in full detail near the isovalues of the surfaces, elsewhere coarser. Where they are hatched, no values are loaded, or the values do not vary (such cells are not stored).",

@@ -42,7 +42,8 @@ export class PictureSettings {
   applySlices(renderer: RendererModule, info: StoreInfo | null, number: number): void {
     if (!info) return;
     const range = this.#slices.range ?? greyRange(info);
-    renderer.picture.setSlices(number, slicePlanes(this.#slices, info), range);
+    const { mapped = false } = this.#slices;
+    renderer.picture.setSlices(number, slicePlanes(this.#slices, info), range, mapped);
   }
 
   /**
@@ -51,15 +52,18 @@ export class PictureSettings {
   legend(renderer: RendererModule, info: StoreInfo): Legend | null {
     const { colourBy, colourMap } = this.look;
     const slices = this.hasSlices;
-    const sliceRange = this.#slices.range ?? greyRange(info);
+    const mapColours = () => renderer.picture.colours(colourMap, 16);
+    const ofSlices = {
+      range: this.#slices.range ?? greyRange(info),
+      colours: this.#slices.mapped ? mapColours() : ["#000", "#fff"],
+    };
     if (colourBy === "isosurface") {
       if (!slices) return null;
-      return { colourBy: "isovalue", colours: ["#000", "#fff"], range: sliceRange, slices };
+      return { colourBy: "isovalue", ...ofSlices, slices };
     }
-    const colours = renderer.picture.colours(colourMap, 16);
-    const legend: Legend = { colourBy, colours, range: this.#mappedRange(info) };
+    const legend: Legend = { colourBy, colours: mapColours(), range: this.#mappedRange(info) };
     if (slices) legend.slices = slices;
-    if (slices && colourBy !== "isovalue") legend.greys = sliceRange;
+    if (slices && colourBy !== "isovalue") legend.ofSlices = ofSlices;
     return legend;
   }
 

@@ -78,12 +78,13 @@ export class RendererPicture {
 
   /**
    * Sets the slices of one volume. `range`: the values shown as black and white, unless slices have
-   * the colours of isovalues.
+   * the colours of isovalues. isMapped: in the colours of the map instead of greys.
    */
   setSlices(
     volume: number,
     planes: readonly SlicePlane[],
     [low, high]: readonly [number, number],
+    isMapped: boolean,
   ): void {
     const used = planes.slice(0, layouts.maxSlices);
     const data = this.#instance.view();
@@ -96,6 +97,7 @@ export class RendererPicture {
       used.length,
       low,
       high,
+      Number(isMapped),
     );
   }
 

@@ -41,6 +41,7 @@ export interface RendererExports extends CoreModule {
     count: number,
     low: number,
     high: number,
+    mapped: number,
   ): void;
   _isosplat_renderer_set_camera(camera: number): void;
   _isosplat_renderer_default_camera(camera: number, aspect: number): void;

@@ -4,7 +4,7 @@ import type { SlicePlane, Slices } from "./types.ts";
 export const noSlices: Slices = { along: [null, null, null] };
 
 /** The slices that can be drawn. The object may come from scripts without types. */
-export function usableSlices({ along, plane, range }: Partial<Slices>): Slices {
+export function usableSlices({ along, plane, range, mapped }: Partial<Slices>): Slices {
   const share = (axis: number) => {
     const at = along?.[axis];
     return Number.isFinite(at) ? Math.max(0, Math.min(1, at as number)) : null;
@@ -18,6 +18,7 @@ export function usableSlices({ along, plane, range }: Partial<Slices>): Slices {
   if (low !== undefined && high !== undefined && low < high && Number.isFinite(high - low)) {
     usable.range = [low, high];
   }
+  if (mapped === true) usable.mapped = true;
   return usable;
 }
 
@@ -25,9 +26,9 @@ export function hasSlices({ along, plane }: Slices): boolean {
   return plane !== undefined || along.some((share) => share !== null);
 }
 
-/** Whether slices have their defaults: no planes, and no range of values. */
+/** Whether slices have their defaults: no planes, no range of values, and greys. */
 export function isDefaultSlices(slices: Slices): boolean {
-  return !hasSlices(slices) && !slices.range;
+  return !hasSlices(slices) && !slices.range && !slices.mapped;
 }
 
 /** The planes of all slices. */

@@ -145,16 +145,14 @@ export interface Look {
 /** The meaning of colours (shared/render/passes/splat_passes.cpp, scalar_weights). */
 export interface Legend {
   colourBy: Exclude<Colouring, "isosurface">;
-  /** CSS colours, evenly spaced from low to high; of slices alone: greys. */
+  /** CSS colours, evenly spaced from low to high; of slices alone: greys, unless they are mapped. */
   colours: readonly string[];
   /** The values of the first and the last colour; null: the nearest and farthest point of the view. */
   range: readonly [number, number] | null;
   /** There are slices, which are hatched where no values are loaded. */
   slices?: true;
-  /**
-   * The values of slices shown as black and white, if the colours above do not represent values.
-   */
-  greys?: readonly [number, number];
+  /** The values and colours of slices, if the colours above do not represent values. */
+  ofSlices?: { range: readonly [number, number]; colours: readonly string[] };
 }
 
 /** Keeps the half-space that the normal points to: normal · world ≥ offset. */
@@ -194,6 +192,8 @@ export interface Slices {
    * isovalue). Default: the volume's range.
    */
   range?: readonly [number, number];
+  /** In the colours of the look's colour map instead of greys. */
+  mapped?: boolean;
 }
 
 /** Statistics of the last frame. */

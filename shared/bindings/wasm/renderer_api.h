@@ -77,9 +77,10 @@ void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPl
                                     uint32_t count);
 
 /// RenderSettings::slices of a volume, as the planes in which they lie, and the values that they
-/// show as black and as white. At most kMaxSlices; more are ignored.
+/// show as black and as white; `mapped`, 0 or 1: in the colours of the map instead. At most
+/// kMaxSlices; more are ignored.
 void isosplat_renderer_set_slices(uint32_t volume, const IsosplatPlane* planes, uint32_t count,
-                                  double low, double high);
+                                  double low, double high, uint32_t mapped);
 
 void isosplat_renderer_set_camera(const IsosplatCamera* camera);
 

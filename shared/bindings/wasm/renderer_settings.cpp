@@ -107,8 +107,9 @@ void isosplat_renderer_set_clipping(const IsosplatClipBox* box, const IsosplatPl
 }
 
 void isosplat_renderer_set_slices(uint32_t volume, const IsosplatPlane* planes, uint32_t count,
-                                  double low, double high) {
+                                  double low, double high, uint32_t mapped) {
   change_settings([&](RenderSettings& settings) {
+    settings.slices_mapped = mapped != 0;
     settings.slice_volume = volume;
     settings.slice_low = low;
     settings.slice_high = high;

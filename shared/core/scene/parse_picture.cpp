@@ -55,6 +55,7 @@ SceneSlices read_slices(const SceneMember& in) {
     slices.range = {range.at(size_t{0}).number(), range.at(1).number()};
     if (!(slices.range->low < slices.range->high)) range.at(1).refuse("a number above the first");
   }
+  if (const SceneMember mapped = in.at("mapped"); mapped.exists()) slices.mapped = mapped.flag();
   return slices;
 }
 

@@ -78,6 +78,7 @@ struct SceneSlices {
   std::array<std::optional<double>, 3> along;
   std::optional<ScenePlane> plane;  ///< an oblique one
   std::optional<Range> range;  ///< the values that are black and white; default: those of the store
+  bool mapped = false;         ///< in the colours of the look's map instead of greys
 };
 
 enum class SceneSplats : uint8_t { automatic, quad, ellipse, exact };

@@ -42,7 +42,8 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
   }
   if (layers > 1) glUniform1i(program.uniform("u_layers"), layers);
   glUniform1i(program.uniform("u_linear"), still != nullptr);
-  glUniform1i(program.uniform("u_slice_mapped"), settings.colour_by == ColourBy::isovalue);
+  glUniform1i(program.uniform("u_slice_mapped"),
+              settings.slices_mapped || settings.colour_by == ColourBy::isovalue);
   const auto& b = settings.background;
   const Vec3f background = to_linear({b[0], b[1], b[2]});
   glUniform4f(program.uniform("u_background"), background.x, background.y, background.z,

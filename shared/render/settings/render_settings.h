@@ -84,10 +84,12 @@ struct RenderSettings {
   /// Planes in which the values of one volume are shown. At most kMaxSlices; more are ignored, as
   /// are planes without a unit_plane(). They show the values of all resident cells, visible or not;
   /// where levels overlap, those of the finest level. Elsewhere they show lines, between which the
-  /// surfaces behind are visible. Where colours show isovalues, slices have the same colours; else
-  /// they are grey, from black at slice_low to white at slice_high. They are not lit.
+  /// surfaces behind are visible. Where colours show isovalues, slices have the same colours. Else
+  /// they are grey, from black at slice_low to white at slice_high, or, with slices_mapped, have the
+  /// colours of colour_map between these values. They are not lit.
   std::vector<Plane> slices;
   double slice_low = 0, slice_high = 1;
+  bool slices_mapped = false;
   VolumeId slice_volume = 0;
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;

@@ -76,6 +76,7 @@ export const minOpacity = 0.05;
  *   slice-plane=x,y,z,offset       an oblique slice, see SlicePlane
  *   time=12.5                      of a scene that changes with time: the value of its step
  *   slice-range=0,255              the values that are black and white in slices
+ *   slice-colours=map              slices have the colours of the map instead of greys
  *   layer=volume:bone;isovalue:300 once for each further layer, and for changes of others: readLayer
  *   layer-order=1,0                the order of the layers in their list: readOrder
  */
@@ -232,11 +233,18 @@ export function readUrl(search: string): UrlState {
   const along = read("slices", readAlong, "x,y,z (0 … 1)");
   const plane = read("slice-plane", readPlane, "x,y,z,offset");
   const range = read("slice-range", readRange, "low,high");
-  if (along || plane || range) {
+  const sliceColours = ["map", "grey"] as const;
+  const sliceColour = read(
+    "slice-colours",
+    (text) => oneOf(text, sliceColours),
+    sliceColours.join(", "),
+  );
+  if (along || plane || range || sliceColour) {
     state.slices = {
       along: along ?? noSlices.along,
       ...(plane && { plane }),
       ...(range && { range }),
+      ...(sliceColour === "map" && { mapped: true }),
     };
   }
   const layers = query.getAll("layer").map((text) => {
@@ -310,10 +318,11 @@ export function writeUrl(state: UrlState): string {
     if (caps) add("clip-caps", "on");
   }
   if (state.slices) {
-    const { along, plane, range } = state.slices;
+    const { along, plane, range, mapped } = state.slices;
     add("slices", isDefaultSlices(state.slices) ? "none" : writeSlices(along));
     if (plane) add("slice-plane", [...plane.normal, plane.offset].join(","));
     add("slice-range", range?.join(","));
+    if (mapped) add("slice-colours", "map");
   }
   add("time", state.time?.toString());
   if (state.show) add("show", overlayParts.filter((p) => state.show?.has(p)).join(",") || "none");

@@ -7,7 +7,7 @@ import { select } from "./form_elements.ts";
 import type { PictureActions, PictureState } from "./panel_state.ts";
 
 /** Names that are the same in all languages. */
-const maps = { viridis: "Viridis", magma: "Magma", cividis: "Cividis", turbo: "Turbo" };
+export const mapNames = { viridis: "Viridis", magma: "Magma", cividis: "Cividis", turbo: "Turbo" };
 const backgrounds = [
   { colour: "#ffffff", name: "white" },
   { colour: "#7d838c", name: "grey" },
@@ -21,17 +21,21 @@ export function appearanceSection(state: PictureState, actions: PictureActions):
   const isCustom = !state.isThemeBackground && !isPreset;
   return html`<wa-details class="section" appearance="plain" summary=${panelTexts.appearance}>
     <div class="fields">
-      ${select(panelTexts.splats, look.kind, panelTexts.kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }))}
+      ${select(panelTexts.splats, look.kind, panelTexts.kinds, (kind) => actions.changeLook({ kind: kind as Look["kind"] }), panelTexts.splatsHint)}
       ${select(panelTexts.normals, look.shading, panelTexts.shadings, (shading) =>
         actions.changeLook({ shading: shading as Look["shading"] }),
       )}
-      ${select(panelTexts.colour, look.colourBy, panelTexts.quantities, (by) =>
-        actions.changeLook({ colourBy: by as Look["colourBy"] }),
+      ${select(
+        panelTexts.colour,
+        look.colourBy,
+        panelTexts.quantities,
+        (by) => actions.changeLook({ colourBy: by as Look["colourBy"] }),
+        panelTexts.quantityHints[look.colourBy],
       )}
       ${
         look.colourBy === "isosurface"
           ? nothing
-          : select(panelTexts.colourMap, look.colourMap, maps, (map) =>
+          : select(panelTexts.colourMap, look.colourMap, mapNames, (map) =>
               actions.changeLook({ colourMap: map as Look["colourMap"] }),
             )
       }

@@ -12,10 +12,12 @@ export function select(
   value: string,
   choices: Readonly<Record<string, string>>,
   changed: (value: string) => void,
+  hint = "",
 ): TemplateResult {
   return html`<wa-select
     size="s"
     label=${label}
+    hint=${hint}
     .value=${value}
     @change=${(event: Event) => changed((event.currentTarget as ValueElement).value)}
   >

@@ -19,12 +19,15 @@ function bar(colours: readonly string[], low: unknown, high: unknown): TemplateR
     <div class="legend-ends"><span>${low}</span><span>${high}</span></div>`;
 }
 
-/** The greys of slices. */
-function greysPart([low, high]: readonly [number, number], units: string): TemplateResult {
+/** The colours of slices. */
+function slicesPart(
+  { range: [low, high], colours }: NonNullable<Legend["ofSlices"]>,
+  units: string,
+): TemplateResult {
   return html`<div>
       ${panelTexts.values}${units ? html` <span class="quiet">${units}</span>` : nothing}
     </div>
-    ${bar(["#000", "#fff"], formatValue(low), formatValue(high))}`;
+    ${bar(colours, formatValue(low), formatValue(high))}`;
 }
 
 /** The name of the quantity that colours show, its units (or empty), and the texts at the ends of the colours. */
@@ -48,7 +51,7 @@ export function legendPart(legend: Legend, valueUnits: string | undefined): Temp
   return html`<figure class="legend" aria-label=${pageTexts.colours(name, low, high, units)}>
     <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
     ${bar(legend.colours, low, high)}
-    ${legend.greys ? greysPart(legend.greys, valueUnits ?? "") : nothing}
+    ${legend.ofSlices ? slicesPart(legend.ofSlices, valueUnits ?? "") : nothing}
     ${legend.slices ? html`<div class="legend-hatched">${panelTexts.noValues}</div>` : nothing}
   </figure>`;
 }

@@ -7,9 +7,10 @@ import { slicesTexts } from "../../texts/slices.ts";
 import { extentAlong } from "../../viewer/clipping.ts";
 import { greyRange } from "../../viewer/grey_range.ts";
 import { hasSlices } from "../../viewer/slices.ts";
-import type { Slices } from "../../viewer/types.ts";
+import type { ColourMap, Slices } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
-import type { ValueElement } from "./form_elements.ts";
+import { mapNames } from "./appearance_section.ts";
+import { select, type ValueElement } from "./form_elements.ts";
 import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
 
@@ -126,9 +127,21 @@ function obliquePart({ slices, info }: PanelState, actions: PanelActions) {
     >`;
 }
 
-/** The values shown as black and white. Entered values are kept in ascending order. */
-function rangePart({ slices, info }: PanelState, actions: PanelActions) {
-  const { range } = slices;
+/**
+ * The colours of the values, and the values of the first and the last colour. Entered values are kept in
+ * ascending order.
+ */
+function rangePart({ slices, info, look }: PanelState, actions: PanelActions) {
+  const { range, mapped } = slices;
+  const colours = { grey: slicesTexts.grey, ...mapNames };
+  const colour = (name: string) => {
+    const isMapped = name !== "grey";
+    if (isMapped) actions.changeLook({ colourMap: name as ColourMap });
+    actions.changeSlices(({ mapped: _, ...now }) => ({
+      ...now,
+      ...(isMapped && { mapped: true }),
+    }));
+  };
   const field = (label: string, end: 0 | 1) => {
     const value = (range ?? greyRange(info))[end];
     const enter = (event: Event) => {
@@ -156,8 +169,10 @@ function rangePart({ slices, info }: PanelState, actions: PanelActions) {
       />
     </label>`;
   };
-  return html`<div class="slice slice-range">
-    ${field(slicesTexts.black, 0)} ${field(slicesTexts.white, 1)}
+  return html`${select(slicesTexts.colours, mapped ? look.colourMap : "grey", colours, colour)}
+  <div class="slice slice-range">
+    ${field(mapped ? slicesTexts.lowest : slicesTexts.black, 0)}
+    ${field(mapped ? slicesTexts.highest : slicesTexts.white, 1)}
     ${
       range
         ? html`<button type="button" class="chip" @click=${() => actions.changeSlices(({ range: _, ...others }) => others)}>
