@@ -2,7 +2,8 @@ import type { panelTexts as English } from "./panel.ts";
 
 export const panel: typeof English = {
   isovalue: "Isowert",
-  costTitle: "Die Kurve zeigt die aktiven Zellen jedes Isowerts",
+  costTitle:
+    "Eine Zelle liegt zwischen acht benachbarten Voxeln; durch die aktiven verläuft die Fläche. Die Kurve zeigt ihre Anzahl für jeden Isowert",
   activeCells: (count) => `etwa ${count} aktive Zellen`,
   atFullDetail: (bytes) => `${bytes} in voller Auflösung`,
   sweepTitle: "Den Isowert durch seinen Bereich bewegen",
@@ -32,6 +33,7 @@ export const panel: typeof English = {
 
   appearance: "Aussehen",
   splats: "Splats",
+  splatsHint: "Die kleinen Stücke, aus denen die Fläche gezeichnet wird",
   kinds: {
     automatic: "Automatisch",
     quad: "Quadrate (am schnellsten)",
@@ -48,6 +50,15 @@ export const panel: typeof English = {
     depth: "Abstand",
     level: "Detailstufe",
     "projection-error": "Projektionsfehler",
+  },
+  quantityHints: {
+    isosurface: "",
+    isovalue: "",
+    gradient: "Wie schnell sich die Werte quer zur Fläche ändern",
+    depth: "",
+    level: "0 ist das Volumen selbst; gröbere Stufen vertreten feinere, bis diese geladen sind",
+    "projection-error":
+      "Wie weit die gezeichneten Punkte von der Fläche entfernt sind, in Zellen des Gitters",
   },
   colourMap: "Farbskala",
   background: "Hintergrund",

@@ -3,7 +3,8 @@ import { part } from "./part.ts";
 /** The panel beside the picture. */
 export const panelTexts = part("panel", {
   isovalue: "Isovalue",
-  costTitle: "The curve shows the number of active cells of each isovalue",
+  costTitle:
+    "A cell lies between eight neighbouring voxels, and the surface passes through the active ones. The curve shows their number for each isovalue",
   activeCells: (count: string) => `about ${count} active cells`,
   atFullDetail: (bytes: string) => `${bytes} at full detail`,
   sweepTitle: "Move the isovalue through its range",
@@ -32,6 +33,7 @@ export const panelTexts = part("panel", {
 
   appearance: "Appearance",
   splats: "Splats",
+  splatsHint: "The small pieces that the surface is drawn of",
   kinds: {
     automatic: "Automatic",
     quad: "Squares (fastest)",
@@ -48,6 +50,14 @@ export const panelTexts = part("panel", {
     depth: "Distance",
     level: "Level of detail",
     "projection-error": "Projection error",
+  },
+  quantityHints: {
+    isosurface: "",
+    isovalue: "",
+    gradient: "How fast the values change across the surface",
+    depth: "",
+    level: "0 is the volume itself; coarser levels stand in while finer ones are fetched",
+    "projection-error": "How far the drawn points are from the surface, in cells of the grid",
   },
   colourMap: "Colour map",
   background: "Background",

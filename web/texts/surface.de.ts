@@ -14,7 +14,8 @@ export const surface: typeof English = {
   level: (level, cells) => `Stufe ${level}: ${cells} Zellen`,
   closed: "Geschlossen: mit Flächen, wo das Volumen endet und wo es beschnitten ist",
   clipped: "Nur was innerhalb des Zuschnitts liegt",
-  wholeCells: "Nur ganze Zellen im Schnittquader",
+  wholeCells:
+    "Nur was im Schnittquader liegt, in ganzen Zellen: der Rand hat Stufen von einem Voxel",
   planesNeedClosed: "Die schrägen Schnittebenen schneiden nur eine geschlossene Fläche.",
   millimetres: "STL-Dateien nennen keine Einheit: Längen sind die des Volumens, in Millimetern.",
   saving: "Die Fläche wird gespeichert",

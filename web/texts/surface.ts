@@ -15,7 +15,8 @@ export const surfaceTexts = part("surface", {
   level: (level: number, cells: string) => `Level ${level}: ${cells} cells`,
   closed: "Closed: with faces where the volume ends and where it is clipped",
   clipped: "Only what is inside of the clipping",
-  wholeCells: "Only whole cells inside of the clipping box",
+  wholeCells:
+    "Only what is inside of the clipping box, in whole cells: the border has steps of a voxel",
   planesNeedClosed: "The oblique clip planes cut only a closed surface.",
   millimetres: "STL files state no unit: lengths are those of the volume, in millimetres.",
   saving: "Saving the surface",
