@@ -46,7 +46,8 @@ Result<render::FrameStatistics> draw_in_tiles(render::Renderer& renderer, bool s
     for (int left = 0; drawn && left < image.width; left += kTile) {
       Image tile =
           image_of_size(std::min(kTile, image.width - left), std::min(kTile, image.height - top));
-      drawn = renderer.draw_tile(left, top, tile.width, tile.height, smooth, tile.rgba);
+      drawn = renderer.draw_tile(left, top, tile.width, tile.height,
+                                 smooth ? render::kStillPictures : 1, tile.rgba);
       if (!drawn) break;
       copy_tile(tile, left, top, image);
       sum.samples_drawn += drawn->samples_drawn;

@@ -21,6 +21,9 @@
 
 namespace isosplat::render {
 
+/// The number of pictures whose mean a still picture is (Renderer::draw_still).
+inline constexpr int kStillPictures = 8;
+
 /// Draws chunks of packed samples of one or several volumes with OpenGL ES 3.0 or WebGL 2, from the
 /// same source. Volumes are in one world, and have one depth order and one light. The first volume
 /// is the one with the smallest number.
@@ -139,12 +142,12 @@ class Renderer {
 
   /// Draws a part of the picture, from x px to the right of and y px below its upper left corner,
   /// and reads it: RGBA, alpha not premultiplied, rows from the top, 4 × width × height bytes.
-  /// `smooth`: as draw_still() would draw the whole, else as draw() would. It differs from the
-  /// whole picture only by rounding, except in ambient occlusion and shadows: occluders that are
-  /// kTileMargin px or more outside of the part are less exact. Errors: as draw(); also
-  /// invalid_argument without begin_tiles(), for a part outside of the picture, or another number
-  /// of bytes.
-  Result<FrameStatistics> draw_tile(int x, int y, int width, int height, bool smooth,
+  /// `pictures`: how many are averaged: 1 as draw() would draw the whole, kStillPictures as
+  /// draw_still() would. It differs from the whole picture only by rounding, except in ambient
+  /// occlusion and shadows: occluders that are kTileMargin px or more outside of the part are less
+  /// exact. Errors: as draw(); also invalid_argument without begin_tiles(), for a part outside of
+  /// the picture, or another number of bytes.
+  Result<FrameStatistics> draw_tile(int x, int y, int width, int height, int pictures,
                                     std::span<uint8_t> rgba);
 
   /// Frees the memory of the tiles. The next draw() draws the picture again.

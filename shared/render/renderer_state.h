@@ -123,7 +123,7 @@ struct Renderer::State {
   void start_still_programs();
   Result<FrameStatistics> refine(GLuint framebuffer);
   Result<void> begin_tiles(int width, int height);
-  Result<FrameStatistics> draw_tile(const ImageTile& part, bool smooth, std::span<uint8_t> rgba);
+  Result<FrameStatistics> draw_tile(const ImageTile& part, int pictures, std::span<uint8_t> rgba);
   void end_tiles();
   Result<FrameStatistics> show_mean(GLuint framebuffer);
   Result<void> fade(float progress, GLuint framebuffer);

@@ -7,6 +7,8 @@
 /// depths around a pixel. Depths farther away are read from a picture of the whole image at low
 /// resolution.
 namespace isosplat::render {
+
+static_assert(kStillPictures == Accumulation::kPictures);
 namespace {
 
 /// Largest width and height of this picture of the whole image, px.
@@ -24,7 +26,7 @@ Result<void> Renderer::begin_tiles(int width, int height) {
   return state_->begin_tiles(width, height);
 }
 
-Result<FrameStatistics> Renderer::draw_tile(int x, int y, int width, int height, bool smooth,
+Result<FrameStatistics> Renderer::draw_tile(int x, int y, int width, int height, int pictures,
                                             std::span<uint8_t> rgba) {
   State& s = *state_;
   if (s.lost) return fail(Status::gl_error, "the GL context is lost");
@@ -39,7 +41,7 @@ Result<FrameStatistics> Renderer::draw_tile(int x, int y, int width, int height,
                     std::to_string(rgba.size()) + " bytes");
   }
   const ImageTile part{width, height, image_width, image_height, x, image_height - y - height};
-  return s.draw_tile(part, smooth, rgba);
+  return s.draw_tile(part, pictures, rgba);
 }
 
 void Renderer::end_tiles() {
@@ -57,7 +59,7 @@ Result<void> Renderer::State::begin_tiles(int width, int height) {
   return {};
 }
 
-Result<FrameStatistics> Renderer::State::draw_tile(const ImageTile& part, bool smooth,
+Result<FrameStatistics> Renderer::State::draw_tile(const ImageTile& part, int pictures,
                                                    std::span<uint8_t> rgba) {
   const ImageTile outer = with_margin(part, kTileMargin);
   if (auto ok = tile_picture.prepare(outer.width, outer.height); !ok) {
@@ -65,8 +67,8 @@ Result<FrameStatistics> Renderer::State::draw_tile(const ImageTile& part, bool s
   }
   const GLuint framebuffer = tile_picture.framebuffer();
   auto done = draw(outer, framebuffer);
-  const bool refines = smooth && limits.offered.float_targets && mesh.is_empty();
-  while (done && refines && accumulation.pictures() < Accumulation::kPictures) {
+  const bool refines = pictures > 1 && limits.offered.float_targets && mesh.is_empty();
+  while (done && refines && accumulation.pictures() < std::min(pictures, kStillPictures)) {
     done = refine(framebuffer);
   }
   dirty = true;

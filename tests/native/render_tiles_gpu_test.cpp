@@ -46,7 +46,7 @@ class TilesGpu : public RendererTest {
     camera_.elevation = 35;
   }
 
-  Image in_tiles(bool smooth) {
+  Image in_tiles(int pictures) {
     Image image{width_, height_, std::vector<uint8_t>(4 * size_t(width_) * size_t(height_))};
     EXPECT_TRUE(renderer_->begin_tiles(width_, height_));
     for (int top = 0; top < height_; top += tile_height_) {
@@ -54,7 +54,7 @@ class TilesGpu : public RendererTest {
         const int width = std::min(tile_width_, width_ - left);
         const int height = std::min(tile_height_, height_ - top);
         std::vector<uint8_t> rgba(4 * size_t(width) * size_t(height));
-        const auto drawn = renderer_->draw_tile(left, top, width, height, smooth, rgba);
+        const auto drawn = renderer_->draw_tile(left, top, width, height, pictures, rgba);
         EXPECT_TRUE(drawn) << drawn.error().message;
         for (int y = 0; y < height; ++y) {
           std::copy_n(&rgba[4 * size_t(y) * size_t(width)], 4 * size_t(width),
@@ -70,10 +70,11 @@ class TilesGpu : public RendererTest {
     double share = 0;  // of pixels that differ by more than 2/255 in some channel
     double mean = 0;   // of all channels, in 1/255
   };
-  Difference difference(bool smooth, const std::string& name) {
+  /// pictures: of the tiles; 0: as many as the whole picture.
+  Difference difference(bool smooth, const std::string& name, int pictures = 0) {
     renderer_->set_settings(settings_);
     renderer_->set_camera(camera_);
-    const Image tiles = in_tiles(smooth);
+    const Image tiles = in_tiles(pictures > 0 ? pictures : smooth ? kStillPictures : 1);
     const Image whole = draw_image(*renderer_, width_, height_, nullptr, smooth).value();
     keep(tiles, "tiles-" + name);
     keep(whole, "whole-" + name);
@@ -127,6 +128,16 @@ TEST_F(TilesGpu, EqualTheWholePictureWithTranslucentSurfacesAndNoBackground) {
   EXPECT_LT(difference(/*smooth=*/true, "translucent").share, 0.0005);
 }
 
+// Frames of films: fewer pictures, the same light and edges.
+TEST_F(TilesGpu, MeansOfFewerPicturesAreCloseToTheWholePicture) {
+  settings_.kind = SplatKind::exact;
+  settings_.light.occlusion = settings_.light.shadow = 1;
+  const double one = difference(/*smooth=*/true, "one", 1).mean;
+  const double four = difference(/*smooth=*/true, "four", 4).mean;
+  EXPECT_GT(four, 0);
+  EXPECT_LT(four, one / 4);
+}
+
 TEST_F(TilesGpu, EqualTheWholePictureWithCaps) {
   settings_.kind = SplatKind::exact;
   settings_.clip_caps = true;
@@ -156,7 +167,7 @@ TEST_F(TilesGpu, EqualTheWholePictureWithOcclusionAndShadows) {
 TEST_F(TilesGpu, RefusePartsOutsideOfThePicture) {
   std::vector<uint8_t> rgba(4 * 16 * 16);
   const auto status = [&](int x, int y) {
-    const auto drawn = renderer_->draw_tile(x, y, 16, 16, false, rgba);
+    const auto drawn = renderer_->draw_tile(x, y, 16, 16, 1, rgba);
     return drawn ? Status::ok : drawn.error().status;
   };
   EXPECT_EQ(status(0, 0), Status::invalid_argument) << "no picture has begun";

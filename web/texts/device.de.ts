@@ -43,7 +43,6 @@ export const device: typeof English = {
   untilClosed: "Es ist geöffnet, bis dieser Tab geschlossen wird.",
   preview: (reduced, whole) => `Vorschau: ${reduced} von ${whole} Voxeln`,
   of: (done, all) => `${done} von ${all}`,
-  left: (time) => `noch ${time}`,
   cancel: "Abbrechen",
   cancelled: "Abgebrochen.",
   close: "Schließen",

@@ -46,7 +46,6 @@ export const deviceTexts = part("device", {
   untilClosed: "It is open until this tab is closed.",
   preview: (reduced: string, whole: string) => `Preview: ${reduced} of ${whole} voxels`,
   of: (done: string, all: string) => `${done} of ${all}`,
-  left: (time: string) => `${time} left`,
   cancel: "Cancel",
   cancelled: "Cancelled.",
   close: "Close",

@@ -96,6 +96,9 @@ export const page: typeof English = {
   stateTitle: "Was für diese Ansicht noch zu laden ist",
   toGo: (bytes) => `noch ${bytes}`,
   complete: "vollständig",
+  quick: "schnelles Bild",
+  quickTitle:
+    "Dieses Gerät zeichnet langsam: glatte Kanten und Schatten fehlen, außer in gespeicherten Bildern",
   noSurface: "vollständig: keine Fläche in dieser Ansicht",
   clipped: "vollständig: ein Teil ist abgeschnitten",
   noSurfaceLeft: "vollständig: keine Fläche in dieser Ansicht, in der ein Teil abgeschnitten ist",
@@ -111,6 +114,7 @@ export const page: typeof English = {
 
   near: "nah",
   far: "fern",
+  left: (time) => `noch ${time}`,
   perLength: (units) => `${units ? `${units} ` : ""}je Längeneinheit`,
   cells: "Zellen",
   colours: (name, low, high, units) => `Farben: ${name}, ${low} bis ${high} ${units}`,

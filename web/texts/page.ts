@@ -94,6 +94,9 @@ export const pageTexts = part("page", {
   stateTitle: "What is left to fetch for this view",
   toGo: (bytes: string) => `${bytes} to go`,
   complete: "complete",
+  quick: "quick picture",
+  quickTitle:
+    "This device draws slowly: smooth edges and shadows are left out, except in saved pictures",
   noSurface: "complete: no surface in this view",
   clipped: "complete: a part is clipped away",
   noSurfaceLeft: "complete: no surface in this view, where a part is clipped away",
@@ -110,6 +113,7 @@ export const pageTexts = part("page", {
 
   near: "near",
   far: "far",
+  left: (time: string) => `${time} left`,
   perLength: (units: string) => `${units ? `${units} ` : ""}per unit length`,
   cells: "cells",
   colours: (name: string, low: string, high: string, units: string) =>

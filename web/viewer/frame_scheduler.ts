@@ -231,6 +231,11 @@ export class FrameScheduler {
     return false;
   }
 
+  /** Whether the last picture lacks smooth edges and shadows. */
+  get canRefine(): boolean {
+    return this.#renderer.canRefine(this.#canvas.width, this.#canvas.height);
+  }
+
   /** Draws a frame. Returns whether another frame must follow at once. */
   #frame(now: number): boolean {
     const scene = this.#owner.scene();

@@ -1,6 +1,6 @@
 import { RendererError } from "./renderer_error.ts";
 import type { RendererModule } from "./renderer_module.ts";
-import type { Camera, Look, PictureInParts, PictureSize } from "./types.ts";
+import type { Camera, Look, PartsOptions, PictureInParts, PictureSize } from "./types.ts";
 
 /** The functions that a picture in parts needs from its viewer. */
 export interface PictureInPartsHost {
@@ -18,7 +18,7 @@ export function beginPictureInParts(
   { width, height }: PictureSize,
   camera: Camera,
   { kind, shading }: Readonly<Look>,
-  transparent: boolean,
+  { transparent, pictures }: Required<PartsOptions>,
   host: PictureInPartsHost,
 ): PictureInParts {
   const must = (action: (renderer: RendererModule) => void): void => {
@@ -50,7 +50,7 @@ export function beginPictureInParts(
   const draw = (x: number, y: number, partWidth: number, partHeight: number) => {
     let part = new Uint8ClampedArray();
     must((renderer) => {
-      part = renderer.drawTile(x, y, partWidth, partHeight);
+      part = renderer.drawTile(x, y, partWidth, partHeight, pictures);
     });
     return part;
   };

@@ -151,12 +151,20 @@ export class RendererModule {
     this.#instance.check(this.#instance.exports._isosplat_renderer_begin_tiles(width, height));
   }
 
-  /** A part of the picture as RGBA, alpha not premultiplied, rows from the top. */
-  drawTile(x: number, y: number, width: number, height: number): Uint8ClampedArray<ArrayBuffer> {
+  /**
+   * A part of the picture as RGBA, alpha not premultiplied, rows from the top: the mean of `pictures`, 1 … 8.
+   */
+  drawTile(
+    x: number,
+    y: number,
+    width: number,
+    height: number,
+    pictures: number,
+  ): Uint8ClampedArray<ArrayBuffer> {
     const bytes = 4 * width * height;
     const pointer = this.#instance.reserve(bytes);
     this.#instance.check(
-      this.#instance.exports._isosplat_renderer_draw_tile(x, y, width, height, pointer),
+      this.#instance.exports._isosplat_renderer_draw_tile(x, y, width, height, pictures, pointer),
     );
     return new Uint8ClampedArray(
       this.#instance.exports.HEAPU8.slice(pointer, pointer + bytes).buffer,

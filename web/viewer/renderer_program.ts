@@ -75,6 +75,7 @@ export interface RendererExports extends CoreModule {
     y: number,
     width: number,
     height: number,
+    pictures: number,
     rgba: number,
   ): number;
   _isosplat_renderer_end_tiles(): void;

@@ -4,7 +4,7 @@ import { RendererError } from "./renderer_error.ts";
 import type { RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import type { Scene, SceneLayer } from "./scene.ts";
-import type { Camera, Look, PictureInParts, PictureView } from "./types.ts";
+import type { Camera, Look, PartsOptions, PictureInParts, PictureView } from "./types.ts";
 
 /** The functions that pictures need from their viewer. */
 export interface SavedPicturesHost {
@@ -67,14 +67,15 @@ export class SavedPictures {
   }
 
   /** Viewer.beginPicture. */
-  begin(transparent: boolean): PictureInParts {
+  begin({ transparent = false, pictures = 8 }: PartsOptions): PictureInParts {
     const camera = this.#prepared?.camera ?? this.#host.camera();
     if (!camera || !this.#host.isOpen() || this.#life.isContextLost) {
       throw new RendererError("nothing is drawn yet");
     }
     this.#isInParts = true;
     const size = this.#prepared ?? this.#canvas;
-    return beginPictureInParts(size, camera, this.#host.look(), transparent, {
+    const options = { transparent, pictures };
+    return beginPictureInParts(size, camera, this.#host.look(), options, {
       guard: (action) => this.#life.guard(action),
       isContextLost: () => this.#life.isContextLost,
       setOpacity: (renderer, opacity) => this.#host.applyLook(renderer, opacity),

@@ -38,6 +38,13 @@ export interface PictureView extends PictureSize {
   camera?: Camera;
 }
 
+export interface PartsOptions {
+  /** Without the background. */
+  transparent?: boolean;
+  /** How many pictures are averaged, 1 … 8: more have smoother edges and shadows. */
+  pictures?: number;
+}
+
 /** A picture that is drawn in parts: Viewer.beginPicture. */
 export interface PictureInParts extends PictureSize {
   /**

@@ -24,6 +24,7 @@ import type {
   Clip,
   Legend,
   Look,
+  PartsOptions,
   PictureInParts,
   PictureView,
   Projection,
@@ -230,10 +231,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     this.#scheduler?.onCameraChange();
   }
 
-  /**
-   * The meaning of colours; null if no volume is open, or each surface has its own colour and there are no
-   * slices.
-   */
+  /** What colours mean; null without a volume, or if surfaces have their own ones and there are no slices. */
   get legend(): Legend | null {
     const { renderer } = this.#life;
     return renderer && this.info && this.#settings.legend(renderer, this.info);
@@ -357,16 +355,20 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
 
   /**
    * Begins the prepared picture, of at most 16384 × 16384 pixels. It is drawn in parts with smooth
-   * edges, from the resident samples. Nothing else is drawn until its `end`. transparent: without
-   * the background. Throws a RendererError.
+   * edges, from the resident samples. Nothing else is drawn until its `end`. Throws a RendererError.
    */
-  beginPicture({ transparent = false } = {}): PictureInParts {
-    return this.#pictures.begin(transparent);
+  beginPicture(options: PartsOptions = {}): PictureInParts {
+    return this.#pictures.begin(options);
   }
 
   /** Whether the picture will change without further calls: a volume, data or a finer picture is pending. */
   get isBusy(): boolean {
     return this.#isBusy;
+  }
+
+  /** Whether smooth edges and shadows are left out of the picture at rest, because this device draws slowly. */
+  get isQuick(): boolean {
+    return !this.#isBusy && this.#scheduler?.canRefine === true;
   }
 
   #showBusy(): void {

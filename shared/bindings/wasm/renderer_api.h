@@ -133,7 +133,7 @@ IsosplatStatus isosplat_renderer_draw_still(int32_t width, int32_t height,
 /// width × height bytes.
 IsosplatStatus isosplat_renderer_begin_tiles(int32_t width, int32_t height);
 IsosplatStatus isosplat_renderer_draw_tile(int32_t x, int32_t y, int32_t width, int32_t height,
-                                           uint8_t* rgba);
+                                           int32_t pictures, uint8_t* rgba);
 void isosplat_renderer_end_tiles();
 
 /// Renderer::hold_picture, begin_fade and fade. `has_begun` is 0 if there is no picture to fade

@@ -64,12 +64,12 @@ IsosplatStatus isosplat_renderer_begin_tiles(int32_t width, int32_t height) {
 }
 
 IsosplatStatus isosplat_renderer_draw_tile(int32_t x, int32_t y, int32_t width, int32_t height,
-                                           uint8_t* rgba) {
+                                           int32_t pictures, uint8_t* rgba) {
   Renderer* renderer = current();
   if (!renderer) return no_renderer();
   const size_t bytes = 4 * static_cast<size_t>(width) * static_cast<size_t>(height);
-  return report_drawn(
-      renderer->draw_tile(x, y, width, height, /*smooth=*/true, std::span(rgba, bytes)), nullptr);
+  return report_drawn(renderer->draw_tile(x, y, width, height, pictures, std::span(rgba, bytes)),
+                      nullptr);
 }
 
 void isosplat_renderer_end_tiles() {

@@ -6,9 +6,10 @@ import { type CaptureProgress, capturePng } from "../../capture/picture.ts";
 import { pngSequence } from "../../capture/png_sequence.ts";
 import { canEncode } from "../../capture/video_rate.ts";
 import { captureTexts } from "../../texts/capture.ts";
+import { pageTexts } from "../../texts/page.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
-import { formatBytes } from "../shell/format.ts";
+import { formatBytes, formatDuration } from "../shell/format.ts";
 import { captureFields, forecast } from "./capture_form.ts";
 import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";
 import { type MarkedPage, offeredMarks, shownMarks } from "./shown_marks.ts";
@@ -22,6 +23,9 @@ export interface CaptureHost extends MarkedPage {
   save(ending: string, content: Blob): void;
 }
 
+/** Seconds of drawing after which the rest can be estimated. */
+const leastMeasured = 2;
+
 /** The dialog that saves pictures of any size, and films. */
 export class CaptureDialog {
   readonly #host: CaptureHost;
@@ -29,6 +33,8 @@ export class CaptureDialog {
   #settings: CaptureSettings;
   #running: AbortController | null = null;
   #progress: CaptureProgress = {};
+  /** When drawing began (ms); 0: not yet. */
+  #drawingSince = 0;
   #message = "";
 
   constructor(host: CaptureHost) {
@@ -133,7 +139,13 @@ export class CaptureDialog {
 
   get #progressText(): string {
     const { share, bytesToGo } = this.#progress;
-    if (share !== undefined) return captureTexts.drawing(Math.round(100 * share));
+    if (share !== undefined) {
+      const seconds = (performance.now() - this.#drawingSince) / 1000;
+      const left = (seconds * (1 - share)) / share;
+      const isKnown = share > 0 && seconds > leastMeasured;
+      const text = captureTexts.drawing(Math.round(100 * share));
+      return isKnown ? `${text} · ${pageTexts.left(formatDuration(left))}` : text;
+    }
     return bytesToGo ? captureTexts.fetching(formatBytes(bytesToGo)) : captureTexts.preparing;
   }
 
@@ -141,6 +153,7 @@ export class CaptureDialog {
     const running = new AbortController();
     this.#running = running;
     this.#progress = {};
+    this.#drawingSince = 0;
     this.#render();
     try {
       const { ending, content } = await this.#capture(running.signal);
@@ -160,6 +173,7 @@ export class CaptureDialog {
     const size = chosenSize(settings, viewer.canvas);
     const progress = (now: CaptureProgress): void => {
       this.#progress = now;
+      if (now.share !== undefined) this.#drawingSince ||= performance.now();
       this.#render();
     };
     const { what, format, framesPerSecond, transparent, marks: chosen, pictureFormat } = settings;

@@ -1,7 +1,8 @@
 import { html, nothing, render } from "lit";
 import type { BuildProgress } from "../../builder/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
-import { formatBytes } from "../shell/format.ts";
+import { pageTexts } from "../../texts/page.ts";
+import { formatBytes, formatDuration } from "../shell/format.ts";
 
 /** A task for files of this device: a card with its progress, and a button that cancels it. */
 export class Task {
@@ -34,7 +35,7 @@ export class Task {
 
   progress({ fraction, secondsLeft }: BuildProgress, bytes: number): void {
     this.#fraction = fraction;
-    const left = secondsLeft > 0 ? ` · ${deviceTexts.left(duration(secondsLeft))}` : "";
+    const left = secondsLeft > 0 ? ` · ${pageTexts.left(formatDuration(secondsLeft))}` : "";
     this.#text = deviceTexts.of(formatBytes(fraction * bytes), formatBytes(bytes)) + left;
     this.#render();
   }
@@ -96,8 +97,4 @@ export class Task {
   #stop(): void {
     this.#cancel.abort(new DOMException("cancelled", "AbortError"));
   }
-}
-
-function duration(seconds: number): string {
-  return seconds < 90 ? `${Math.ceil(seconds)} s` : `${Math.ceil(seconds / 60)} min`;
 }

@@ -86,3 +86,8 @@ export function formatType(type: string | undefined): string {
   if (letter === "i") return pageTexts.signed(Number(bits));
   return letter === "f" ? pageTexts.float(Number(bits)) : (type ?? "");
 }
+
+/** A duration that remains, rounded up: "12 s", "3 min". */
+export function formatDuration(seconds: number): string {
+  return seconds < 90 ? `${Math.ceil(seconds)} s` : `${Math.ceil(seconds / 60)} min`;
+}

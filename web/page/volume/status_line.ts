@@ -19,15 +19,16 @@ export class StatusLine {
   readonly #level = this.#add("level", pageTexts.levelTitle);
   readonly #frames = this.#add("frames", pageTexts.framesTitle);
   readonly #state = this.#add("state", pageTexts.stateTitle);
+  readonly #quick = this.#add("quick", pageTexts.quickTitle);
   readonly #bar = document.createElement("div");
   #progress: Progress | null = null;
   #frame: FrameReport | null = null;
   #timer = 0;
   #maxToGo = 0;
 
-  readonly #viewer: Pick<Viewer, "clip">;
+  readonly #viewer: Pick<Viewer, "clip" | "isQuick">;
 
-  constructor(viewer: Pick<Viewer, "clip">) {
+  constructor(viewer: Pick<Viewer, "clip" | "isQuick">) {
     this.#viewer = viewer;
     this.element.className = "status";
     this.element.setAttribute("role", "group");
@@ -50,6 +51,7 @@ export class StatusLine {
   /** Called when the picture rests: hides the frame rate, which would be outdated. */
   rests(): void {
     if (this.#frame) this.frame({ ...this.#frame, framesPerSecond: 0 });
+    this.#schedule();
   }
 
   clear(): void {
@@ -86,6 +88,8 @@ export class StatusLine {
     set(this.#bytes, progress ? pageTexts.fetched(formatBytes(progress.bytesFetched)) : "");
     set(this.#level, progress ? levelText(progress) : "");
     set(this.#state, progress ? stateText(progress, !isWhole(this.#viewer.clip)) : "");
+    const isQuick = progress?.state === "complete" && this.#viewer.isQuick;
+    set(this.#quick, isQuick ? pageTexts.quick : "");
     this.element.dataset.state = progress?.state ?? "none";
 
     const toGo = progress?.bytesToGo ?? 0;
