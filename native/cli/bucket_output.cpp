@@ -130,7 +130,7 @@ Result<uint64_t> BucketOutput::publish(bool force) {
     const std::string address = server::thumbnail_path(address_).string();
     auto drawn = force ? Result<void>() : check_thumbnail(address);
     if (drawn) {
-      drawn = send(picture, address, "image/png").map([](uint64_t) {});
+      drawn = send(picture, address, "image/webp").map([](uint64_t) {});
     }
     if (!drawn) note("no thumbnail: " + drawn.error().message);
   }

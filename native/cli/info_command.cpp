@@ -5,12 +5,14 @@
 #include "native/builder/survey.h"
 #include "native/cli/building.h"
 #include "native/cli/chunk_report.h"
+#include "native/cli/chunk_report_text.h"
 #include "native/cli/command.h"
 #include "native/cli/histogram_text.h"
 #include "native/cli/info_scene.h"
 #include "native/cli/options.h"
 #include "native/cli/remote_flags.h"
 #include "native/cli/terminal.h"
+#include "native/cli/thumbnail.h"
 #include "native/remote/remote_target.h"
 #include "shared/core/builder/metadata.h"
 #include "shared/system/scene_file/scene_file.h"
@@ -25,6 +27,13 @@ struct InfoCall {
   VolumeFlags volume_flags;
   RemoteFlags remote_flags;
   bool json = false, chunks = false;
+  std::filesystem::path pictures;  ///< the folder for pictures of suggested isovalues; empty: none
+};
+
+/// A file with the picture of an isovalue.
+struct DrawnIsovalue {
+  double isovalue = 0;
+  std::string file;
 };
 
 Json to_json(Vec3d v) {
@@ -220,55 +229,6 @@ Json member(const Json& json, const char* key) {
   return found != json.end() && found->is_object() ? *found : Json::object();
 }
 
-Json chunks_json(const ChunkReport& chunks) {
-  Json levels = Json::array(), queries = Json::array();
-  for (const auto& level : chunks.levels) {
-    levels.push_back({{"blocks", level.blocks},
-                      {"emptyBlocks", level.empty_blocks},
-                      {"chunks", level.chunks},
-                      {"bytes", level.bytes},
-                      {"cells", level.cells},
-                      {"chunkBytes", level.chunk_bytes},
-                      {"blockBands", level.block_bands}});
-  }
-  for (const auto& query : chunks.queries) {
-    queries.push_back({{"isovalue", query.isovalue},
-                       {"chunks", query.chunks},
-                       {"bytes", query.bytes},
-                       {"fetchedCells", query.fetched_cells},
-                       {"activeCells", query.active_cells}});
-  }
-  return {{"quantiles", ChunkReport::kQuantiles},
-          {"levels", std::move(levels)},
-          {"queries", std::move(queries)}};
-}
-
-void print_chunks(const ChunkReport& chunks) {
-  fmt::print("\nchunks by level (sizes in bytes at the quantiles 0, 5, 25, 50, 75, 95, 100 %)\n");
-  fmt::print("  {:>5} {:>8} {:>8} {:>12} {:>12}  {:<44} bands per block\n", "level", "blocks",
-             "chunks", "bytes", "bytes/cell", "chunk size");
-  for (size_t i = 0; i < chunks.levels.size(); ++i) {
-    const auto& level = chunks.levels[i];
-    std::string sizes, bands;
-    for (const uint32_t size : level.chunk_bytes) sizes += fmt::format("{} ", size);
-    for (const uint32_t count : level.block_bands) bands += fmt::format("{} ", count);
-    fmt::print(
-        "  {:>5} {:>8} {:>8} {:>12} {:>12.2f}  {:<44} {}\n", i, level.blocks, level.chunks,
-        level.bytes,
-        level.cells > 0 ? static_cast<double>(level.bytes) / static_cast<double>(level.cells) : 0.0,
-        sizes, bands);
-  }
-  fmt::print("\nlevel 0 at some isovalues\n  {:>12} {:>8} {:>12} {:>14} {:>14} {:>10}\n",
-             "isovalue", "chunks", "bytes", "cells fetched", "active cells", "ratio");
-  for (const auto& query : chunks.queries) {
-    fmt::print("  {:>12.6g} {:>8} {:>12} {:>14} {:>14} {:>10.2f}\n", query.isovalue, query.chunks,
-               query.bytes, query.fetched_cells, query.active_cells,
-               query.active_cells > 0 ? static_cast<double>(query.fetched_cells) /
-                                            static_cast<double>(query.active_cells)
-                                      : 0.0);
-  }
-}
-
 /// The isovalues of --chunks: the suggested ones, and seven evenly spaced over the range of values,
 /// each between two quantized values.
 std::vector<double> report_isovalues(const StoreInfo& info, const std::vector<double>& suggested) {
@@ -280,6 +240,23 @@ std::vector<double> report_isovalues(const StoreInfo& info, const std::vector<do
   std::sort(isovalues.begin(), isovalues.end());
   isovalues.erase(std::unique(isovalues.begin(), isovalues.end()), isovalues.end());
   return isovalues;
+}
+
+/// Draws each isovalue into a file of its own, in the folder that the call names.
+Result<std::vector<DrawnIsovalue>> draw_isovalues(const StoreFile& store, const InfoCall& call,
+                                                  const std::vector<double>& isovalues) {
+  std::vector<DrawnIsovalue> drawn;
+  const std::string name = std::filesystem::path(call.path).stem().string();
+  for (const double isovalue : isovalues) {
+    const auto image = picture_of_isovalue(store, isovalue);
+    if (!image) return tl::unexpected(image.error());
+    const auto file = call.pictures / fmt::format("{}-{:.6g}.png", name, isovalue);
+    if (auto written = write_png(file.string(), *image); !written) {
+      return tl::unexpected(written.error());
+    }
+    drawn.push_back({isovalue, file.string()});
+  }
+  return drawn;
 }
 
 int run_store(const InfoCall& call) {
@@ -299,6 +276,12 @@ int run_store(const InfoCall& call) {
     if (!reported) return report(reported.error());
     chunks = std::move(*reported);
   }
+  std::vector<DrawnIsovalue> pictures;
+  if (!call.pictures.empty()) {
+    auto drawn = draw_isovalues(store, call, suggested);
+    if (!drawn) return report(drawn.error());
+    pictures = std::move(*drawn);
+  }
   if (call.json) {
     Json json = {{"kind", "store"}, {"contentId", store.content()}, {"fileBytes", info.file_bytes}};
     json.update(grid_json(info.grid));
@@ -309,6 +292,9 @@ int run_store(const InfoCall& call) {
     json["pages"] = store.pages().size();
     json["metadata"] = metadata;
     if (chunks) json["chunkReport"] = chunks_json(*chunks);
+    for (const auto& [isovalue, file] : pictures) {
+      json["pictures"].push_back({{"isovalue", isovalue}, {"file", file}});
+    }
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
     return kSuccess;
   }
@@ -334,6 +320,7 @@ int run_store(const InfoCall& call) {
                                      (static_cast<double>(n.x) * n.y * n.z)));
   print_notes(texts_at(metadata, "notes"));
   print_suggested(suggested);
+  for (const auto& each : pictures) print_line("picture", each.file);
   const Json histogram = member(metadata, "histogram");
   const auto counts = numbers_at(histogram, "counts");
   if (!counts.empty()) {
@@ -343,14 +330,23 @@ int run_store(const InfoCall& call) {
   return kSuccess;
 }
 
+bool is_of_store(const InfoCall& call) {
+  if (scene_kind(call.path, call.remote_flags) != SceneKind::none) return false;
+  return remote::is_address(call.path) || is_store(call.path) || call.path.ends_with(".isosplat");
+}
+
 int run(const InfoCall& call) {
+  if (!call.pictures.empty() && !is_of_store(call)) {
+    return report({Status::invalid_argument,
+                   call.path +
+                       ": expected a store, whose suggested isovalues --pictures draws, "
+                       "found a scene or a volume: build a store, or leave out --pictures"});
+  }
   if (scene_kind(call.path, call.remote_flags) != SceneKind::none) {
     const auto scene = open_scene(call.path, call.remote_flags);
     return scene ? print_scene(*scene, call.json) : report(scene.error());
   }
-  if (remote::is_address(call.path)) return run_store(call);
-  return is_store(call.path) || call.path.ends_with(".isosplat") ? run_store(call)
-                                                                 : run_volume(call);
+  return is_of_store(call) ? run_store(call) : run_volume(call);
 }
 
 }  // namespace
@@ -367,11 +363,15 @@ void add_info_command(CLI::App& program, int& exit_code) {
   command->add_flag(
       "--chunks", call->chunks,
       "Stores: print sizes of chunks, bands per block, and the chunks that isovalues need");
+  command->add_option(
+      "--pictures", call->pictures,
+      "Stores: draw each suggested isovalue into this folder, as NAME-ISOVALUE.png");
   call->volume_flags.add_to(*command);
   call->remote_flags.add_to(*command);
   command->footer(
       examples("  isosplat info engine.isosplat\n"
                "  isosplat info engine.isosplat --chunks\n"
+               "  isosplat info engine.isosplat --pictures .\n"
                "  isosplat info head.nii.gz --json\n"
                "  isosplat info https://example.org/stores/engine.isosplat\n"));
   command->callback([call, &exit_code] { exit_code = run(*call); });

@@ -43,9 +43,10 @@ Result<void> check_outputs(const RenderCall& call,
   const std::array<std::filesystem::path, 1> inputs{call.store};
   for (const std::filesystem::path& picture : pictures) {
     if (auto checked = check_not_input(picture, inputs); !checked) return checked;
-    if (auto checked = check_replaceable(picture, "\x89PNG", "a PNG file", call.force); !checked) {
-      return checked;
-    }
+    const bool is_webp = picture.extension() == server::kThumbnailExtension;
+    auto checked = is_webp ? check_replaceable(picture, "RIFF", "a WebP file", call.force)
+                           : check_replaceable(picture, "\x89PNG", "a PNG file", call.force);
+    if (!checked) return checked;
   }
   return {};
 }
@@ -211,7 +212,7 @@ int run(const RenderCall& call) {
 
 void add_render_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand(
-      "render", "Draw isosurfaces of a store or a scene into a picture (PNG file)");
+      "render", "Draw isosurfaces of a store or a scene into a picture (PNG or WebP file)");
   auto call = std::make_shared<RenderCall>();
   add_render_options(command, call.get());
   command->footer(examples(
@@ -219,9 +220,10 @@ void add_render_command(CLI::App& program, int& exit_code) {
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"
       "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent\n"
       "  isosplat render scene.json -o scene.png\n"
-      "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.png\n"
-      "  isosplat render head.isobundle --size 480x300 -o head.isobundle.png\n"
-      "The last two commands draw thumbnails for the lists of the page: FILE.png beside the store\n"
+      "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.webp\n"
+      "  isosplat render head.isobundle --size 480x300 -o head.isobundle.webp\n"
+      "The last two commands draw thumbnails for the lists of the page: FILE.webp beside the "
+      "store\n"
       "or the scene, of at most 1 MiB. They replace the thumbnail that isosplat build has drawn."));
   command->callback([call, command, &exit_code] {
     for (const CLI::Option* option : command->get_options()) {

@@ -24,7 +24,8 @@ void add_output_options(CLI::App* command, RenderCall* call) {
                    "Scenes: index of the time step, from 0 (default: that which the scene shows "
                    "first)")
       ->check(is_whole_number(0, kMaxSteps - 1));
-  command->add_option("-o,--output", call->output, "The PNG file")->capture_default_str();
+  command->add_option("-o,--output", call->output, "The PNG file, or a WebP file (.webp)")
+      ->capture_default_str();
   command->add_option("--size", call->size, "Size of the picture, WIDTHxHEIGHT in pixels")
       ->capture_default_str();
   command

@@ -85,7 +85,8 @@ std::string picture_file(const std::string& store, std::span<const std::byte> pi
   const std::string etag =
       server::etag_for({reinterpret_cast<const char*>(picture.data()), picture.size()});
   const std::string_view hash = std::string_view(etag).substr(1, etag.size() - 2);
-  return fmt::format("{}-{}.png", store.substr(0, store.rfind('.')), hash);
+  return fmt::format("{}-{}{}", store.substr(0, store.rfind('.')), hash,
+                     server::kThumbnailExtension);
 }
 
 /// A file to publish, and its description in the catalog.

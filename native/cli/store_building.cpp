@@ -95,7 +95,7 @@ void StoreFlags::add_to(CLI::App& command) {
                    "Replace the output file even if it is a store of another volume, or no store");
   command.add_flag(
       "--no-thumbnail", no_thumbnail,
-      "Do not draw the thumbnail, STORE.png beside the store, which lists of volumes show");
+      "Do not draw the thumbnail, STORE.webp beside the store, which lists of volumes show");
   build_flags.add_to(command);
   volume_flags.add_to(command);
 }

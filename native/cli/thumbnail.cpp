@@ -174,9 +174,11 @@ Result<void> draw_thumbnail_of(const std::filesystem::path& file, std::string_vi
 
 Result<void> write_picture(const std::filesystem::path& path, const Image& image,
                            std::string_view content) {
-  const auto png = encode_png(image);
-  if (!png) return fail(png.error().status, path.string() + ": " + png.error().message);
-  return write_whole_file(path, server::with_content_id(*png, content));
+  const bool is_thumbnail = path.extension() == server::kThumbnailExtension;
+  const auto encoded = is_thumbnail ? encode_webp(image) : encode_png(image);
+  if (!encoded) return fail(encoded.error().status, path.string() + ": " + encoded.error().message);
+  if (!is_thumbnail) return write_whole_file(path, *encoded);
+  return write_whole_file(path, server::with_content_id(*encoded, content));
 }
 
 bool is_refused_thumbnail(const std::filesystem::path& picture, const std::filesystem::path& file,
@@ -187,6 +189,10 @@ bool is_refused_thumbnail(const std::filesystem::path& picture, const std::files
   };
   return real(picture) == real(server::thumbnail_path(file)) &&
          !server::read_thumbnail(file, content);
+}
+
+Result<Image> picture_of_isovalue(const StoreFile& store, double isovalue) {
+  return draw([&](render::Renderer& renderer) { return show(renderer, store, isovalue); });
 }
 
 Result<void> draw_thumbnail(const std::filesystem::path& store) {

@@ -9,10 +9,15 @@
 
 namespace isosplat::cli {
 
-/// Writes a picture of a store or a scene as a PNG file that names its content id
-/// (server/catalog/thumbnail.h). Errors: io_error, and those of OutputFile.
+/// Writes a picture of a store or a scene: a path with the extension of thumbnails as one that names
+/// its content id (server/catalog/thumbnail.h), others as PNG. Errors: io_error, and those of
+/// OutputFile.
 Result<void> write_picture(const std::filesystem::path& path, const Image& image,
                            std::string_view content);
+
+/// The picture of an isovalue as a thumbnail shows it. Errors: gl_error (this machine cannot draw),
+/// those of StoreFile.
+Result<Image> picture_of_isovalue(const StoreFile& store, double isovalue);
 
 /// Whether a picture has the file name of the thumbnail of a store or a scene, but does not qualify
 /// as one.

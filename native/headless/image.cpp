@@ -1,8 +1,10 @@
 #include "native/headless/image.h"
 
 #include <png.h>
+#include <webp/encode.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "native/files/output_file.h"
 
@@ -36,6 +38,19 @@ Result<std::vector<std::byte>> encode_png(const Image& image) {
   }
   bytes.resize(size);
   return bytes;
+}
+
+Result<std::vector<std::byte>> encode_webp(const Image& image) {
+  constexpr float kQuality = 80;  // of 100
+  uint8_t* encoded = nullptr;
+  const size_t size = WebPEncodeRGBA(image.rgba.data(), image.width, image.height, 4 * image.width,
+                                     kQuality, &encoded);
+  const std::unique_ptr<uint8_t, decltype(&WebPFree)> owned(encoded, WebPFree);
+  if (size == 0) {
+    return fail(Status::io_error, "cannot write a picture (WebP: at most 16383 × 16383 pixels)");
+  }
+  const auto* const begin = reinterpret_cast<const std::byte*>(encoded);
+  return std::vector<std::byte>(begin, begin + size);
 }
 
 Result<void> write_png(const std::string& path, const Image& image) {

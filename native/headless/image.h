@@ -25,6 +25,9 @@ struct Image {
 /// A PNG: RGB if all pixels are opaque, otherwise RGBA. Errors: io_error.
 Result<std::vector<std::byte>> encode_png(const Image& image);
 
+/// A WebP file, lossy: for small pictures of lists. Errors: io_error.
+Result<std::vector<std::byte>> encode_webp(const Image& image);
+
 /// Writes a PNG file: RGB if all pixels are opaque, otherwise RGBA. Errors: io_error, and those of
 /// OutputFile.
 Result<void> write_png(const std::string& path, const Image& image);

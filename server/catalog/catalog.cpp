@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "server/catalog/thumbnail.h"
+
 namespace isosplat::server {
 namespace {
 
@@ -24,8 +26,6 @@ constexpr size_t kManyStores = 100;
 /// Some files are created without a report of their completion, for example by a link to a nameless
 /// file. Such a file counts as complete once nobody has written to it for this long.
 constexpr std::chrono::seconds kSettled{2};
-
-constexpr std::string_view kThumbnailExtension = ".png";
 
 bool is_listed_name(std::string_view name) {
   return is_listed(name, ServedKind::volume) || is_listed(name, ServedKind::scene);

@@ -35,7 +35,7 @@ Json described(std::string_view name, const SceneFacts& facts) {
   Json json = {{"name", name}, {"url", url_of(name)}};
   add_facts(json, facts);
   if (facts.has_thumbnail) {
-    json["thumbnail"] = fmt::format("{}/{}/thumbnail.png", url_of(name), facts.content);
+    json["thumbnail"] = fmt::format("{}/{}/thumbnail.webp", url_of(name), facts.content);
   }
   return json;
 }

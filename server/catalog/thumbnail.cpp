@@ -1,5 +1,6 @@
 #include "server/catalog/thumbnail.h"
 
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -13,136 +14,173 @@
 namespace isosplat::server {
 namespace {
 
-constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
-constexpr std::string_view kKey{"Isosplat content\0", 17};
+constexpr std::string_view kContentChunk = "ISOS";
 constexpr size_t kStoreDigits = 32, kSceneDigits = 16;  // of content ids
-constexpr size_t kHeaderBytes = 13;                     // of the data of IHDR
-constexpr size_t kChunkOverhead = 12;                   // length, type and checksum
-constexpr size_t kMaxLength = 1 << 30;                  // of a chunk
+constexpr size_t kChecksumDigits = 8;
+constexpr size_t kFileHeaderBytes = 12;  // "RIFF", the size of the rest, "WEBP"
+constexpr size_t kChunkHeaderBytes = 8;  // type, the size of its data
+constexpr size_t kCanvasBytes = 10;      // of the data of VP8X: flags, 3 unused, width, height
+constexpr char kHasAlpha = 0x10;         // in the flags of VP8X
 
-/// Offset of the text chunk, and the number of bytes up to its end.
-constexpr size_t kTextBegin = 8 + kChunkOverhead + kHeaderBytes;
-constexpr size_t kTextEnd = kTextBegin + kChunkOverhead + kKey.size() + kStoreDigits;
+/// Up to the end of the chunk with the content id.
+constexpr size_t kBeginningBytes =
+    kFileHeaderBytes + 2 * kChunkHeaderBytes + kCanvasBytes + kStoreDigits + kChecksumDigits;
 
 std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-uint32_t big_endian(std::string_view bytes) {
+/// The first `count` bytes, at most 4.
+uint32_t little_endian(std::string_view bytes, size_t count) {
   uint32_t number = 0;
-  for (size_t i = 0; i < 4; ++i) number = number << 8 | static_cast<uint8_t>(bytes[i]);
+  for (size_t i = count; i-- > 0;) number = number << 8 | static_cast<uint8_t>(bytes[i]);
   return number;
 }
 
-uint32_t checksum(std::string_view bytes) {
-  return static_cast<uint32_t>(
-      crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
+std::string little_endian_bytes(size_t number, size_t count) {
+  std::string bytes;
+  for (size_t i = 0; i < count; ++i) bytes += static_cast<char>(number >> 8 * i);
+  return bytes;
 }
 
-/// A chunk of a PNG: length (4 bytes), type (4), data, checksum of type and data (4).
-struct PngChunk {
+std::string checksum(std::string_view bytes) {
+  const auto sum =
+      crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size()));
+  return fmt::format("{:08x}", sum);
+}
+
+std::string file_header(size_t chunk_bytes) {
+  return "RIFF" + little_endian_bytes(chunk_bytes + 4, 4) + "WEBP";
+}
+
+std::string chunk_of(std::string_view type, std::string_view data) {
+  return std::string(type) + little_endian_bytes(data.size(), 4) + std::string(data);
+}
+
+/// Type, size of the data (4 bytes), data, and a zero if their number is odd.
+struct Chunk {
   std::string_view type, data;
 };
 
 /// Removes the first chunk of `rest`, and returns it; null if it is malformed.
-std::optional<PngChunk> take_chunk(std::string_view& rest) {
-  if (rest.size() < kChunkOverhead) return std::nullopt;
-  const size_t length = big_endian(rest);
-  if (length > kMaxLength || rest.size() - kChunkOverhead < length) return std::nullopt;
-  if (checksum(rest.substr(4, 4 + length)) != big_endian(rest.substr(8 + length))) {
-    return std::nullopt;
-  }
-  const PngChunk chunk{rest.substr(4, 4), rest.substr(8, length)};
-  rest.remove_prefix(kChunkOverhead + length);
+std::optional<Chunk> take_chunk(std::string_view& rest) {
+  if (rest.size() < kChunkHeaderBytes) return std::nullopt;
+  const size_t size = little_endian(rest.substr(4), 4);
+  const size_t padding = size & 1;
+  if (rest.size() - kChunkHeaderBytes < size + padding) return std::nullopt;
+  const Chunk chunk{rest.substr(0, 4), rest.substr(kChunkHeaderBytes, size)};
+  rest.remove_prefix(kChunkHeaderBytes + size + padding);
   return chunk;
 }
 
-/// Whether a picture has 8 bits per channel, is not interlaced, and has a size suitable for lists.
-bool is_header(const PngChunk& chunk) {
-  if (chunk.type != "IHDR" || chunk.data.size() != kHeaderBytes) return false;
-  const auto is_size = [](uint32_t pixels) { return pixels >= 1 && pixels <= kMaxThumbnailSize; };
-  constexpr std::string_view kColourTypes{"\0\2\3\4\6", 5};
-  return is_size(big_endian(chunk.data)) && is_size(big_endian(chunk.data.substr(4))) &&
-         chunk.data[8] == 8 && kColourTypes.find(chunk.data[9]) != std::string_view::npos &&
-         chunk.data.substr(10) == std::string_view("\0\0\0", 3);
+/// Pixels.
+struct Size {
+  uint32_t width, height;
+
+  friend bool operator==(const Size&, const Size&) = default;
+};
+
+/// The size that the header of a compressed picture states (RFC 6386, 9.1; RFC 9649, 3.4); null for
+/// other chunks.
+std::optional<Size> picture_size(const Chunk& chunk) {
+  if (chunk.data.size() < 10) return std::nullopt;
+  if (chunk.type == "VP8 " && chunk.data.substr(3, 3) == "\x9d\x01\x2a") {
+    return Size{little_endian(chunk.data.substr(6), 2) & 0x3fff,
+                little_endian(chunk.data.substr(8), 2) & 0x3fff};
+  }
+  if (chunk.type == "VP8L" && chunk.data[0] == '\x2f') {
+    const uint32_t bits = little_endian(chunk.data.substr(1), 4);
+    return Size{(bits & 0x3fff) + 1, (bits >> 14 & 0x3fff) + 1};
+  }
+  return std::nullopt;
 }
 
-bool is_harmless(std::string_view type) {
-  constexpr std::array<std::string_view, 6> kTypes{"PLTE", "tRNS", "gAMA", "cHRM", "sRGB", "pHYs"};
-  return std::ranges::find(kTypes, type) != kTypes.end();
+/// The size that VP8X states; null for other chunks, and if it announces more than a still picture.
+std::optional<Size> canvas_size(const Chunk& chunk) {
+  if (chunk.type != "VP8X" || chunk.data.size() != kCanvasBytes) return std::nullopt;
+  if ((chunk.data[0] & ~kHasAlpha) != 0 || little_endian(chunk.data.substr(1), 3) != 0) {
+    return std::nullopt;
+  }
+  return Size{little_endian(chunk.data.substr(4), 3) + 1,
+              little_endian(chunk.data.substr(7), 3) + 1};
+}
+
+/// VP8X of an opaque picture.
+std::string canvas_chunk(const Size& size) {
+  return chunk_of("VP8X", std::string(4, '\0') + little_endian_bytes(size.width - 1, 3) +
+                              little_endian_bytes(size.height - 1, 3));
 }
 
 bool is_content_digit(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
 }
 
-void append_number(std::string& out, uint32_t number) {
-  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(number >> shift);
+/// The content id in a chunk; empty if it has another type or form.
+std::string content_of(const Chunk& chunk) {
+  const size_t digits = chunk.data.size() - kChecksumDigits;
+  if (chunk.type != kContentChunk || (digits != kStoreDigits && digits != kSceneDigits) ||
+      !std::ranges::all_of(chunk.data, is_content_digit)) {
+    return {};
+  }
+  return std::string(chunk.data.substr(0, digits));
 }
 
 }  // namespace
 
 std::filesystem::path thumbnail_path(const std::filesystem::path& store) {
   std::filesystem::path path = store;
-  path += ".png";
+  path += kThumbnailExtension;
   return path;
 }
 
-std::vector<std::byte> with_content_id(std::span<const std::byte> png, std::string_view content) {
-  std::string chunk = "tEXt";
-  chunk += kKey;
-  chunk += content;
-  std::string bytes(text_of(png.first(kTextBegin)));
-  append_number(bytes, static_cast<uint32_t>(chunk.size() - 4));
-  bytes += chunk;
-  append_number(bytes, checksum(chunk));
-  bytes += text_of(png.subspan(kTextBegin));
+std::vector<std::byte> with_content_id(std::span<const std::byte> webp, std::string_view content) {
+  std::string chunks(text_of(webp.subspan(kFileHeaderBytes)));
+  std::string_view rest = chunks;
+  const auto first = take_chunk(rest);
+  // Only files with VP8X may have further chunks.
+  if (const auto size = first ? picture_size(*first) : std::nullopt) {
+    chunks = canvas_chunk(*size) + chunks;
+  }
+  chunks.insert(kChunkHeaderBytes + kCanvasBytes,
+                chunk_of(kContentChunk, std::string(content) + checksum(chunks)));
+  const std::string bytes = file_header(chunks.size()) + chunks;
   const auto all = std::as_bytes(std::span(bytes));
   return {all.begin(), all.end()};
 }
 
-bool is_thumbnail(std::span<const std::byte> png, std::string_view content) {
-  std::string_view rest = text_of(png);
-  if (rest.size() > kMaxThumbnailBytes || !rest.starts_with(kSignature)) return false;
-  rest.remove_prefix(kSignature.size());
-  const auto header = take_chunk(rest);
-  if (!header || !is_header(*header)) return false;
-  const auto text = take_chunk(rest);
-  if (!text || text->type != "tEXt" || !text->data.starts_with(kKey) ||
-      text->data.substr(kKey.size()) != content) {
+bool is_thumbnail(std::span<const std::byte> webp, std::string_view content) {
+  const std::string_view all = text_of(webp);
+  if (all.size() > kMaxThumbnailBytes || all.size() < kFileHeaderBytes ||
+      all.substr(0, kFileHeaderBytes) != file_header(all.size() - kFileHeaderBytes)) {
     return false;
   }
-  bool has_pixels = false, are_pixels_over = false;
-  for (;;) {
-    const auto chunk = take_chunk(rest);
-    if (!chunk) return false;
-    if (chunk->type == "IEND") return has_pixels && chunk->data.empty() && rest.empty();
-    if (chunk->type == "IDAT") {
-      if (are_pixels_over) return false;  // they must be consecutive
-      has_pixels = true;
-    } else {
-      if (!is_harmless(chunk->type)) return false;
-      are_pixels_over = has_pixels;
-    }
-  }
+  std::string_view rest = all.substr(kFileHeaderBytes);
+  const auto canvas = take_chunk(rest);
+  const auto size = canvas ? canvas_size(*canvas) : std::nullopt;
+  if (!size || size->width > kMaxThumbnailSize || size->height > kMaxThumbnailSize) return false;
+  const std::string_view before = all.substr(kFileHeaderBytes, kChunkHeaderBytes + kCanvasBytes);
+  const auto id = take_chunk(rest);
+  if (!id || content.empty() || content_of(*id) != content) return false;
+  if (!id->data.ends_with(checksum(std::string(before) + std::string(rest)))) return false;
+  auto picture = take_chunk(rest);
+  if (picture && picture->type == "ALPH") picture = take_chunk(rest);
+  return picture && picture_size(*picture) == size && rest.empty();
 }
 
-std::string thumbnail_content(const std::filesystem::path& png) {
-  const auto file = PosixFile::open(png);
+std::string thumbnail_content(const std::filesystem::path& webp) {
+  const auto file = PosixFile::open(webp);
   return file ? thumbnail_content(*file) : std::string();
 }
 
-std::string thumbnail_content(const RandomAccessFile& png) {
-  std::array<std::byte, kTextEnd> bytes;
-  if (const auto read = png.read(0, bytes); !read) return {};
-  const std::string_view all = text_of(bytes);
-  const size_t digits = big_endian(all.substr(kTextBegin)) - kKey.size();
-  if (digits != kStoreDigits && digits != kSceneDigits) return {};
-  const std::string_view content = all.substr(kTextBegin + 8 + kKey.size(), digits);
-  const bool is_one = all.starts_with(kSignature) && all.substr(kTextBegin + 4, 4) == "tEXt" &&
-                      all.substr(kTextBegin + 8).starts_with(kKey) &&
-                      std::ranges::all_of(content, is_content_digit);
-  return is_one ? std::string(content) : std::string();
+std::string thumbnail_content(const RandomAccessFile& webp) {
+  std::array<std::byte, kBeginningBytes> bytes;
+  if (const auto read = webp.read(0, bytes); !read) return {};
+  std::string_view rest = text_of(bytes);
+  if (!rest.starts_with("RIFF") || rest.substr(8, 4) != "WEBP") return {};
+  rest.remove_prefix(kFileHeaderBytes);
+  const auto canvas = take_chunk(rest);
+  const auto id = canvas ? take_chunk(rest) : std::nullopt;
+  return id ? content_of(*id) : std::string();
 }
 
 Result<std::vector<std::byte>> read_thumbnail(const std::filesystem::path& store,

@@ -130,7 +130,7 @@ StoreSummary summary_of(const std::string& name, const StoreFile& store) {
   Json json = {{"name", name}, {"url", "/v1/volumes/" + name}};
   add_summary(json, store.content(), store.info());
   if (read_thumbnail(store.path(), store.content())) {
-    json["thumbnail"] = fmt::format("/v1/volumes/{}/{}/thumbnail.png", name, store.content());
+    json["thumbnail"] = fmt::format("/v1/volumes/{}/{}/thumbnail.webp", name, store.content());
   }
   StoreSummary summary;
   summary.content = store.content();

@@ -195,7 +195,7 @@ Response picture_response(const RouteCall& call, const std::filesystem::path& fi
   const std::string etag = fmt::format("\"{}-{}\"", content, hash.substr(1, hash.size() - 2));
   Response response = begin_response(call.request, etag, CachePolicy::revalidated, call.is_private);
   if (is_complete(response)) return response;
-  return with_bytes(std::move(response), std::move(*picture), "image/png");
+  return with_bytes(std::move(response), std::move(*picture), "image/webp");
 }
 
 Response thumbnail_response(const RouteCall& call) {

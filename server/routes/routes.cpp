@@ -19,8 +19,8 @@ Response no_such_path(const RouteCall&) {
       404, status_name(Status::not_found),
       "expected /v1/openapi.json, /v1/volumes, /v1/volumes/{name}, and below a content id header, "
       "pages/{page}, chunks/{level}/{x}.{y}.{z}/{band}, chunks?isovalue=…, "
-      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=…, file or thumbnail.png; or "
-      "/v1/scenes, /v1/scenes/{name}, and below a content id file or thumbnail.png");
+      "batch?chunks=…, isovalues?isovalue=…, samples?isovalue=…, file or thumbnail.webp; or "
+      "/v1/scenes, /v1/scenes/{name}, and below a content id file or thumbnail.webp");
 }
 
 constexpr std::string_view kText = R"({"type":"string"})";
@@ -91,13 +91,13 @@ constexpr auto kRoutes = std::to_array<Route>({
     {Method::get, "/v1/volumes/{name}/{content}/samples", samples_response, "samples",
      kSamplesParameters, RouteWork::computes},
     {Method::get, "/v1/volumes/{name}/{content}/file", file_response, "file"},
-    {Method::get, "/v1/volumes/{name}/{content}/thumbnail.png", thumbnail_response, "thumbnail"},
+    {Method::get, "/v1/volumes/{name}/{content}/thumbnail.webp", thumbnail_response, "thumbnail"},
     {Method::get, "/v1/scenes", scenes_response, "scenes", kListParameters,
      RouteWork::reads_headers},
     {Method::get, "/v1/scenes/{name}", scene_response, "scene"},
     {Method::get, "/v1/scenes/{name}/bootstrap", scene_bootstrap_response, "sceneBootstrap"},
     {Method::get, "/v1/scenes/{name}/{content}/file", scene_file_response, "sceneFile"},
-    {Method::get, "/v1/scenes/{name}/{content}/thumbnail.png", scene_thumbnail_response,
+    {Method::get, "/v1/scenes/{name}/{content}/thumbnail.webp", scene_thumbnail_response,
      "sceneThumbnail"},
     {Method::get, "/v1/…", no_such_path},
     {Method::get, "/…", page_response},

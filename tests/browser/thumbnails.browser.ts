@@ -25,7 +25,7 @@ const picture = (page: Page) =>
   }));
 
 test("the server's picture is shown at once, and the browser draws none", async ({ page }) => {
-  copyFileSync(`${store}.png`, join(folder, "bucky.isosplat.png"));
+  copyFileSync(`${store}.webp`, join(folder, "bucky.isosplat.webp"));
   const server = await serve([folder]);
   const requests: string[] = [];
   page.on("request", (request) => requests.push(new URL(request.url()).pathname));
@@ -33,7 +33,7 @@ test("the server's picture is shown at once, and the browser draws none", async 
     await page.goto(server.url);
     await expect(async () => expect((await picture(page)).width).toBe(480)).toPass();
     expect((await picture(page)).from).toMatch(
-      /^\/v1\/volumes\/bucky\/[0-9a-f]{32}\/thumbnail\.png$/,
+      /^\/v1\/volumes\/bucky\/[0-9a-f]{32}\/thumbnail\.webp$/,
     );
     expect(requests.filter((path) => /bootstrap|chunks|batch|file$/.test(path))).toEqual([]);
   } finally {
@@ -42,8 +42,8 @@ test("the server's picture is shown at once, and the browser draws none", async 
 });
 
 test("a damaged picture is replaced by one that the browser draws", async ({ page }) => {
-  const png = readFileSync(`${store}.png`);
-  writeFileSync(join(folder, "bucky.isosplat.png"), png.subarray(0, png.length / 2));
+  const webp = readFileSync(`${store}.webp`);
+  writeFileSync(join(folder, "bucky.isosplat.webp"), webp.subarray(0, webp.length / 2));
   const server = await serve([folder]);
   try {
     await page.goto(server.url);
@@ -59,7 +59,7 @@ test("a damaged picture is replaced by one that the browser draws", async ({ pag
 
 test("a published site has the pictures of its stores", async ({ page }) => {
   test.skip(!hasNginx, "needs nginx");
-  copyFileSync(`${store}.png`, join(folder, "bucky.isosplat.png"));
+  copyFileSync(`${store}.webp`, join(folder, "bucky.isosplat.webp"));
   const site = join(folder, "site");
   const options = ["--to", site, "--web-root", "build/page"];
   execFileSync(program, ["publish", join(folder, "bucky.isosplat"), ...options]);
@@ -67,7 +67,7 @@ test("a published site has the pictures of its stores", async ({ page }) => {
   try {
     await page.goto(host.url);
     await expect(async () => expect((await picture(page)).width).toBe(480)).toPass();
-    expect((await picture(page)).from).toMatch(/^\/stores\/bucky-[0-9a-f]{32}-[0-9a-f]{32}\.png$/);
+    expect((await picture(page)).from).toMatch(/^\/stores\/bucky-[0-9a-f]{32}-[0-9a-f]{32}\.webp$/);
   } finally {
     await host.stop();
   }

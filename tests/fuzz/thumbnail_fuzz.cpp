@@ -1,6 +1,5 @@
-// Pictures beside stores. The input is a file, and also the chunks of a PNG with correct checksums.
-
-#include <zlib.h>
+// Pictures beside stores. The input is a file, and also the chunks of a WebP file with correct
+// sizes and checksum.
 
 #include <algorithm>
 #include <cstddef>
@@ -15,37 +14,32 @@ namespace {
 
 constexpr char kContent[] = "0123456789abcdef0123456789abcdef";
 
-void append_number(std::string& png, uint32_t number) {
-  for (int shift = 24; shift >= 0; shift -= 8) png += static_cast<char>(number >> shift);
+void append_number(std::string& webp, size_t number) {
+  for (int shift = 0; shift < 32; shift += 8) webp += static_cast<char>(number >> shift);
 }
 
-void append_chunk(std::string& png, const std::string& type, const std::string& data) {
-  append_number(png, static_cast<uint32_t>(data.size()));
-  const std::string body = type + data;
-  png += body;
-  append_number(png, static_cast<uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()),
-                                                 static_cast<uInt>(body.size()))));
-}
-
-/// The signature, IHDR and text of a thumbnail, and then chunks from the input: type, length, data.
-std::string png_of(std::span<const uint8_t> input) {
+/// Chunks from the input: type, length, data.
+std::string webp_of(std::span<const uint8_t> input) {
   const auto take = [&](size_t count) {
     const auto taken = input.first(std::min(count, input.size()));
     input = input.subspan(taken.size());
     return std::string(taken.begin(), taken.end());
   };
-  static const std::vector<std::string> types = {"IDAT", "IEND", "PLTE", "tRNS", "tEXt", "IHDR"};
-  std::string png = "\x89PNG\r\n\x1a\n";
-  append_chunk(png, "IHDR", take(13));
-  append_chunk(png, "tEXt", std::string("Isosplat content\0", 17) + kContent);
+  static const std::vector<std::string> types = {"VP8X", "ALPH", "VP8 ", "VP8L", "ISOS", "EXIF"};
+  std::string chunks;
   while (!input.empty()) {
     const auto kind = static_cast<uint8_t>(take(1).front());
-    const std::string type = kind < types.size() ? types[kind] : take(4);
     const std::string length = take(1);
-    const std::string data = take(length.empty() ? 0 : static_cast<uint8_t>(length.front()));
-    append_chunk(png, type, data);
+    std::string data = take(length.empty() ? 0 : static_cast<uint8_t>(length.front()));
+    chunks += types[kind % types.size()];
+    append_number(chunks, data.size());
+    chunks += data;
+    if (data.size() % 2 == 1) chunks += '\0';
   }
-  return png;
+  chunks.resize(std::max<size_t>(chunks.size(), 18));  // VP8X, in which with_content_id inserts
+  std::string webp = "RIFF";
+  append_number(webp, chunks.size() + 4);
+  return webp + "WEBP" + chunks;
 }
 
 }  // namespace
@@ -53,7 +47,8 @@ std::string png_of(std::span<const uint8_t> input) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::span<const uint8_t> input(data, size);
   isosplat::server::is_thumbnail(std::as_bytes(input), kContent);
-  const std::string png = png_of(input);
-  isosplat::server::is_thumbnail(std::as_bytes(std::span(png)), kContent);
+  const std::string webp = webp_of(input);
+  const auto named = isosplat::server::with_content_id(std::as_bytes(std::span(webp)), kContent);
+  isosplat::server::is_thumbnail(named, kContent);
   return 0;
 }

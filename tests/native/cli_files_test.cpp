@@ -216,7 +216,7 @@ TEST(CliFiles, ProgramsThatWriteOneFileDoNotCollide) {
   EXPECT_EQ(run({"verify", store}).exit_code, 0);
   EXPECT_EQ(run({"extract", store, "-i", "100.5", "-o", folder / "p.ply"}).exit_code, 0);
   EXPECT_EQ(folder.files(),
-            (std::vector<std::string>{"ball.isosplat", "ball.isosplat.part", "ball.isosplat.png",
+            (std::vector<std::string>{"ball.isosplat", "ball.isosplat.part", "ball.isosplat.webp",
                                       "ball.nrrd", "p.ply", "p.ply.part"}));
   EXPECT_EQ(read_file(folder / "p.ply.part"), "somebody's own");
 }

@@ -94,10 +94,10 @@ TEST_F(CliPublish, AScenesStoresArePublishedInItsBundle) {
                                         R"("layers":[{"store":"two.isosplat"}]})");
   ASSERT_EQ(run({"bundle", run_folder / "scene.json", "-o", folder / "run.isobundle"}).exit_code,
             0);
-  const std::string picture = folder / "picture.png";
+  const std::string picture = folder / "picture.webp";
   ASSERT_EQ(run({"render", folder / "run.isobundle", "--size", "48x30", "-o", picture}).exit_code,
             0);
-  write_file(run_folder / "scene.json.png", read_file(picture));
+  write_file(run_folder / "scene.json.webp", read_file(picture));
   const Ended ended = publish({stores});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_NE(ended.out.find("a site of 1 scene and 1 volume"), std::string::npos) << ended.out;
@@ -165,25 +165,25 @@ TEST_F(CliPublish, PublishedAgainTheSiteGetsWhatIsNewAndKeepsTheRest) {
 
 TEST_F(CliPublish, CopiesThePicturesOfTheStores) {
   const Ended drawn = run({"render", stores / "one.isosplat", "--isovalue", "100", "--size",
-                           "32x20", "-o", stores / "one.isosplat.png"});
+                           "32x20", "-o", stores / "one.isosplat.webp"});
   ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
-  std::filesystem::copy(stores / "one.isosplat.png", stores / "two.isosplat.png");
+  std::filesystem::copy(stores / "one.isosplat.webp", stores / "two.isosplat.webp");
   ASSERT_EQ(publish({stores}).exit_code, 0);
   const std::string picture = catalog()["volumes"][0]["thumbnail"];
   EXPECT_TRUE(picture.starts_with(file_of(0).substr(0, file_of(0).rfind('.')) + "-")) << picture;
-  EXPECT_EQ(read_file(site / picture), read_file(stores / "one.isosplat.png"));
+  EXPECT_EQ(read_file(site / picture), read_file(stores / "one.isosplat.webp"));
   EXPECT_FALSE(catalog()["volumes"][1].contains("thumbnail")) << "it shows another content";
   ASSERT_EQ(publish({stores}, {"--prune"}).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(site / picture));
   // Hosts allow caches to keep a picture for ever, so another picture gets another name.
   ASSERT_EQ(run({"render", stores / "one.isosplat", "--isovalue", "120", "--size", "30x20", "-o",
-                 stores / "one.isosplat.png"})
+                 stores / "one.isosplat.webp"})
                 .exit_code,
             0);
   ASSERT_EQ(publish({stores}).exit_code, 0);
   const std::string other = catalog()["volumes"][0]["thumbnail"];
   EXPECT_NE(other, picture);
-  EXPECT_EQ(read_file(site / other), read_file(stores / "one.isosplat.png"));
+  EXPECT_EQ(read_file(site / other), read_file(stores / "one.isosplat.webp"));
   ASSERT_EQ(publish({stores / "two.isosplat"}, {"--prune"}).exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(site / picture));
   EXPECT_FALSE(std::filesystem::exists(site / other));

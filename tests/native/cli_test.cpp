@@ -132,7 +132,7 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   EXPECT_NE(built.err.find("Building ball.isosplat: "), std::string::npos) << "plain progress";
   EXPECT_EQ(built.err.find('\r'), std::string::npos) << "no bar without a terminal";
   EXPECT_EQ(folder.files(),
-            (std::vector<std::string>{"ball.isosplat", "ball.isosplat.png", "ball.nrrd"}));
+            (std::vector<std::string>{"ball.isosplat", "ball.isosplat.webp", "ball.nrrd"}));
 
   const Ended verified = run({"verify", store});
   EXPECT_EQ(verified.exit_code, 0) << verified.err;
@@ -193,7 +193,7 @@ TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   EXPECT_NE(below.err.find("no isosurface"), std::string::npos);
   EXPECT_EQ(run({"extract", store, "-i", "5", "--level", "9", "-o", folder / "x.ply"}).exit_code,
             1);
-  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.isosplat.png",
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"ball.isosplat", "ball.isosplat.webp",
                                                       "ball.nrrd", "ball.ply", "none.ply"}));
 }
 

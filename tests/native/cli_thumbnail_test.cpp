@@ -1,11 +1,13 @@
 // The picture that isosplat build draws beside a store.
 
+#include <webp/decode.h>
+
 #include <algorithm>
-
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <optional>
-#include "native/headless/image.h"
 
+#include "native/headless/image.h"
 #include "tests/native/cli_program.h"
 
 namespace isosplat {
@@ -18,12 +20,22 @@ using test::TempFolder;
 using test::write_ball;
 using test::write_file;
 
-/// The content id in the text chunk that follows IHDR.
-std::string content_of(const std::string& png) {
-  constexpr size_t kText = 8 + 25 + 8;
-  const std::string key("Isosplat content\0", 17);
-  if (png.substr(0, 4) != "\x89PNG" || png.substr(kText, key.size()) != key) return {};
-  return png.substr(kText + key.size(), 32);
+/// The content id in the chunk that follows VP8X.
+std::string content_of(const std::string& webp) {
+  constexpr size_t kContentChunk = 30;
+  if (webp.substr(0, 4) != "RIFF" || webp.substr(kContentChunk, 4) != "ISOS") return {};
+  return webp.substr(kContentChunk + 8, 32);
+}
+
+/// Decodes a WebP file; empty if it is none.
+Image read_webp(const std::string& bytes) {
+  Image image;
+  uint8_t* const pixels = WebPDecodeRGBA(reinterpret_cast<const uint8_t*>(bytes.data()),
+                                         bytes.size(), &image.width, &image.height);
+  if (!pixels) return {};
+  image.rgba.assign(pixels, pixels + 4 * image.width * image.height);
+  WebPFree(pixels);
+  return image;
 }
 
 /// Sets an environment variable (null: removes it) during the lifetime of the object.
@@ -60,7 +72,7 @@ class CliThumbnail : public ::testing::Test {
 
   const TempFolder folder;
   const std::string volume = write_ball(folder, 40);
-  const std::string store = folder / "ball.isosplat", picture = store + ".png";
+  const std::string store = folder / "ball.isosplat", picture = store + ".webp";
 };
 
 TEST_F(CliThumbnail, BuildDrawsThePictureOfTheStore) {
@@ -68,12 +80,12 @@ TEST_F(CliThumbnail, BuildDrawsThePictureOfTheStore) {
   ASSERT_EQ(built.exit_code, 0) << built.err;
   EXPECT_EQ(built.err.find("note: no thumbnail"), std::string::npos) << built.err;
   EXPECT_EQ(content_of(read_file(picture)), store_content());
-  EXPECT_GT(read_file(picture).size(), 2000u);
-  EXPECT_LT(read_file(picture).size(), 300'000u);
+  EXPECT_GT(read_file(picture).size(), 1000u);
+  EXPECT_LT(read_file(picture).size(), 15'000u);
 }
 
 TEST_F(CliThumbnail, BuildDrawsThePictureOfAScene) {
-  const std::string scene = folder / "run.isobundle", drawn = scene + ".png";
+  const std::string scene = folder / "run.isobundle", drawn = scene + ".webp";
   const auto build_steps = [&](const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"build", volume, write_ball(folder, 36, "next"), "-o",
                                        scene};
@@ -88,7 +100,7 @@ TEST_F(CliThumbnail, BuildDrawsThePictureOfAScene) {
   const std::string said = build_steps();
   EXPECT_NE(said.find("isosplat view " + scene + " shows it"), std::string::npos) << said;
   const std::string first = read_file(drawn);
-  EXPECT_GT(first.size(), 2000u);
+  EXPECT_GT(first.size(), 1000u);
   // The id in the picture is the checksum at the end of the bundle's header, lowest byte first.
   const auto id_of_bundle = [&] {
     const std::string bundle = read_file(scene);
@@ -129,19 +141,39 @@ TEST_F(CliThumbnail, ASmallSurfaceInACornerFillsThePicture) {
   write_file(raw, voxels);
   const Ended built = run({"build", raw, "--dims", "48x48x48", "--type", "u8", "-o", store});
   ASSERT_EQ(built.exit_code, 0) << built.err;
-  const auto image = read_png(picture);
-  ASSERT_TRUE(image) << image.error().message;
-  int left = image->width, right = 0, top = image->height, bottom = 0;
-  for (int y = 0; y < image->height; ++y) {
-    for (int x = 0; x < image->width; ++x) {
-      if (image->at(x, y)[3] < 128) continue;
+  const Image image = read_webp(read_file(picture));
+  ASSERT_GT(image.width, 0);
+  int left = image.width, right = 0, top = image.height, bottom = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (image.at(x, y)[3] < 128) continue;
       left = std::min(left, x), right = std::max(right, x + 1);
       top = std::min(top, y), bottom = std::max(bottom, y + 1);
     }
   }
-  EXPECT_NEAR(left + right, image->width, 0.04 * image->width);
-  EXPECT_NEAR(top + bottom, image->height, 0.04 * image->height);
-  EXPECT_NEAR(bottom - top, 0.88 * image->height, 0.04 * image->height);
+  EXPECT_NEAR(left + right, image.width, 0.04 * image.width);
+  EXPECT_NEAR(top + bottom, image.height, 0.04 * image.height);
+  EXPECT_NEAR(bottom - top, 0.88 * image.height, 0.04 * image.height);
+}
+
+TEST_F(CliThumbnail, InfoDrawsTheSuggestedIsovalues) {
+  ASSERT_EQ(build({"--no-thumbnail"}).exit_code, 0);
+  const std::filesystem::path pictures = folder / "pictures";
+  std::filesystem::create_directory(pictures);
+  const Ended ended = run({"info", store, "--pictures", pictures.string(), "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const auto json = nlohmann::json::parse(ended.out);
+  const auto suggested = json["metadata"]["suggested_isovalues"];
+  ASSERT_GT(suggested.size(), 0u);
+  ASSERT_EQ(json["pictures"].size(), suggested.size());
+  for (size_t i = 0; i < suggested.size(); ++i) {
+    EXPECT_EQ(json["pictures"][i]["isovalue"], suggested[i]);
+    const auto image = read_png(json["pictures"][i]["file"].get<std::string>());
+    ASSERT_TRUE(image) << image.error().message;
+    EXPECT_FALSE(image->is_uniform());
+  }
+  EXPECT_NE(run({"info", volume, "--pictures", pictures.string()}).err.find("expected a store"),
+            std::string::npos);
 }
 
 TEST_F(CliThumbnail, NoThumbnailLeavesItOut) {

@@ -243,7 +243,7 @@ TEST_F(SceneRoutes, HostileNamesAndPathsAreRefused) {
   EXPECT_EQ(status("/v1/volumes/run"), 404);
   EXPECT_EQ(status("/v1/scenes/run/" + alpha.content + "/file"), 404);
   EXPECT_EQ(status("/v1/scenes/run/" + content + "/chunks?isovalue=1&level=0"), 404);
-  EXPECT_EQ(status("/v1/scenes/run/" + content + "/thumbnail.png"), 404);
+  EXPECT_EQ(status("/v1/scenes/run/" + content + "/thumbnail.webp"), 404);
   for (const std::string& target :
        std::vector<std::string>{"/v1/scenes/..%2Falpha", "/v1/scenes/run/../alpha",
                                 "/v1/scenes/%2e%2e", "/v1/scenes/a%00"}) {

@@ -152,7 +152,7 @@ class Rights : public ServerTest {
       const std::string bearer = "Authorization: Bearer " + kOne + "\r\n";
       if (get(port(), url, bearer).status == 200) contents.insert(volume.content);
       if (get(port(), url + "?" + link).status == 200) contents.insert(volume.content);
-      const std::string thumbnail = url + "/" + volume.content + "/thumbnail.png";
+      const std::string thumbnail = url + "/" + volume.content + "/thumbnail.webp";
       EXPECT_EQ(get(port(), thumbnail, bearer).status, 404) << "there is none";
       const std::string samples = url + "/" + volume.content + "/samples?isovalue=1e9";
       EXPECT_EQ(get(port(), samples, bearer).status == 200, contents.contains(volume.content));

@@ -133,8 +133,8 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
     const args = ["build", small, ...shape(small), "--type", "u8", "-o", address];
     const ran = await runProgram([...args, "--endpoint", proxy.url], { ...person, TMPDIR: folder });
     expect(ran.code, ran.stderr).toBe(0);
-    expect((await object("with%20picture.isosplat.png"))?.headers.get("content-type")).toBe(
-      "image/png",
+    expect((await object("with%20picture.isosplat.webp"))?.headers.get("content-type")).toBe(
+      "image/webp",
     );
     const verified = await runProgram(["verify", address, "--endpoint", proxy.url], person);
     expect(verified.code, verified.stderr).toBe(0);
@@ -353,18 +353,18 @@ describe.skipIf(!existsSync(program))("a build to a bucket", () => {
   });
 
   test("replaces no object but a thumbnail by the thumbnail, without --force", async () => {
-    await service.put(`${bucket}/pictured.isosplat.png`, Buffer.from("a photograph of a cat"));
+    await service.put(`${bucket}/pictured.isosplat.webp`, Buffer.from("a photograph of a cat"));
     const to = ["-o", `s3://${bucket}/pictured.isosplat`, "--endpoint", proxy.url];
     const args = ["build", small, ...shape(small), "--type", "u8", ...to];
-    const picture = async () => (await object("pictured.isosplat.png"))?.bytes.subarray(1, 4);
+    const picture = async () => (await object("pictured.isosplat.webp"))?.bytes.subarray(8, 12);
     const ran = await runProgram(args, { ...person, TMPDIR: folder });
     expect(ran.code, ran.stderr).toBe(0);
     expect(ran.stderr).toContain("expected no object, or a thumbnail, found another object");
-    expect(String(await picture())).not.toBe("PNG");
+    expect(String(await picture())).not.toBe("WEBP");
     for (const options of [["--force"], []]) {
       const again = await runProgram([...args, ...options], { ...person, TMPDIR: folder });
       expect(again.stderr).not.toContain("no thumbnail");
-      expect(String(await picture())).toBe("PNG");
+      expect(String(await picture())).toBe("WEBP");
     }
   });
 

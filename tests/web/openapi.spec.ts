@@ -167,16 +167,16 @@ describe("openapi.json", () => {
     const tokens = join(folder, "tokens");
     writeFileSync(tokens, `anyone open scene:open\n${token} *\n`);
     writeFileSync(join(folder, "closed-tokens"), `${token} *\n`);
-    const picture = join(folder, "picture.png");
+    const picture = join(folder, "picture.webp");
     execFileSync(program, ["render", store, "-i", "60", "--size", "48x30", "-o", picture]);
-    const scenePicture = join(folder, "scene.png");
+    const scenePicture = join(folder, "scene.webp");
     execFileSync(program, ["render", bundle, "--size", "48x30", "-o", scenePicture]);
     const files = {
       "open.isosplat": bytes,
-      "open.isosplat.png": readFileSync(picture),
+      "open.isosplat.webp": readFileSync(picture),
       "broken.isosplat": broken,
       "open.isobundle": readFileSync(bundle),
-      "open.isobundle.png": readFileSync(scenePicture),
+      "open.isobundle.webp": readFileSync(scenePicture),
       "broken.isobundle": readFileSync(bundle).subarray(0, 100),
     };
     ports.open = await start("open", files, ["--token-file", tokens]);

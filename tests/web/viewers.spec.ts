@@ -99,7 +99,7 @@ describe("calculated caches", () => {
   it("have entries for encodings and for pieces of files, and none for changing content", () => {
     const request = { at: 0, bytes: 5 };
     expect(itemsOf({ ...request, path: "/" })).toEqual([]);
-    expect(itemsOf({ ...request, path: `${content}/thumbnail.png` })).toEqual([]);
+    expect(itemsOf({ ...request, path: `${content}/thumbnail.webp` })).toEqual([]);
     expect(itemsOf({ ...request, path: "/assets/a.js", encoding: "br" })).toEqual([
       { key: "/assets/a.js br", bytes: 5 },
     ]);

@@ -39,7 +39,7 @@ export function answerKind(path: string, query: string): AnswerKind | undefined 
   const [, scene] = /^v1\/scenes\/[^/]+\/([0-9a-f]{16})\//.exec(path) ?? [];
   if (scene !== undefined) return { store: scene };
   const [, published] =
-    /^stores\/.*-([0-9a-f]{16})(?:-[0-9a-f]+)?\.(?:isobundle|png)$/.exec(path) ?? [];
+    /^stores\/.*-([0-9a-f]{16})(?:-[0-9a-f]+)?\.(?:isobundle|webp)$/.exec(path) ?? [];
   if (published !== undefined) return { store: published };
   const [, id] = /(?:^|[/-])([0-9a-f]{32})(?:\/|-[0-9a-f]+\.|\.)/.exec(path) ?? [];
   return id === undefined ? undefined : { store: id };

@@ -5,7 +5,7 @@ import type { PlannedVisit, RecordedRequest } from "./requests.ts";
 const slice = 1 << 20;
 
 /** Paths of content that never changes and may be kept for ever. */
-const kept = /^\/(assets\/|v1\/volumes\/[^/]+\/[0-9a-f]{32}\/(?!thumbnail\.png))/;
+const kept = /^\/(assets\/|v1\/volumes\/[^/]+\/[0-9a-f]{32}\/(?!thumbnail\.webp))/;
 
 export interface Item {
   /** The key of the cache entry. */
