@@ -56,7 +56,7 @@ def test_labels_have_names_colours_and_volumes(tmp_path):
     assert mesh.vertices.min(axis=0) == pytest.approx([12.5, 27, 37.5], abs=1.5)
     assert mesh.vertices.max(axis=0) == pytest.approx([17.5, 39, 55.5], abs=1.5)
     assert seen[-1] == 1 and seen == sorted(seen)
-    assert left_in(tmp_path) == ["organs.isobundle", "organs.isobundle.png"] or left_in(tmp_path) == [
+    assert left_in(tmp_path) == ["organs.isobundle", "organs.isobundle.webp"] or left_in(tmp_path) == [
         "organs.isobundle"
     ]
 
