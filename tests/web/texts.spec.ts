@@ -174,6 +174,8 @@ describe("texts for visitors are in web/texts alone", () => {
     "a whole number from 0",
     "16 numbers of an affine transform, row by row, the last row 0,0,0,1",
     "the layer … is missing: …",
+    ...["the kernel's file", "the kernel's file: …", "expected … bytes, found …"],
+    "expected an answer of the kernel within … s, found none",
     ...["a colour as rrggbb", "a finite number"],
     "There are no volumes here.", // of the element's example page
   ];
