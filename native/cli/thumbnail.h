@@ -9,8 +9,8 @@
 
 namespace isosplat::cli {
 
-/// Writes a picture of a store or a scene: a path with the extension of thumbnails as one that names
-/// its content id (server/catalog/thumbnail.h), others as PNG. Errors: io_error, and those of
+/// Writes a picture of a store or a scene: a path with the extension of thumbnails as one that
+/// names its content id (server/catalog/thumbnail.h), others as PNG. Errors: io_error, and those of
 /// OutputFile.
 Result<void> write_picture(const std::filesystem::path& path, const Image& image,
                            std::string_view content);

@@ -47,8 +47,8 @@ std::string_view format_of_file(const std::filesystem::path& path);
 std::string_view packing_of_file(const std::filesystem::path& path);
 
 /// The volumes of a file or folder that has several (HDF5: its datasets; TIFF: images), in order.
-/// Empty if open_volume needs no choice for this file. DICOM: each of its series, also a single one,
-/// since the names of its files do not describe it. Errors: those of open_volume.
+/// Empty if open_volume needs no choice for this file. DICOM: each of its series, also a single
+/// one, since the names of its files do not describe it. Errors: those of open_volume.
 Result<std::vector<VolumeChoice>> volumes_in_file(const std::filesystem::path& path);
 
 }  // namespace isosplat::import

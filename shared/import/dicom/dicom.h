@@ -27,8 +27,8 @@ Result<OpenVolume> open_dicom_file(const std::filesystem::path& path, const Impo
 Result<OpenVolume> open_dicom_folder(const std::filesystem::path& path,
                                      const ImportOptions& options);
 
-/// The volumes of a file or folder, as choices of the option --series: one for each stack of slices.
-/// Errors: those of open_volume.
+/// The volumes of a file or folder, as choices of the option --series: one for each stack of
+/// slices. Errors: those of open_volume.
 Result<std::vector<VolumeChoice>> dicom_volumes(const std::filesystem::path& path);
 
 /// Opens the segmentation in a file or folder, and leaves out images beside it: see open_segments.

@@ -225,10 +225,9 @@ class FileReader {
     const auto [found, is_new] =
         to_.series_ids.try_emplace(key, static_cast<uint32_t>(to_.series.size()));
     if (is_new) {
-      to_.series.push_back({uid.empty() ? "(without a number)" : uid,
-                            std::string(data_.text(kModality)),
-                            std::string(data_.text(kSeriesDescription)),
-                            std::string(data_.text(kSeriesDate))});
+      to_.series.push_back(
+          {uid.empty() ? "(without a number)" : uid, std::string(data_.text(kModality)),
+           std::string(data_.text(kSeriesDescription)), std::string(data_.text(kSeriesDate))});
     }
     return found->second;
   }

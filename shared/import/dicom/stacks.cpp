@@ -84,7 +84,8 @@ std::string list_of(const Collection& collection, const std::vector<Stack>& stac
 
 /// ", 2026-11-29"; empty if the date has another form.
 std::string date_part(const std::string& date) {
-  const bool is_date = date.size() == 8 && std::all_of(date.begin(), date.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const bool is_date = date.size() == 8 && std::all_of(date.begin(), date.end(),
+                                                       [](char c) { return c >= '0' && c <= '9'; });
   if (!is_date) return {};
   return fmt::format(", {}-{}-{}", date.substr(0, 4), date.substr(4, 2), date.substr(6));
 }

@@ -24,8 +24,8 @@ struct Stack {
 Result<Stack> choose_stack(const Collection& collection, const std::filesystem::path& path,
                            const ImportOptions& options, std::vector<std::string>& notes);
 
-/// All stacks of several slices, as choices of the option --series, with modality, size, description
-/// and date. Errors: malformed_volume (too many stacks).
+/// All stacks of several slices, as choices of the option --series, with modality, size,
+/// description and date. Errors: malformed_volume (too many stacks).
 Result<std::vector<VolumeChoice>> list_stacks(const Collection& collection,
                                               const std::filesystem::path& path);
 

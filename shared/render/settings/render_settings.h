@@ -85,8 +85,8 @@ struct RenderSettings {
   /// are planes without a unit_plane(). They show the values of all resident cells, visible or not;
   /// where levels overlap, those of the finest level. Elsewhere they show lines, between which the
   /// surfaces behind are visible. Where colours show isovalues, slices have the same colours. Else
-  /// they are grey, from black at slice_low to white at slice_high, or, with slices_mapped, have the
-  /// colours of colour_map between these values. They are not lit.
+  /// they are grey, from black at slice_low to white at slice_high, or, with slices_mapped, have
+  /// the colours of colour_map between these values. They are not lit.
   std::vector<Plane> slices;
   double slice_low = 0, slice_high = 1;
   bool slices_mapped = false;
