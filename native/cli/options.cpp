@@ -40,7 +40,8 @@ void VolumeFlags::add_to(CLI::App& command) {
       ->type_name("NUMBER|LABEL");
   command
       .add_option("--dataset", dataset_,
-                  "HDF5: path of the dataset; .npz: name of the array, if the file has several")
+                  "HDF5: path of the dataset; .npz: name of the array, if the file has several; "
+                  "OME-Zarr: path of the scale (default: the finest)")
       ->type_name("PATH");
   command.add_option("--dims", dims_, "Raw files: number of voxels along each axis")
       ->type_name("XxYxZ");

@@ -219,16 +219,6 @@ std::optional<KnownFile> known_folder(const std::filesystem::path& path) {
   bool has_files = false;
   for (const FolderEntry& entry : folder_entries(path)) {
     const std::string name = entry.path.filename().string();
-    for (const char* metadata : {".zattrs", ".zgroup", ".zarray", "zarr.json"}) {
-      if (name != metadata) continue;
-      return made(
-          "a Zarr hierarchy",
-          "the page reads OME-Zarr from an address; or save an array for NumPy with python3 -c "
-          "\"import sys, numpy, zarr; g = zarr.open(sys.argv[1], mode='r'); "
-          "a = g if hasattr(g, 'shape') else next(iter(g.arrays()))[1]; "
-          "numpy.save(sys.argv[2], a[(0,) * (a.ndim - 3)])\" {0} {1}.npy",
-          path);
-    }
     if (name.starts_with('.')) continue;
     if (entry.kind == InputKind::folder) folders.push_back(name);
     if (entry.kind == InputKind::file) has_files = true;

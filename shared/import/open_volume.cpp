@@ -22,6 +22,7 @@
 #include "shared/import/volume/volume_choices.h"
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/missing_values.h"
+#include "shared/import/zarr/zarr.h"
 
 namespace isosplat::import {
 namespace {
@@ -125,6 +126,7 @@ Result<OpenVolume> open_format(const std::filesystem::path& path, const ImportOp
                               "this is a folder: remove these options",
                               path.string()));
     }
+    if (is_zarr(path)) return open_zarr(path, options);
     auto volume = open_folder(path, options);
     if (const auto inside = subfolders_of(path); volume && !inside.empty()) {
       volume->notes.push_back(

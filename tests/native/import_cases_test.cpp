@@ -96,7 +96,7 @@ const Case kCases[] = {
     {"e_ij_default.tif", {}, "--allow-frames"},
     {"e_ij_default.tif", with_frames(), "", kSize, {}},
     {"f_seg_sparse.dcm", {}, "", kSize, {0.5, 0.6, 2}, 0, 251},
-    {"ome.zarr", {}, "a Zarr hierarchy"},
+    {"ome.zarr", {}, "", kSize, {0.0005, 0.0005, 0.002}},
     {"n_bz2.nii.bz2", {}, "", kSize, {}, -2960, 3988},
     {"h_nc3.nc", {}, "nccopy -k nc4"},
     {"lfs.nrrd", {}, "git lfs pull"},

@@ -12,11 +12,8 @@ import type { ZarrImage, ZarrScale } from "../../web/zarr/types.ts";
 import { ZarrHost } from "../../web/zarr/zarr_host.ts";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { hasNginx, type Nginx, nginx } from "../support/nginx.ts";
-import { writeArray, writeGroup, writeJson, type ZarrArrayOptions } from "../support/zarr.ts";
-
-/** The value of each voxel. All values differ, so that swapped axes are detected. */
-const valueAt = (x: number, y: number, z: number) => 1 + x + 31 * y + 997 * z;
-const voxels = [13, 11, 9] as const;
+import { writeArray, writeGroup, writeJson } from "../support/zarr.ts";
+import { plainZarr as plain, valueAt, voxels, zarrVariants } from "../support/zarr_variants.ts";
 
 /** The expected voxels of a scale, from `valueAt`. */
 function expected(): Uint16Array {
@@ -57,33 +54,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
     rmSync(folder, { recursive: true, force: true });
   });
 
-  const zyx = { shape: [9, 11, 13], chunks: [4, 4, 5] };
-  const plain = {
-    ...zyx,
-    version: 2,
-    value: ([z = 0, y = 0, x = 0]) => valueAt(x, y, z),
-  } satisfies ZarrArrayOptions;
-  const variants: [string, ZarrArrayOptions][] = [
-    ["version 2", plain],
-    ["version 2, gzip", { ...plain, isCompressed: true }],
-    ["version 2, Blosc", { ...plain, isBlosc: true }],
-    ["version 2, big-endian", { ...plain, isBigEndian: true }],
-    ["version 2, Fortran order", { ...plain, isFortran: true }],
-    ["version 3", { ...plain, version: 3 }],
-    ["version 3, gzip", { ...plain, version: 3, isCompressed: true }],
-    ["version 3, shards", { ...plain, version: 3, isCompressed: true, shards: [2, 1, 3] }],
-    [
-      "version 3, axes x, z, y",
-      {
-        version: 3,
-        shape: [13, 9, 11],
-        chunks: [5, 4, 4],
-        value: ([x = 0, z = 0, y = 0]) => valueAt(x, y, z),
-        dimensionNames: ["x", "z", "y"],
-      },
-    ],
-  ];
-  test.each(variants)("an array of %s", async (name, options) => {
+  test.each(zarrVariants)("an array of %s", async (name, options) => {
     const path = `${name.replaceAll(/\W+/g, "-")}.zarr`;
     await writeArray(join(folder, path), options);
     const image = await openImage(`${host.url}${path}/`);

@@ -176,7 +176,7 @@ class Reader {
   const Hdf5Volume& volume_;
   Hdf5Description description_;
   const ImportOptions& options_;
-  Hdf5Part part_;
+  ArrayPart part_;
   std::vector<std::string> notes_;
 };
 

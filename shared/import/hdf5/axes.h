@@ -12,7 +12,7 @@ namespace isosplat::import {
 
 /// The part of an array that is a volume, and its geometry.
 struct Hdf5Axes {
-  Hdf5Part part;
+  ArrayPart part;
   HeaderGeometry geometry;  ///< of the part: its fastest axis first; mm
   std::vector<std::string> notes;
 };

@@ -16,7 +16,7 @@ namespace isosplat::import {
 namespace {
 
 /// Whether a part has all elements of its array.
-bool is_whole(const Hdf5Part& part, const Hdf5Layout& layout) {
+bool is_whole(const ArrayPart& part, const Hdf5Layout& layout) {
   uint64_t all = 1;
   for (const uint64_t size : layout.sizes) all *= size;
   return part.sizes[0] * part.sizes[1] * part.sizes[2] == all;
