@@ -77,7 +77,7 @@ describe("the section of slices", () => {
   it("keeps the value of black if the value of white is entered next", () => {
     actions.changeSlices((now) => ({ ...now, along: [0.5, null, null] }));
     state = { ...state, slices: settings.state.slices };
-    const [, black, white] = listeners(slicesSection(state, actions), "change");
+    const [, , black, white] = listeners(slicesSection(state, actions), "change");
     const field = { value: "20" };
     black?.({ currentTarget: field });
     white?.({ currentTarget: { value: "70" } });
@@ -85,6 +85,17 @@ describe("the section of slices", () => {
     field.value = "80"; // is not below white
     black?.({ currentTarget: field });
     expect([settings.state.slices.range, field.value]).toEqual([[20, 70], "20"]);
+  });
+
+  it("shows values in the colours of a map, and in grey again", () => {
+    actions.changeSlices((now) => ({ ...now, along: [0.5, null, null] }));
+    state = { ...state, slices: settings.state.slices };
+    const [, colours] = listeners(slicesSection(state, actions), "change");
+    colours?.({ currentTarget: { value: "magma" } });
+    expect(settings.state.slices.mapped).toBe(true);
+    expect(settings.state.look.colourMap).toBe("magma");
+    colours?.({ currentTarget: { value: "grey" } });
+    expect(settings.state.slices).not.toHaveProperty("mapped");
   });
 });
 
