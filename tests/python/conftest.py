@@ -11,6 +11,10 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+# Programs that tests start elsewhere find the package as well.
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    os.path.abspath(path) for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path
+)
 PROGRAM = Path(os.environ.get("ISOSPLAT_PROGRAM", ROOT / "build/release/native/cli/isosplat"))
 
 
