@@ -19,17 +19,6 @@ tl::unexpected<Error> malformed(const fs::path& folder, const std::string& what)
   return fail(Status::malformed_volume, fmt::format("{}: {}", folder.string(), what));
 }
 
-Json member(const Json& json, const char* key) {
-  if (!json.is_object()) return nullptr;
-  const auto found = json.find(key);
-  return found == json.end() ? Json() : *found;
-}
-
-std::string string_of(const Json& json, const char* key) {
-  const Json found = member(json, key);
-  return found.is_string() ? found.get<std::string>() : std::string();
-}
-
 /// Version 0.5 has its metadata in a member `ome`.
 Json ome_of(const Json& attributes) {
   const Json ome = member(attributes, "ome");

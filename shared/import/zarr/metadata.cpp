@@ -49,19 +49,6 @@ Result<Json> read_json(const fs::path& path) {
   return json;
 }
 
-/// A member, or null.
-const Json& member(const Json& json, const char* key) {
-  static const Json kNull;
-  if (!json.is_object()) return kNull;
-  const auto found = json.find(key);
-  return found == json.end() ? kNull : *found;
-}
-
-std::string string_of(const Json& json, const char* key) {
-  const Json& found = member(json, key);
-  return found.is_string() ? found.get<std::string>() : std::string();
-}
-
 Result<std::vector<uint64_t>> sizes_of(const Json& json, const char* what, const Errors& errors) {
   std::vector<uint64_t> sizes;
   const bool is_list = json.is_array() && !json.empty() && json.size() <= kMaxAxes;
@@ -297,6 +284,18 @@ Result<ArrayMetadata> read_array_3(const Json& json, const Errors& errors) {
 }
 
 }  // namespace
+
+const Json& member(const Json& json, const char* key) {
+  static const Json kNull;
+  if (!json.is_object()) return kNull;
+  const auto found = json.find(key);
+  return found == json.end() ? kNull : *found;
+}
+
+std::string string_of(const Json& json, const char* key) {
+  const Json& found = member(json, key);
+  return found.is_string() ? found.get<std::string>() : std::string();
+}
 
 bool is_node(const fs::path& folder) {
   for (const char* name : {"zarr.json", ".zarray", ".zgroup"}) {

@@ -59,6 +59,12 @@ std::vector<std::filesystem::path> metadata_files(const std::filesystem::path& f
 /// codec), unsupported_type.
 Result<Node> read_node(const std::filesystem::path& folder);
 
+/// A member of an object; null if there is none, or the value is no object.
+const Json& member(const Json& json, const char* key);
+
+/// A member that is a text; else empty.
+std::string string_of(const Json& json, const char* key);
+
 /// A value of the metadata for a message, shortened.
 std::string text_of(const Json& value);
 
