@@ -204,9 +204,7 @@ export class MeasureTool {
       const measured = { kind, points, ...(text !== undefined && { text }) };
       this.#measurements = this.#measurements.with(this.#replaced ?? 0, measured);
       this.#replaced = null;
-      this.#kind = null;
-      this.#viewer.canvas.style.cursor = "";
-      this.#changed();
+      this.#begin(null);
       return;
     }
     const text =
