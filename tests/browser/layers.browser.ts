@@ -8,8 +8,6 @@ import { demoFolder, type RunningServer, serve } from "./support/server.ts";
 
 let server: RunningServer;
 let modules: ServedModules;
-// In a smaller window, levels that are fetched in between make more pixels differ.
-test.use({ viewport: { width: 1280, height: 720 } });
 test.beforeAll(async () => {
   server = await serve([demoFolder]);
   modules = await serveModules(server.url);
@@ -63,10 +61,11 @@ async function scenePage(page: Page, options: ViewerModule.ViewerOptions = {}): 
       viewer.on("layerchange", ({ property }) => events.push(`change ${property}`));
       viewer.on("layererror", ({ layer }) => events.push(`failed ${nameOf(layer)}`));
       const picture = async () => {
+        // Smooth edges are always drawn: at rest, a busy machine may leave them out.
         // Changes that were made in this task are drawn in the next frame.
         await new Promise((next) => requestAnimationFrame(next));
         while (viewer.isBusy) await new Promise((next) => setTimeout(next, 20));
-        const bitmap = await createImageBitmap(await viewer.screenshot({ smooth: false }));
+        const bitmap = await createImageBitmap(await viewer.screenshot());
         const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
         if (!context) throw new Error("no context");
         context.drawImage(bitmap, 0, 0);
@@ -216,8 +215,7 @@ test("a hidden layer keeps and fetches nothing, and is shown again unchanged", a
     window.pictures.again = await picture();
     return window.differing("both", "again");
   });
-  // Levels that were fetched in between may make single pixels differ.
-  expect(differing).toBeLessThan(50);
+  expect(differing).toBe(0);
 });
 
 test("layers have an order and groups, which do not change the picture", async ({ page }) => {
@@ -302,6 +300,7 @@ test("a removed layer disappears from the picture, and its memory is freed", asy
     };
   });
   expect(seen.samples).toBe(seen.own);
+  // The range of depths, and how far shadows reach, follow the layers.
   expect(seen.differing).toBeLessThan(50);
   expect(seen.isFirst).toBe(true);
   expect(seen.left).toBe(0);
@@ -348,7 +347,7 @@ test("a store that is missing or fails does not affect the others", async ({ pag
     "remove late",
   ]);
   expect(seen).toMatchObject({ count: 2, complete: true, isBusy: false });
-  expect(seen.differing).toBeLessThan(50);
+  expect(seen.differing).toBe(0);
 });
 
 test("a store whose chunks cannot be fetched is named, and the others become complete", async ({
@@ -411,7 +410,7 @@ test("a transform moves a layer without fetching it again", async ({ page }) => 
     };
   });
   expect(after.differing).toBeGreaterThan(500);
-  expect(after.back).toBeLessThan(50);
+  expect(after.back).toBe(0);
   after.at?.position.forEach((number, i) => {
     expect(number).toBeCloseTo(before?.position[i] ?? Number.NaN, 1);
   });
@@ -448,7 +447,7 @@ test("after the context was lost, and when another volume is opened", async ({ p
   expect(new Set(seen.idle), "the viewer is idle only when the picture is complete").toEqual(
     new Set(["complete"]),
   );
-  expect(seen.differing).toBeLessThan(50);
+  expect(seen.differing).toBe(0);
   expect(seen.events).toEqual(["remove large", "remove small", "add ", "opened"]);
   expect(seen.count).toBe(1);
 });

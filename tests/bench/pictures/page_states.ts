@@ -90,17 +90,20 @@ const devices = [
   },
 ] as const;
 
+/** How long a picture may take on a busy machine (ms). */
+const longestWait = 120_000;
+
 async function draw(browser: Browser, url: string, state: State, file: string): Promise<void> {
   for (const { name, options } of devices) {
     const context = await browser.newContext({ ...options, reducedMotion: "reduce" });
     try {
       const page = await context.newPage();
-      page.setDefaultTimeout(120_000);
+      page.setDefaultTimeout(longestWait);
       await page.goto(state.view ? `${url}?${state.view}` : url, { waitUntil: "load" });
-      if (state.view) await settled(page);
+      if (state.view) await settled(page, longestWait);
       else await page.waitForFunction(() => [...document.images].every(({ complete }) => complete));
       await state.act?.(page);
-      if (state.view) await settled(page);
+      if (state.view) await settled(page, longestWait);
       await page.screenshot({
         path: `${file}_${name}.jpg`,
         type: "jpeg",
