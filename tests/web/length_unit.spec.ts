@@ -6,6 +6,8 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, expect, test } from "vitest";
 import { loadCore } from "../../web/core/index.ts";
+import type { Triple } from "../../web/core/types.ts";
+import { reducedVolume } from "../../web/import/reduced_volume.ts";
 import { unitOf } from "../../web/overlay/length_unit.ts";
 import { formatLength, formatMeasured, formatPower } from "../../web/overlay/lengths.ts";
 import { tiffOf } from "../support/tiff_files.ts";
@@ -82,6 +84,23 @@ for (const [what, ...file] of unknown) {
 for (const [what, ...file] of known) {
   test(`${what}: millimetres`, async () => expect(await unitOfFile(...file)).toBe("mm"));
 }
+
+test("a reduced copy: voxels of its file", () => {
+  const { description } = reducedVolume(
+    {
+      name: "raw",
+      format: "raw",
+      type: "u8",
+      voxels: [129, 2, 2],
+      notes: ["a raw file has no voxel spacing: 1,1,1 is assumed; --spacing sets another"],
+    },
+    () => new Uint8Array(2 * 129),
+  );
+  const [x, y, z] = description.spacing ?? [];
+  const spacing: Triple = [x ?? 0, y ?? 0, z ?? 0];
+  expect(spacing).toEqual([2, 1, 1]);
+  expect(unitOf({ metadata: { notes: [...(description.notes ?? [])] }, spacing })).toBe("voxel");
+});
 
 test("lengths in voxels have no unit of the world", () => {
   expect(formatLength(25, "voxel")).toBe("25 voxels");
