@@ -279,6 +279,32 @@ test.describe("a desk", () => {
     await expect(page.locator(".status-frames")).toHaveText("");
   });
 
+  test("tools stand above the look; an opened section is in view", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await complete(page);
+    const sections = page.locator(".panel wa-details");
+    expect(
+      await sections.evaluateAll((all) => all.map((each) => each.getAttribute("summary"))),
+    ).toEqual([
+      "Layers",
+      "Measure",
+      "Clipping",
+      "Slices",
+      "Appearance",
+      "Light",
+      "View",
+      "About this volume",
+    ]);
+    // Their contents are loaded when they are opened.
+    for (const [name, last] of [
+      ["Measure", page.getByRole("button", { name: "Save session" })],
+      ["Slices", page.locator("wa-details[summary=Slices] button").last()],
+    ] as const) {
+      await page.getByRole("button", { name, exact: true }).click();
+      await expect(last).toBeInViewport();
+    }
+  });
+
   test("all controls have names and can be reached by keyboard", async ({ page }) => {
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);
     await complete(page);

@@ -219,9 +219,6 @@ function panelPart(
     <div class="more" id="more-controls">
       ${isOfSeveral ? nothing : layersPart}
       ${ofChosen ? surfacesSection(ofChosen, actions) : nothing}
-      ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
-      ${guard([state.look], () => lightSection(state, actions))}
-      ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
       <wa-details class="section" appearance="plain" summary=${panelTexts.measure} @wa-show=${actions.loadMeasure}>
         ${measure?.section}
       </wa-details>
@@ -229,6 +226,9 @@ function panelPart(
       <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
         ${guard([state.slices, state.info, state.look, slicesSection], () => slicesSection?.(state, actions))}
       </wa-details>
+      ${guard([state.look, state.isThemeBackground], () => appearanceSection(state, actions))}
+      ${guard([state.look], () => lightSection(state, actions))}
+      ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
       ${ofChosen ? guard([info, state.mayEnterSpacing], () => volumeSection(ofChosen, state.mayEnterSpacing ? actions : undefined)) : nothing}
     </div>
   </aside>`;
@@ -236,7 +236,18 @@ function panelPart(
 
 /** Scrolls a section that was opened into view, as far as it fits. */
 function showWhole({ target }: Event): void {
-  (target as HTMLElement).scrollIntoView({ block: "nearest", behavior: "smooth" });
+  const section = target as HTMLElement;
+  const show = () => section.scrollIntoView({ block: "nearest", behavior: "smooth" });
+  show();
+  if (section.childElementCount > 0) return;
+  // Its contents are being loaded.
+  const { offsetHeight } = section;
+  const growth = new ResizeObserver(() => {
+    if (section.offsetHeight === offsetHeight) return;
+    growth.disconnect();
+    show();
+  });
+  growth.observe(section);
 }
 
 /** Replaces the isovalue section if the chosen layer has not been opened. */
