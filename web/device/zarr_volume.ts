@@ -1,7 +1,7 @@
 import { StreamError } from "../stream/types.ts";
 import type { ZarrImage, ZarrScale } from "../zarr/types.ts";
 import { explained } from "./fetch_file.ts";
-import { keyOf } from "./files.ts";
+import { filesKey, type InputFile, keyOf } from "./files.ts";
 import type { PreviewShown, ReadableVolume } from "./reading.ts";
 
 /** The estimated share of fetching in the whole time. The network is slower than the builder. */
@@ -25,6 +25,37 @@ export function isZarr({ pathname }: URL): boolean {
 export async function openZarr(address: URL, signal: AbortSignal): Promise<ZarrImage> {
   const { openZarr: open } = await import("../zarr/index.ts");
   return open(address.href, signal).catch(rethrow);
+}
+
+/** The folder of the outermost Zarr hierarchy among files; undefined if there is none. "": all files. */
+export function zarrFolder(files: readonly InputFile[]): string | undefined {
+  const depth = (path: string) => path.split("/").length;
+  return files
+    .map(({ path }) => path)
+    .filter((path) => /(^|\/)(zarr\.json|\.zgroup|\.zarray)$/.test(path))
+    .sort((a, b) => depth(a) - depth(b))
+    .map((path) => path.slice(0, Math.max(0, path.lastIndexOf("/"))))[0];
+}
+
+/** Reads the metadata of a folder among files of this device. Rejects like `openZarr`. */
+export async function openZarrFolder(
+  folder: string,
+  files: readonly InputFile[],
+  signal: AbortSignal,
+): Promise<ZarrImage> {
+  const { addressOfFolder, openZarr: open } = await import("../zarr/index.ts");
+  const byPath = new Map(files.map(({ path, file }) => [path, file]));
+  return open(addressOfFolder(folder), signal, byPath);
+}
+
+/** A scale of an image among files of this device. */
+export async function zarrFolderVolume(
+  image: ZarrImage,
+  scale: ZarrScale,
+  files: readonly InputFile[],
+): Promise<ReadableVolume> {
+  const key = await filesKey(files, { image: image.address, scale: scale.path });
+  return { ...zarrScaleVolume(image, scale, key), files: files.length };
 }
 
 /**
@@ -62,13 +93,17 @@ export async function zarrVolume(
   scale: ZarrScale,
   address: URL,
 ): Promise<ReadableVolume> {
+  return zarrScaleVolume(image, scale, await keyOf([address.href, image.metadata]));
+}
+
+function zarrScaleVolume(image: ZarrImage, scale: ZarrScale, key: string): ReadableVolume {
   const { description, voxelBytes } = scale;
   const small = previewOf(image, scale);
   return {
     files: 1,
     description,
     voxelBytes,
-    key: await keyOf([address.href, image.metadata]),
+    key,
     build: async ({ progress, ...options }, cancel, preview) => {
       const { signal = new AbortController().signal } = options;
       const { readZarr } = await import("../zarr/index.ts");

@@ -2,16 +2,22 @@ import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import { StreamError } from "../stream/types.ts";
 import { ZarrError } from "./image_axes.ts";
 import type { ZarrImage, ZarrScale, ZarrVoxels } from "./types.ts";
+import type { FilesByPath } from "./zarr_files.ts";
 import type { ZarrRequest, ZarrResponse } from "./zarr_worker.ts";
 
 /**
- * Reads the metadata of an image, of one of its scales, or of an array. Rejects with a ZarrError, a
+ * Reads the metadata of an image, of one of its scales, or of an array. `files`: those of this device,
+ * if `address` is that of a folder among them (`addressOfFolder`). Rejects with a ZarrError, a
  * StreamError, or the signal's reason.
  */
-export async function openZarr(address: string, signal: AbortSignal): Promise<ZarrImage> {
-  const answer = await ask({ open: address }, signal);
+export async function openZarr(
+  address: string,
+  signal: AbortSignal,
+  files?: FilesByPath,
+): Promise<ZarrImage> {
+  const answer = await ask({ open: address, files }, signal);
   if (!("image" in answer)) throw unexpected();
-  return answer.image;
+  return { ...answer.image, files };
 }
 
 /**
@@ -19,11 +25,11 @@ export async function openZarr(address: string, signal: AbortSignal): Promise<Za
  * openZarr.
  */
 export async function readZarr(
-  { address }: ZarrImage,
+  { address, files }: ZarrImage,
   scale: ZarrScale,
   { signal, progress }: { signal: AbortSignal; progress?(fraction: number): void },
 ): Promise<ZarrVoxels> {
-  const answer = await ask({ read: scale, address }, signal, progress);
+  const answer = await ask({ read: scale, address, files }, signal, progress);
   if (!("voxels" in answer)) throw unexpected();
   return answer;
 }

@@ -8,3 +8,4 @@
 export { openZarr, readZarr } from "./ask_worker.ts";
 export { ZarrError } from "./image_axes.ts";
 export type * from "./types.ts";
+export { addressOfFolder, type FilesByPath } from "./zarr_files.ts";

@@ -13,7 +13,7 @@ import {
   ZarrError,
 } from "./image_axes.ts";
 import type { ZarrImage, ZarrScale } from "./types.ts";
-import { ZarrHost } from "./zarr_host.ts";
+import { type FilesByPath, shownAddress, type ZarrSource, zarrSource } from "./zarr_files.ts";
 
 /** Metadata with more scales than this are refused. */
 const maxScales = 64;
@@ -23,24 +23,25 @@ type Node = Awaited<ReturnType<typeof open>>;
 type ZarrArray = Extract<Node, { kind: "array" }>;
 
 /**
- * Reads an OME-Zarr image, one scale of it, or an array at an address. The indices of axes beside x, y
+ * Reads an OME-Zarr image, one scale of it, or an array at an address, or in a folder among `files` of
+ * this device (`addressOfFolder`). The indices of axes beside x, y
  * and z are in the address's fragment (`#c=1&t=0`); the default is 0. Rejects with a ZarrError, or a
  * StreamError.
  */
-export async function openImage(href: string): Promise<ZarrImage> {
+export async function openImage(href: string, files?: FilesByPath): Promise<ZarrImage> {
   const address = folderOf(new URL(href));
   const indices = new URLSearchParams(address.hash.slice(1));
   address.hash = "";
-  const host = new ZarrHost(address);
-  const node = await nodeAt(host, "", address.href);
-  if (node.kind === "group") return openGroup(host, node.attrs, address, indices);
+  const source = zarrSource(address, files);
+  const node = await nodeAt(source, "", address);
+  if (node.kind === "group") return openGroup(source, node.attrs, address, indices, files);
   const parent = new URL(address);
   const name = decodeURIComponent(parent.pathname.split("/").pop() ?? "");
   parent.pathname = parent.pathname.replace(/\/[^/]*$/, "");
-  const multiscale = await multiscaleAt(parent);
+  const multiscale = await multiscaleAt(parent, files);
   const chosen = multiscale ? datasetsOf(multiscale).findIndex(({ path }) => path === name) : -1;
   if (multiscale && chosen >= 0) {
-    const image = await imageOf(new ZarrHost(parent), multiscale, parent, indices);
+    const image = await imageOf(zarrSource(parent, files), multiscale, parent, indices);
     return { ...image, chosen };
   }
   const title = nameOf(address);
@@ -59,10 +60,11 @@ function folderOf(address: URL): URL {
 }
 
 /** The array or group at a path, of either version. */
-async function nodeAt(host: ZarrHost, path: string, address: string): Promise<Node> {
-  const location = root(host).resolve(path);
-  const has = async (name: string) => (await host.get(location.resolve(name).path)) !== undefined;
-  const where = path ? `${address}/${path}` : address;
+async function nodeAt(source: ZarrSource, path: string, address: URL): Promise<Node> {
+  const location = root(source).resolve(path);
+  const has = async (name: string) => (await source.get(location.resolve(name).path)) !== undefined;
+  const shown = shownAddress(address);
+  const where = path ? `${shown}/${path}` : shown;
   let node: Node;
   try {
     if (await has("zarr.json")) node = await open.v3(location);
@@ -95,30 +97,34 @@ function checkCounts({ shape, chunks }: ZarrArray, where: string): void {
 }
 
 async function openGroup(
-  host: ZarrHost,
+  source: ZarrSource,
   attributes: Record<string, unknown>,
   address: URL,
   indices: URLSearchParams,
+  files: FilesByPath | undefined,
 ): Promise<ZarrImage> {
   const multiscale = multiscaleOf(attributes);
-  if (multiscale) return imageOf(host, multiscale, address, indices);
+  if (multiscale) return imageOf(source, multiscale, address, indices);
   const { ome = attributes } = attributes as { ome?: Record<string, unknown> };
   if ("bioformats2raw.layout" in ome || "bioformats2raw.layout" in attributes) {
     const first = new URL(address);
     first.pathname += "/0";
-    const inside = await multiscaleAt(first);
-    if (inside) return imageOf(new ZarrHost(first), inside, first, indices);
+    const inside = await multiscaleAt(first, files);
+    if (inside) return imageOf(zarrSource(first, files), inside, first, indices);
   }
   const what = "plate" in ome ? "a plate of images" : "a group without multiscales";
   throw new ZarrError(
-    `${address.href}: expected an image or an array, found ${what}: give the address of one image or array in it`,
+    `${shownAddress(address)}: expected an image or an array, found ${what}: give the address of one image or array in it`,
   );
 }
 
 /** The image at an address; undefined if there is none. */
-async function multiscaleAt(address: URL): Promise<Multiscale | undefined> {
+async function multiscaleAt(
+  address: URL,
+  files: FilesByPath | undefined,
+): Promise<Multiscale | undefined> {
   try {
-    const node = await nodeAt(new ZarrHost(address), "", address.href);
+    const node = await nodeAt(zarrSource(address, files), "", address);
     return node.kind === "group" ? multiscaleOf(node.attrs) : undefined;
   } catch (error) {
     if (error instanceof ZarrError) return undefined;
@@ -148,13 +154,13 @@ function datasetsOf({ datasets }: Multiscale): { path: string; steps: unknown }[
 }
 
 async function imageOf(
-  host: ZarrHost,
+  source: ZarrSource,
   multiscale: Multiscale,
   address: URL,
   indices: URLSearchParams,
 ): Promise<ZarrImage> {
   const datasets = datasetsOf(multiscale);
-  const nodes = await Promise.all(datasets.map(({ path }) => nodeAt(host, path, address.href)));
+  const nodes = await Promise.all(datasets.map(({ path }) => nodeAt(source, path, address)));
   const title = nameOf(address);
   const arrays: ZarrArray[] = [];
   const scales = nodes.map((node, i) => {

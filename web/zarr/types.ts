@@ -1,5 +1,6 @@
 import type { VolumeDescription } from "../builder/types.ts";
 import type { Triple } from "../core/types.ts";
+import type { FilesByPath } from "./zarr_files.ts";
 
 /** One array of a Zarr hierarchy as a volume. An OME-Zarr image has one such array for each of its scales. */
 export interface ZarrScale {
@@ -27,6 +28,8 @@ export interface ZarrImage {
   chosen: number | undefined;
   /** The metadata as a text. If the text differs, the image is another version. */
   metadata: string;
+  /** Files of this device, if the address is that of a folder among them. */
+  files?: FilesByPath | undefined;
 }
 
 export interface ZarrVoxels {

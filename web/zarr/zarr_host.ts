@@ -1,7 +1,8 @@
-import type { AbsolutePath, AsyncReadable, RangeQuery } from "zarrita";
+import type { AbsolutePath, RangeQuery } from "zarrita";
 import type { FaultKind } from "../stream/faults.ts";
 import { joined, Traffic, type TransferOptions, transfer } from "../stream/transfer.ts";
 import { StreamError } from "../stream/types.ts";
+import type { ZarrSource } from "./zarr_files.ts";
 
 /** The largest size of metadata (bytes). */
 export const maxMetadataBytes = 16 << 20;
@@ -14,15 +15,13 @@ const metadataName = /\/(zarr\.json|\.z\w+)$/;
 
 const lasting = new Set<FaultKind>(["not-found", "cors-refused", "access-denied", "out-of-memory"]);
 
-/** The files of a Zarr hierarchy on a host. A file that does not exist is undefined. */
-export class ZarrHost implements AsyncReadable {
+/** The files of a Zarr hierarchy on a host. */
+export class ZarrHost implements ZarrSource {
   readonly #base: URL;
   readonly #traffic = new Traffic();
   /** Each file of metadata is fetched once. */
   readonly #metadata = new Map<string, Promise<Uint8Array | undefined>>();
-  /** The number of requested files that do not exist. */
   absent = 0;
-  /** Larger responses are refused (bytes). */
   maxBytes = maxMetadataBytes;
 
   constructor(base: URL) {

@@ -7,9 +7,12 @@ import { replaceCodecs } from "./codecs.ts";
 import { openImage } from "./open_image.ts";
 import { planReading, readScale } from "./read_scale.ts";
 import type { ZarrImage, ZarrScale, ZarrVoxels } from "./types.ts";
-import { ZarrHost } from "./zarr_host.ts";
+import { type FilesByPath, zarrSource } from "./zarr_files.ts";
 
-export type ZarrRequest = { open: string } | { read: ZarrScale; address: string };
+/** `files`: those of this device, for the address of a folder among them. */
+export type ZarrRequest = ({ open: string } | { read: ZarrScale; address: string }) & {
+  files?: FilesByPath | undefined;
+};
 
 export type ZarrResponse =
   | { image: ZarrImage }
@@ -27,12 +30,16 @@ const worker = globalThis as unknown as {
   postMessage(message: ZarrResponse): void;
 };
 
-async function read(scale: ZarrScale, address: string): Promise<ZarrVoxels> {
-  const host = new ZarrHost(new URL(address));
-  const array = await open(root(host).resolve(scale.path), { kind: "array" });
+async function read(
+  scale: ZarrScale,
+  address: string,
+  files: FilesByPath | undefined,
+): Promise<ZarrVoxels> {
+  const source = zarrSource(new URL(address), files);
+  const array = await open(root(source).resolve(scale.path), { kind: "array" });
   const { chunks, chunkBytes } = planReading(scale, array.chunks);
-  host.maxBytes = 2 * chunkBytes + surplus;
-  host.absent = 0;
+  source.maxBytes = 2 * chunkBytes + surplus;
+  source.absent = 0;
   const slices = new BlobParts();
   let reportedAt = 0;
   const progress = (fraction: number) => {
@@ -42,8 +49,8 @@ async function read(scale: ZarrScale, address: string): Promise<ZarrVoxels> {
   };
   await readScale(array, scale, (layer) => slices.add(layer), progress);
   const notes =
-    host.absent > 0
-      ? [`${host.absent} of ${chunks} chunks are absent: their voxels have the fill value`]
+    source.absent > 0
+      ? [`${source.absent} of ${chunks} chunks are absent: their voxels have the fill value`]
       : [];
   return { voxels: slices.blob(), notes };
 }
@@ -58,8 +65,8 @@ function failure(error: unknown): Extract<ZarrResponse, { message: string }> {
 replaceCodecs();
 worker.onmessage = async ({ data }) => {
   try {
-    if ("open" in data) worker.postMessage({ image: await openImage(data.open) });
-    else worker.postMessage(await read(data.read, data.address));
+    if ("open" in data) worker.postMessage({ image: await openImage(data.open, data.files) });
+    else worker.postMessage(await read(data.read, data.address, data.files));
   } catch (error) {
     worker.postMessage(failure(error));
   }

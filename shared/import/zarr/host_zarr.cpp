@@ -15,8 +15,8 @@ bool is_zarr(const std::filesystem::path& folder) {
 Result<OpenVolume> open_zarr(const std::filesystem::path& folder,
                              const ImportOptions& /*options*/) {
   return fail(Status::unsupported_format,
-              fmt::format("{}: expected a folder with slices, found a Zarr hierarchy, which the "
-                          "page reads from addresses: build the store with isosplat build",
+              fmt::format("{}: expected a folder with slices, found a Zarr hierarchy, which "
+                          "is not read here: build the store with isosplat build",
                           folder.string()));
 }
 

@@ -1,6 +1,8 @@
 import "../shell/dialog_form.css";
 import { html, render, type TemplateResult } from "lit";
-import { isBuildable } from "../../device/zarr_volume.ts";
+import type { InputFile } from "../../device/files.ts";
+import type { ReadableVolume } from "../../device/reading.ts";
+import { isBuildable, openZarrFolder, zarrFolderVolume } from "../../device/zarr_volume.ts";
 import type { VolumeCandidate, VolumeChoice } from "../../import/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import type { ZarrImage, ZarrScale } from "../../zarr/types.ts";
@@ -90,6 +92,33 @@ export async function chooseScale({
     deviceTexts.scale(formatDims(description.voxels), formatBytes(voxelBytes));
   const tooLarge = left > 0 ? ` ${deviceTexts.tooLarge(left)}` : "";
   return choose(deviceTexts.whichScale + tooLarge, scales, text);
+}
+
+/**
+ * Asks which scale of a Zarr hierarchy in a folder of files to open. Resolves to undefined if the
+ * visitor cancels. Rejects like `openZarrFolder` and `chooseScale`.
+ */
+export async function chooseInZarr(
+  folder: string,
+  files: readonly InputFile[],
+  signal: AbortSignal,
+): Promise<ReadableVolume | undefined> {
+  const image = await openZarrFolder(folder, files, signal);
+  const scale = await chooseScale(image);
+  return scale && zarrFolderVolume(image, scale, files);
+}
+
+/** The error for files among which no volume was found. */
+export function nothingFound(files: readonly InputFile[]): string {
+  const names = files
+    .slice(0, 3)
+    .map(({ path }) => path)
+    .join(", ");
+  const found =
+    files.length === 0
+      ? deviceTexts.noFiles
+      : `${deviceTexts.files(files.length)}: ${names}${files.length > 3 ? ", …" : ""}`;
+  return deviceTexts.nothingFound(found);
 }
 
 /** More choices than this are offered in a drop-down list instead of buttons. */

@@ -19,7 +19,13 @@ import {
   warmUp,
 } from "../../device/reading.ts";
 import { RemoteFiles } from "../../device/remote_files.ts";
-import { addressOfScale, isZarr, openZarr, zarrVolume } from "../../device/zarr_volume.ts";
+import {
+  addressOfScale,
+  isZarr,
+  openZarr,
+  zarrFolder,
+  zarrVolume,
+} from "../../device/zarr_volume.ts";
 import { isBundleName, isSceneName } from "../../scene/scene_name.ts";
 import { contentIdOf } from "../../stream/file_source.ts";
 import { beginsAsStore } from "../../stream/transfer.ts";
@@ -34,10 +40,12 @@ import type { VolumePage } from "../volume/volume_page.ts";
 import { addressedScene } from "./addressed_scene.ts";
 import {
   chooseInFile,
+  chooseInZarr,
   chooseManner,
   chooseScale,
   chooseVolume,
   type Manner,
+  nothingFound,
 } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { askRawLayout } from "./raw_dialog.ts";
@@ -247,6 +255,12 @@ export class DeviceFiles {
     warmUp();
     this.#shown.prepare();
     task.shows(deviceTexts.reading, deviceTexts.files(files.length));
+    const folder = zarrFolder(files);
+    if (folder !== undefined) {
+      const volume = await chooseInZarr(folder, files, task.signal);
+      if (volume) await this.#build(volume, task, {});
+      return;
+    }
     const volumes = await findVolumes(files, task.signal);
     const volume = await chooseVolume(volumes);
     if (volumes.length === 0) throw new Error(nothingFound(files));
@@ -381,16 +395,4 @@ function hostCutOff(): string | undefined {
   const { src = "" } = readUrl(location.search);
   const address = addressIn(src);
   return address && isForbiddenAddress(address) ? address.host : undefined;
-}
-
-function nothingFound(files: readonly InputFile[]): string {
-  const names = files
-    .slice(0, 3)
-    .map(({ path }) => path)
-    .join(", ");
-  const found =
-    files.length === 0
-      ? deviceTexts.noFiles
-      : `${deviceTexts.files(files.length)}: ${names}${files.length > 3 ? ", …" : ""}`;
-  return deviceTexts.nothingFound(found);
 }
