@@ -29,6 +29,7 @@ Json layer_json(const SceneLayer& layer) {
   Json json = Json::object();
   if (!layer.name.empty()) json["name"] = layer.name;
   if (!layer.group.empty()) json["group"] = layer.group;
+  if (!layer.part_of.empty()) json["part_of"] = layer.part_of;
   if (layer.stores.size() == 1) {
     json["store"] = layer.stores.front();
   } else {

@@ -218,6 +218,32 @@ test("a hidden layer keeps and fetches nothing, and is shown again unchanged", a
   expect(differing).toBe(0);
 });
 
+test("parts of one volume change together", async ({ page }) => {
+  await scenePage(page);
+  const seen = await page.evaluate(async () => {
+    const { viewer, source, surface } = window.scene;
+    const options = { partOf: "whole", surfaces: surface(100) };
+    const a = await viewer.addLayer(source("bucky"), { ...options, name: "a" });
+    const b = await viewer.addLayer(source("marschner_lobb"), { ...options, name: "b" });
+    const other = await viewer.addLayer(source("bucky"), { surfaces: surface(90), name: "c" });
+    const all = [a, b, other];
+    b.surfaces = surface(120, "#ff0000");
+    const isovalues = all.map(({ surfaces }) => surfaces.map(({ isovalue }) => isovalue));
+    a.transform = [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+    const moved = all.map(({ transform }) => transform[3]);
+    a.visible = false;
+    const visible = all.map((layer) => layer.visible);
+    a.name = "first";
+    return { isovalues, moved, visible, names: all.map(({ name }) => name) };
+  });
+  expect(seen).toEqual({
+    isovalues: [[120], [120], [90]],
+    moved: [5, 5, 0],
+    visible: [false, false, true],
+    names: ["first", "b", "c"],
+  });
+});
+
 test("layers have an order and groups, which do not change the picture", async ({ page }) => {
   await scenePage(page);
   await open(page);

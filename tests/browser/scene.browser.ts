@@ -48,6 +48,11 @@ test.beforeAll(async () => {
   };
   writeFileSync(join(folder, "two.scene.json"), JSON.stringify(scene));
   writeFileSync(join(folder, "missing.scene.json"), JSON.stringify(missing));
+  const parts = scene.layers.map((layer) => ({
+    ...layer,
+    ...(layer.name !== "hidden" && { part_of: "Balls", surfaces: surfaces("#c8553d") }),
+  }));
+  writeFileSync(join(folder, "parts.scene.json"), JSON.stringify({ ...scene, layers: parts }));
   writeFileSync(
     join(folder, "broken.scene.json"),
     `{"format":"isosplat-scene","version":1,"layers":[]}`,
@@ -86,6 +91,23 @@ test("a bundle at an address shows all its layers, with few requests", async ({ 
   expect(ranges.length).toBeLessThan(12);
   expect(new URL(page.url()).searchParams.get("src")).toBe(`${host.origin}/two.isobundle`);
   await expect(page.getByRole("alert")).toHaveCount(0);
+});
+
+test("parts of one volume are one layer of the list, and have one isovalue", async ({ page }) => {
+  await page.goto(`${server.url}?src=${host.origin}/parts.scene.json&${look}`);
+  await complete(page);
+  await settled(page);
+  await expect(page.locator(names)).toHaveText(["Balls", "hidden"]);
+  const field = page.getByRole("textbox", { name: "Isovalue" });
+  const isovalue = String(ballIsovalue + 5);
+  await field.fill(isovalue);
+  await field.press("Enter");
+  await complete(page);
+  await settled(page);
+  const { searchParams } = new URL(page.url());
+  expect(searchParams.get("isovalue")).toBe(isovalue);
+  // The second ball is a layer of its own in the address.
+  expect(searchParams.getAll("layer").join()).toContain(`isovalue:${isovalue}`);
 });
 
 test("all layers of a large scene have a surface before finer levels are requested", async ({

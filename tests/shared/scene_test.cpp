@@ -25,7 +25,7 @@ std::string error_of(const std::string& text) {
 
 TEST(Scene, HasLayersWithSurfacesAndTransforms) {
   const auto scene = parse_scene(scene_of(
-      R"([{"name":"bone","group":"CT","store":"a.isosplat",
+      R"([{"name":"bone","group":"CT","part_of":"head","store":"a.isosplat",
            "label":{"value":-5,"voxels":9007199254740992,"volume":0.25},"surfaces":[
             {"isovalue":1250.5,"colour":"#d9CCb3","opacity":0.5},{"isovalue":-3}]},
           {"store":"https://example.org/b.isosplat","visible":false,
@@ -40,6 +40,7 @@ TEST(Scene, HasLayersWithSurfacesAndTransforms) {
   const SceneLayer& bone = scene->layers[0];
   EXPECT_EQ(bone.name, "bone");
   EXPECT_EQ(bone.group, "CT");
+  EXPECT_EQ(bone.part_of, "head");
   EXPECT_EQ(bone.stores, std::vector<std::string>{"a.isosplat"});
   ASSERT_EQ(bone.surfaces.size(), 2u);
   EXPECT_EQ(bone.surfaces[0].isovalue, 1250.5);

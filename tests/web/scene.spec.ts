@@ -138,6 +138,7 @@ describe("a scene's document", () => {
           store: "a",
           name: "b",
           group: "c",
+          part_of: "d",
           visible: true,
           surfaces: [{ isovalue: 1, colour: "#010203", opacity: 0.5 }],
           transform: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],

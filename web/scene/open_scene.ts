@@ -117,17 +117,17 @@ async function addLayer(
   return added;
 }
 
-type DocumentLayerOptions = Required<Pick<LayerOptions, "name" | "group" | "visible">> &
+type DocumentLayerOptions = Required<Pick<LayerOptions, "name" | "group" | "partOf" | "visible">> &
   Pick<LayerOptions, "surfaces" | "transform"> & { label: Label | null };
 
 /** The options with which Viewer.addLayer adds a layer of the document. */
 export function layerOptionsOf(document: SceneDocument, index: number): DocumentLayerOptions {
   const layer = document.layers[index] as LayerDocument;
-  const { name, group, visible, label, transform } = layer;
+  const { name, group, partOf, visible, label, transform } = layer;
   const number = colourNumber(document, index);
   const surfaces = layer.surfaces.map((surface, i) => surfaceOf(surface, number + i));
   return {
-    ...{ name, group, visible, label },
+    ...{ name, group, partOf, visible, label },
     ...(transform && { transform }),
     ...(surfaces.length > 0 && { surfaces }),
   };

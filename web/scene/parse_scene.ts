@@ -59,6 +59,7 @@ function readLayer(layer: Member, steps: number): LayerDocument {
   layer.requireObject("a layer");
   const name = optional(layer.at("name"), (text) => text.text(), "");
   const group = optional(layer.at("group"), (text) => text.text(), "");
+  const partOf = optional(layer.at("part_of"), (text) => text.text(), "");
   const stores = layer.at("stores");
   // A layer that does not change with time has one store for all steps.
   const paths =
@@ -69,6 +70,7 @@ function readLayer(layer: Member, steps: number): LayerDocument {
   return {
     name,
     group,
+    partOf,
     stores: paths,
     surfaces: optional(
       layer.at("surfaces"),

@@ -27,6 +27,8 @@ export type JsonObject = { readonly [member: string]: unknown };
 export interface LayerDocument {
   name: string;
   group: string;
+  /** The volume of which the layer shows a part; empty: none. */
+  partOf: string;
   /** The path or address of the store, relative to the scene; with steps, that of each step's store. */
   stores: readonly string[];
   /** Empty: viewers choose one. */

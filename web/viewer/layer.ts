@@ -15,6 +15,11 @@ export interface LayerOptions {
   name?: string;
   /** The name of its group, for users: layers of a group are listed together. Default: empty, in none. */
   group?: string;
+  /**
+   * The name of a volume of which the layer shows a part, such as a refinement level of an adaptive grid. Layers with
+   * the same name have the same surfaces, visibility and transform: a change of one changes all. Default: empty, none.
+   */
+  partOf?: string;
   /** Default: one surface at the volume's first suggested isovalue. */
   surfaces?: readonly Surface[];
   /** Default: true. The store of a hidden layer is not opened. */
@@ -47,6 +52,8 @@ export class Layer {
   readonly id: number;
   /** The argument of `Viewer.addLayer`. */
   readonly label: Label | null;
+  /** The argument of `Viewer.addLayer`; empty: none. */
+  readonly partOf: string;
   readonly #owner: LayerOwner;
   #name: string;
   #group: string;
@@ -58,6 +65,7 @@ export class Layer {
   constructor(id: number, options: LayerOptions, owner: LayerOwner) {
     this.id = id;
     this.label = options.label ?? null;
+    this.partOf = options.partOf ?? "";
     this.#owner = owner;
     this.#name = options.name ?? "";
     this.#group = options.group ?? "";
@@ -153,6 +161,11 @@ export class Layer {
   set transform(transform: Transform) {
     this.#transform = checkedTransform(transform);
     this.#owner.changed("transform");
+  }
+
+  /** Whether both are parts of one volume. */
+  sharesVolumeWith(other: Layer): boolean {
+    return this.partOf !== "" && this.partOf === other.partOf;
   }
 
   /** The label with its volume in the world of the picture. Null: the layer shows no label. */

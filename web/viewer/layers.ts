@@ -60,6 +60,7 @@ export class Layers {
   readonly #volumes = new LayerVolumes(this.list);
   readonly #reopening: LayerReopening;
   #series: Series | null = null;
+  #isChangingParts = false;
 
   constructor(
     options: ViewerOptions,
@@ -244,6 +245,23 @@ export class Layers {
       this.#host.scheduler()?.onCameraChange();
     }
     if (entry.isListed) this.#host.emit("layerchange", { layer, property });
+    this.#changeParts(layer, property);
+  }
+
+  /** Applies a change of a layer to the other parts of its volume. */
+  #changeParts(layer: Layer, property: LayerProperty): void {
+    if (this.#isChangingParts) return;
+    this.#isChangingParts = true;
+    try {
+      for (const { layer: part } of this.list.entries) {
+        if (part === layer || !part.sharesVolumeWith(layer)) continue;
+        if (property === "surfaces") part.surfaces = layer.surfaces;
+        else if (property === "visible") part.visible = layer.visible;
+        else if (property === "transform") part.transform = layer.transform;
+      }
+    } finally {
+      this.#isChangingParts = false;
+    }
   }
 
   /** Viewer.moveLayer. */

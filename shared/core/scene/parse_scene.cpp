@@ -44,6 +44,7 @@ SceneLayer read_layer(const SceneMember& in, size_t steps) {
   in.require_object("a layer");
   if (const SceneMember name = in.at("name"); name.exists()) layer.name = name.text();
   if (const SceneMember group = in.at("group"); group.exists()) layer.group = group.text();
+  if (const SceneMember whole = in.at("part_of"); whole.exists()) layer.part_of = whole.text();
   if (const SceneMember stores = in.at("stores"); steps > 0 && stores.exists()) {
     const size_t count = stores.list(steps, steps);
     for (size_t i = 0; i < count; ++i) layer.stores.push_back(stores.at(i).text());

@@ -36,6 +36,8 @@ struct SceneLabel {
 struct SceneLayer {
   std::string name;   ///< for people; may be empty
   std::string group;  ///< for people: layers of a group are listed together; may be empty
+  /// Layers with the same text show parts of one volume, with the same surfaces; may be empty.
+  std::string part_of;
   /// One, or one for each step of time: paths or addresses relative to the scene.
   std::vector<std::string> stores;
   std::vector<SceneSurface> surfaces;  ///< at most kMaxSurfacesOfLayer

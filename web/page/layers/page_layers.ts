@@ -146,7 +146,10 @@ export class PageLayers {
   /** The layers for the list. */
   get entries(): LayerEntry[] {
     const { chosen } = this;
-    return this.#items.map((item): LayerEntry => {
+    const others = this.#items.filter(
+      (item) => !("layer" in item) || !this.#isFurtherPart(item.layer),
+    );
+    return others.map((item): LayerEntry => {
       const isOpening = !("layer" in item);
       const { key } = item;
       const state = isOpening ? item.pending.state : item.layer;
@@ -167,7 +170,14 @@ export class PageLayers {
     });
   }
 
+  /** Whether an earlier layer stands for this one in the list: both are parts of one volume. */
+  #isFurtherPart(layer: Layer): boolean {
+    const first = this.#viewer.layers.find((each) => each.sharesVolumeWith(layer));
+    return first !== undefined && first !== layer;
+  }
+
   titleOf(layer: Layer): string {
+    if (layer.partOf) return layer.partOf;
     const { title, name } = layer.info?.metadata ?? {};
     const own = layer.name || title || name || titleOfState(this.#stateOf(layer));
     return own || this.#host.title();
@@ -258,7 +268,10 @@ export class PageLayers {
   remove(key: number): void {
     if (key === this.#firstKey) return;
     for (const { state, cancel } of this.#pending) if (state.key === key) cancel.abort();
-    this.#layerOf(key)?.remove();
+    const layer = this.#layerOf(key);
+    for (const part of [...this.#viewer.layers]) {
+      if (part === layer || (layer && part.sharesVolumeWith(layer))) part.remove();
+    }
   }
 
   // ---- Adding ----

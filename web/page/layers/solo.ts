@@ -11,7 +11,7 @@ export class Solo {
 
   /** Whether this layer is shown alone by `toggle`. */
   isAlone(layer: Layer, layers: readonly Layer[]): boolean {
-    return this.#before !== null && layers.every((each) => each.visible === (each === layer));
+    return this.#before !== null && layers.every((each) => each.visible === isOf(layer, each));
   }
 
   /** Hides all other layers. If `isAlone`, shows the layers that were visible before. */
@@ -20,6 +20,12 @@ export class Solo {
     this.#before = before
       ? null
       : (this.#before ?? new Map(layers.map((each) => [each, each.visible])));
-    for (const each of layers) each.visible = before ? (before.get(each) ?? true) : each === layer;
+    for (const each of layers)
+      each.visible = before ? (before.get(each) ?? true) : isOf(layer, each);
   }
+}
+
+/** Whether a layer is shown with the one that is shown alone. */
+function isOf(layer: Layer, each: Layer): boolean {
+  return each === layer || each.sharesVolumeWith(layer);
 }
