@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "native/builder/source_path.h"
+#include "native/cli/adaptive_building.h"
 #include "native/cli/bucket_output.h"
 #include "native/cli/building.h"
 #include "native/cli/command.h"
@@ -88,6 +89,28 @@ int run_scene(const BuildCall& call, const import::ImportOptions& import_options
   return kSuccess;
 }
 
+/// The output of a build whose result is always a scene: the bundle beside the volume, unless -o
+/// names another bundle or a folder. `what`: the input, for messages. Errors: invalid_argument.
+Result<std::filesystem::path> scene_output(const BuildCall& call, std::string_view what) {
+  std::filesystem::path output = call.store;
+  if (output.empty()) {
+    output = default_store(call.volumes.front()).replace_extension();
+    output += ".isobundle";
+  }
+  if (!SceneOutput::is_scene(output) && !is_folder(output)) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: expected a bundle (-o NAME.isobundle) or a folder (-o NAME/) for "
+                            "several layers, found '{}'",
+                            what, output.string()));
+  }
+  if (output.extension() == ".isobundle") {
+    if (auto checked = check_replaceable_bundle(output, call.force); !checked) {
+      return tl::unexpected(checked.error());
+    }
+  }
+  return output;
+}
+
 /// Builds a scene with a layer for each label of a volume.
 int run_labels(const BuildCall& call, const import::ImportOptions& import_options,
                const BuildOptions& build_options) {
@@ -96,28 +119,13 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
         {Status::invalid_argument,
          fmt::format("--labels: expected one volume of labels, found {}", call.volumes.size())});
   }
-  const std::filesystem::path volume = call.volumes.front();
-  std::filesystem::path output = call.store;
-  if (output.empty()) {
-    output = default_store(volume).replace_extension();
-    output += ".isobundle";
-  }
   if (build_options.range) {
     return report({Status::invalid_argument, "expected --labels or --range, found both"});
   }
-  if (!SceneOutput::is_scene(output) && !is_folder(output)) {
-    return report({Status::invalid_argument,
-                   fmt::format("--labels: expected a bundle (-o NAME.isobundle) or a folder (-o "
-                               "NAME/) for several layers, found '{}'",
-                               output.string())});
-  }
-  if (output.extension() == ".isobundle") {
-    if (auto checked = check_replaceable_bundle(output, call.force); !checked) {
-      return report(checked.error());
-    }
-  }
+  const auto output = scene_output(call, "--labels");
+  if (!output) return report(output.error());
   LabelBuildOptions options;
-  options.scene = scene_options(call, output, build_options);
+  options.scene = scene_options(call, *output, build_options);
   options.import = import_options;
   options.surface = call.labels == "raw" ? LabelSurface::raw : LabelSurface::smooth;
   if (!call.label_table.empty()) {
@@ -125,14 +133,31 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
     if (!table) return report(table.error());
     options.table = std::move(*table);
   }
-  const auto built = build_labels(volume, output, options);
+  const auto built = build_labels(call.volumes.front(), *output, options);
   if (!built) return report(built.error());
   if (!call.quiet) {
-    fmt::print("{}: {} label{}, {}, built in {}{}\n", output.string(), built->layers,
+    fmt::print("{}: {} label{}, {}, built in {}{}\n", output->string(), built->layers,
                built->layers == 1 ? "" : "s", format_bytes(built->bytes),
                format_seconds(built->seconds), kept_text(*built));
   }
-  finish_scene(call, output);
+  finish_scene(call, *output);
+  return kSuccess;
+}
+
+/// Builds a scene with a layer for each refinement level of an adaptive grid.
+int run_adaptive(const BuildCall& call, const import::ImportOptions& import_options,
+                 const BuildOptions& build_options) {
+  const auto output = scene_output(call, "an adaptive grid");
+  if (!output) return report(output.error());
+  const auto built = build_adaptive(call.volumes.front(), *output,
+                                    {scene_options(call, *output, build_options), import_options});
+  if (!built) return report(built.error());
+  if (!call.quiet) {
+    fmt::print("{}: {} refinement level{}, {}, built in {}{}\n", output->string(), built->layers,
+               built->layers == 1 ? "" : "s", format_bytes(built->bytes),
+               format_seconds(built->seconds), kept_text(*built));
+  }
+  finish_scene(call, *output);
   return kSuccess;
 }
 
@@ -145,18 +170,21 @@ int build_locally(BuildCall& call) {
   auto store = call.store_call();
   if (!store) return report(store.error());
   const bool has_steps = call.volumes.size() != 1;
+  const bool is_adaptive_grid = !has_steps && is_adaptive(call.volumes.front());
   const bool is_scene = !call.store.empty() &&
                         (SceneOutput::is_scene(call.store) || (has_steps && is_folder(call.store)));
   if (call.volumes.empty() == call.steps.empty()) {
     return report({Status::invalid_argument, "expected volumes, or a list of them after --steps"});
   }
-  if ((call.has_labels || is_scene || has_steps) && (call.resumes || !call.part.empty())) {
+  if ((call.has_labels || is_scene || has_steps || is_adaptive_grid) &&
+      (call.resumes || !call.part.empty())) {
     return report({Status::invalid_argument,
                    fmt::format("{}: expected one volume and a store, found a scene{}",
                                call.resumes ? "--resume" : "--part",
                                call.resumes ? ", which continues without it" : "")});
   }
   if (call.has_labels) return run_labels(call, store->import, store->build);
+  if (is_adaptive_grid) return run_adaptive(call, store->import, store->build);
   if (is_scene) return run_scene(call, store->import, store->build);
   if (has_steps) {
     return report({Status::invalid_argument,
@@ -223,7 +251,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
   auto call = std::make_shared<BuildCall>();
   command->add_option("volume", call->volumes,
                       "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, VTK, TIFF, cube, VASP, XSF, "
-                      "OpenDX or raw file, or a "
+                      "OpenDX or raw file, an adaptive grid of VTK (.vthb), or a "
                       "folder of DICOM or TIFF slices; several are the time steps of a scene");
   command->add_option(
       "-o,--output", call->store,
@@ -270,6 +298,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build step_*.nrrd -o run.isobundle --time-unit s\n"
       "  isosplat build cells.tif -o cells.isobundle\n"
       "  isosplat build organs.nii.gz --labels\n"
+      "  isosplat build blast.vthb\n"
       "  isosplat build head.nii.gz -o s3://bucket/head.isosplat\n"
       "  isosplat build huge.nrrd --resume\n"
       "  isosplat build huge.nrrd --part 3/16     then, when all are built: isosplat join "

@@ -143,6 +143,10 @@ std::optional<KnownFile> known_xml(const std::filesystem::path& path, std::strin
       !lower.starts_with("<spimdata") && !lower.starts_with("<svg")) {
     return std::nullopt;
   }
+  if (has("\"vtkoverlappingamr\"") || has("\"vtkhierarchicalboxdataset\"")) {
+    return KnownFile{"an adaptive grid of VTK's XML format",
+                     "isosplat build makes a scene of it, with a store for each refinement level"};
+  }
   if (has("<vtkfile"))
     return made("a grid or mesh of VTK's XML format", kMetaImageOfParaView, path);
   if (has("<spimdata")) {

@@ -133,6 +133,10 @@ inline std::vector<PackedSample> block_samples(const TestVolume& volume, BlockKe
         const Index3 cell{block.index.x * kBlockCells + x, block.index.y * kBlockCells + y,
                           block.index.z * kBlockCells + z};
         const CellCorners corners = corners_at(averages, cell.x, cell.y, cell.z);
+        const bool is_missing =
+            volume.mapping.has_missing &&
+            std::find(corners.begin(), corners.end(), kMissingVoxel) != corners.end();
+        if (is_missing) continue;
         CellInterval interval = corner_interval(corners);
         if (step > 1) {
           interval = {65535, 0};

@@ -40,6 +40,24 @@ function header(): Buffer {
   return gzipSync(file);
 }
 
+/** The file that the README calls blast.vthb, and its patches: 4³ cells, of which the inner ones are refined. */
+function writeAdaptiveGrid(folder: string): void {
+  const patch = (level: number, box: string, origin: string, spacing: number) => {
+    const values = Array.from({ length: 64 }, (_, i) => i % 5).join(" ");
+    const piece = `<Piece Extent="0 4 0 4 0 4"><CellData><DataArray type="Float32" format="ascii">${values}</DataArray></CellData></Piece>`;
+    writeFileSync(
+      join(folder, `blast_${level}.vti`),
+      `<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian"><ImageData WholeExtent="0 4 0 4 0 4" Origin="${origin}" Spacing="${spacing} ${spacing} ${spacing}">${piece}</ImageData></VTKFile>`,
+    );
+    return `<Block level="${level}" spacing="${spacing} ${spacing} ${spacing}"><DataSet index="0" amr_box="${box}" file="blast_${level}.vti"/></Block>`;
+  };
+  const levels = patch(0, "0 3 0 3 0 3", "0 0 0", 1) + patch(1, "2 5 2 5 2 5", "1 1 1", 0.5);
+  writeFileSync(
+    join(folder, "blast.vthb"),
+    `<VTKFile type="vtkOverlappingAMR" version="1.1"><vtkOverlappingAMR origin="0 0 0" grid_description="XYZ">${levels}</vtkOverlappingAMR></VTKFile>`,
+  );
+}
+
 const readme = readFileSync(join(root, "README.md"), "utf8");
 const commands = [...readme.matchAll(/^isosplat ([^#\n]*)/gm)].map((match) =>
   (match[1] ?? "").trim().split(/\s+/),
@@ -51,6 +69,7 @@ describe("the README's commands", () => {
     folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
     writeFileSync(join(folder, "head.nii.gz"), header());
     writeFileSync(join(folder, "organs.nii.gz"), header()); // each value is a label
+    writeAdaptiveGrid(folder);
     for (const step of [1, 2]) writeFileSync(join(folder, `step_${step}.nii.gz`), header());
     const layer = { store: "head.isosplat", surfaces: [{ isovalue: 100 }] };
     const scene = { format: "isosplat-scene", version: 1, layers: [layer] };

@@ -24,6 +24,7 @@ class LevelSource : public VolumeSource {
   uint64_t resident_bytes() const override;
   std::vector<std::filesystem::path> files() const override { return {}; }
 
+  uint32_t level() const { return level_; }
   /// The first node, in nodes of the level.
   Index3 low() const { return low_; }
 

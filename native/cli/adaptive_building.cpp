@@ -1,0 +1,189 @@
+#include "native/cli/adaptive_building.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "native/cli/building.h"
+#include "native/cli/input_version.h"
+#include "native/cli/outputs.h"
+#include "native/cli/terminal.h"
+#include "native/scene/layer_surfaces.h"
+#include "native/scene/scene_output.h"
+#include "shared/core/adaptive/drawn_cells.h"
+#include "shared/core/adaptive/level_source.h"
+#include "shared/import/codecs/file_head.h"
+#include "shared/import/vtk_amr/vtk_amr.h"
+#include "shared/system/store_file/store_file.h"
+
+namespace isosplat::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+class AdaptiveBuild {
+ public:
+  AdaptiveBuild(const fs::path& volume, const fs::path& output, const AdaptiveBuildOptions& options)
+      : volume_(volume), output_path_(output), options_(options), build_(options.scene.build) {}
+
+  Result<SceneReport> run();
+
+ private:
+  Result<import::OpenAdaptiveGrid> open();
+  Result<void> scan();
+  Result<void> build(size_t number);
+  Scene scene(std::optional<double> isovalue) const;
+  Result<std::optional<double>> isovalue() const;
+  static std::string store_name(size_t number) { return fmt::format("level_{}", number); }
+
+  const fs::path& volume_;
+  const fs::path& output_path_;
+  const AdaptiveBuildOptions& options_;
+  BuildOptions build_;
+  std::string key_;  ///< all that determines the bytes of the stores
+  std::vector<LevelSource> levels_;
+  /// Of each level: the limit of a store's size follows from its voxels, but most may be missing.
+  std::vector<double> fetch_weights_;
+  std::optional<SceneOutput> output_;
+  std::optional<ProgressLine> progress_;
+  ClampedVoxels clamped_;
+  SceneReport report_;
+};
+
+Result<import::OpenAdaptiveGrid> AdaptiveBuild::open() {
+  auto opened = import::open_vtk_amr(volume_, options_.import, build_.memory_bytes / 2);
+  if (!opened) return opened;
+  if (auto other = check_not_input(output_path_, opened->files); !other) {
+    return tl::unexpected(other.error());
+  }
+  if (auto drawn = choose_drawn_cells(opened->grid); !drawn) return tl::unexpected(drawn.error());
+  build_.notes = opened->notes;
+  key_ = options_.scene.key + input_versions(opened->files);
+  progress_->clear();
+  for (const std::string& text : opened->notes) note(text);
+  return opened;
+}
+
+/// Finds the mapping to quantized values for all levels.
+Result<void> AdaptiveBuild::scan() {
+  if (build_.range) return {};  // then the mapping follows from the range
+  std::shared_ptr<VoxelScan> all;
+  for (LevelSource& level : levels_) {
+    progress_->show(0.1, "reading the values");
+    auto values = scan_for_build(level, build_);
+    if (!values) return tl::unexpected(values.error());
+    const Index3 n = level.header().grid.voxels;
+    const double voxels = 1.0 * n.x * n.y * n.z;
+    const double present = 1 - static_cast<double>(values->missing()) / voxels;
+    fetch_weights_.push_back(build_.fetch_weight * present * present);
+    if (all) {
+      all->add(*values);
+    } else {
+      all = std::make_shared<VoxelScan>(std::move(*values));
+    }
+  }
+  build_.scan = std::move(all);
+  return {};
+}
+
+Result<void> AdaptiveBuild::build(size_t number) {
+  const std::string name = store_name(number);
+  if (output_->has(name, key_)) {
+    ++report_.kept;
+    return {};
+  }
+  const auto count = static_cast<double>(levels_.size());
+  build_.title = fmt::format("{}, level {}", options_.scene.name, levels_[number].level());
+  build_.source_file = volume_.filename().string();
+  build_.progress = [&](const BuildProgress& progress) {
+    progress_->show(0.2 + 0.8 * (static_cast<double>(number) + progress.fraction) / count,
+                    fmt::format("level {} of {}", number + 1, levels_.size()));
+  };
+  ClampedVoxels clamped;
+  build_.clamped = &clamped;
+  if (!fetch_weights_.empty()) build_.fetch_weight = fetch_weights_[number];
+  const auto built = build_store_file(levels_[number], output_->store_file(name), build_);
+  if (!built) return tl::unexpected(built.error());
+  clamped_.below += clamped.below;
+  clamped_.above += clamped.above;
+  return output_->completed(name, key_);
+}
+
+/// The scene of all levels, with a surface if there is an isovalue.
+Scene AdaptiveBuild::scene(std::optional<double> isovalue) const {
+  Scene scene;
+  scene.name = options_.scene.name;
+  for (size_t i = 0; i < levels_.size(); ++i) {
+    SceneLayer& layer = scene.layers.emplace_back();
+    layer.name = fmt::format("level {}", levels_[i].level());
+    layer.part_of = scene.name.empty() ? "adaptive grid" : scene.name;
+    layer.stores.push_back(SceneOutput::store_path(store_name(i)));
+    if (!isovalue) continue;
+    const Vec3f colour = kSurfaceColours.front();
+    layer.surfaces.push_back({*isovalue, {{colour.x, colour.y, colour.z}}, 1});
+  }
+  return scene;
+}
+
+/// The first suggestion for the finest level, where the simulation has its detail.
+Result<std::optional<double>> AdaptiveBuild::isovalue() const {
+  const auto finest = StoreFile::open(output_->store_file(store_name(levels_.size() - 1)));
+  if (!finest) return tl::unexpected(finest.error());
+  return suggested_isovalue((*finest)->info());
+}
+
+Result<SceneReport> AdaptiveBuild::run() {
+  const auto begin = std::chrono::steady_clock::now();
+  progress_.emplace(fmt::format("Building {}", output_path_.string()));
+  progress_->show(0, "reading the patches");
+  const auto opened = open();
+  if (!opened) return tl::unexpected(opened.error());
+  for (uint32_t level = 0; level < opened->grid.levels(); ++level) {
+    if (auto source = LevelSource::create(opened->grid, level, opened->header)) {
+      levels_.push_back(std::move(*source));
+    }
+  }
+  if (levels_.empty()) {
+    return fail(Status::malformed_volume,
+                volume_.string() + ": expected cells with values, found none");
+  }
+  // Fails before stores are built, as far as possible.
+  if (auto valid = SceneOutput::check(scene(std::nullopt)); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto output = SceneOutput::create(output_path_, options_.scene.force);
+  if (!output) return tl::unexpected(output.error());
+  output_ = std::move(*output);
+  if (auto scanned = scan(); !scanned) return tl::unexpected(scanned.error());
+  for (size_t i = 0; i < levels_.size(); ++i) {
+    if (auto built = build(i); !built) return tl::unexpected(built.error());
+  }
+  const auto suggested = isovalue();
+  if (!suggested) return tl::unexpected(suggested.error());
+  const auto bytes = output_->finish(scene(*suggested));
+  if (!bytes) return tl::unexpected(bytes.error());
+  progress_->clear();
+  note_clamped(clamped_);
+  report_.layers = levels_.size();
+  report_.steps = 1;
+  report_.bytes = *bytes;
+  report_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report_;
+}
+
+}  // namespace
+
+bool is_adaptive(const fs::path& path) {
+  const auto head = import::read_head(path);
+  return head && import::is_vtk_amr(head->bytes());
+}
+
+Result<SceneReport> build_adaptive(const fs::path& volume, const fs::path& output,
+                                   const AdaptiveBuildOptions& options) {
+  return AdaptiveBuild(volume, output, options).run();
+}
+
+}  // namespace isosplat::cli
