@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 
 #include "shared/import/hdf5/attributes.h"
 #include "shared/import/hdf5/filters.h"
 #include "shared/import/hdf5/type.h"
+#include "shared/import/voxels/strided_reader.h"
 
 namespace isosplat::import {
 namespace {
@@ -58,75 +57,30 @@ class Hdf5Array : public ChunkedReader {
   Hdf5Decoder decoder_;
 };
 
-/// An array that is not stored in chunks.
-class Hdf5PlainArray : public ByteReader {
- public:
-  Hdf5PlainArray(std::shared_ptr<Hdf5File> file, const Hdf5Layout& layout, const ArrayPart& part)
-      : file_(std::move(file)), sizes_(part.sizes), element_(layout.element_bytes) {
-    uint64_t step = element_, first = 0;
-    for (size_t i = layout.sizes.size(); i-- > 0;) {
-      const auto axis = std::find(part.axes.begin(), part.axes.end(), i);
-      if (axis != part.axes.end()) steps_[static_cast<size_t>(axis - part.axes.begin())] = step;
-      first += part.at[i] * step;
-      step *= layout.sizes[i];
+/// The elements of an array that is not stored in chunks.
+StridedBytes plain_elements(const Hdf5File& file, const Hdf5Layout& layout, const ArrayPart& part) {
+  StridedBytes elements{
+      .first = file.base() + layout.address, .element = layout.element_bytes, .sizes = part.sizes};
+  uint64_t step = layout.element_bytes;
+  for (size_t i = layout.sizes.size(); i-- > 0;) {
+    const auto axis = std::find(part.axes.begin(), part.axes.end(), i);
+    if (axis != part.axes.end()) {
+      elements.steps[static_cast<size_t>(axis - part.axes.begin())] = step;
     }
-    address_ = layout.address + first;
-    bytes_ = element_ * sizes_[0] * sizes_[1] * sizes_[2];
+    elements.first += part.at[i] * step;
+    step *= layout.sizes[i];
   }
-
-  Result<void> read(uint64_t offset, std::span<std::byte> out) override {
-    if (offset > bytes_ || out.size() > bytes_ - offset) {
-      return fail(Status::truncated, fmt::format("{}: expected bytes of the array, found its end",
-                                                 file_->path().string()));
-    }
-    const uint64_t row = sizes_[2] * element_;
-    while (!out.empty()) {
-      const uint64_t in_row = offset % row, y = offset / row % sizes_[1],
-                     z = offset / row / sizes_[1];
-      const auto count = static_cast<size_t>(std::min<uint64_t>(out.size(), row - in_row));
-      const uint64_t begin = address_ + z * steps_[0] + y * steps_[1];
-      auto read = steps_[2] == element_ ? file_->read_data(begin + in_row, out.first(count))
-                                        : gather(begin, in_row, out.first(count));
-      if (!read) return read;
-      out = out.subspan(count);
-      offset += count;
-    }
-    return {};
-  }
-
-  bool is_random_access() const override { return true; }
-  uint64_t size_limit() const override { return bytes_; }
-  Result<uint64_t> count_after(uint64_t offset, uint64_t max_count) override {
-    return std::min(max_count, bytes_ - std::min(offset, bytes_));
-  }
-  uint64_t available_bytes() override { return bytes_; }
-  std::vector<std::filesystem::path> files() const override { return {file_->path()}; }
-
- private:
-  /// Copies the bytes of a row whose elements are not adjacent.
-  Result<void> gather(uint64_t begin, uint64_t in_row, std::span<std::byte> out) {
-    const uint64_t first = in_row / element_, last = (in_row + out.size() - 1) / element_;
-    spread_.resize(static_cast<size_t>((last - first) * steps_[2] + element_));
-    if (auto read = file_->read_data(begin + first * steps_[2], spread_); !read) return read;
-    for (size_t i = 0; i < out.size(); ++i) {
-      const uint64_t at = in_row + i;
-      out[i] = spread_[static_cast<size_t>((at / element_ - first) * steps_[2] + at % element_)];
-    }
-    return {};
-  }
-
-  std::shared_ptr<Hdf5File> file_;
-  std::array<uint64_t, 3> sizes_, steps_{};  ///< the slowest first; steps in bytes
-  uint64_t element_ = 1, address_ = 0, bytes_ = 0;
-  std::vector<std::byte> spread_;
-};
+  return elements;
+}
 
 }  // namespace
 
 Result<std::unique_ptr<ByteReader>> open_hdf5_array(std::shared_ptr<Hdf5File> file,
                                                     Hdf5Layout layout, ArrayPart part) {
   if (layout.index == Hdf5Layout::Index::none) {
-    return std::make_unique<Hdf5PlainArray>(std::move(file), layout, part);
+    auto plain = open_plain(file->path());
+    if (!plain) return tl::unexpected(plain.error());
+    return read_strided(std::move(*plain), plain_elements(*file, layout, part));
   }
   auto chunks = read_hdf5_chunks(*file, layout);
   if (!chunks) return tl::unexpected(chunks.error());
@@ -175,7 +129,7 @@ Result<std::optional<std::vector<double>>> hdf5_small_array(const std::shared_pt
   }
   std::vector<double> numbers;
   for (size_t i = 0; i < count; ++i) {
-    numbers.push_back(hdf5_number(type->stored, std::span(raw).subspan(i * bytes, bytes)));
+    numbers.push_back(stored_number(type->stored, std::span(raw).subspan(i * bytes, bytes)));
   }
   return numbers;
 }

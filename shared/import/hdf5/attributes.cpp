@@ -110,7 +110,7 @@ std::optional<std::vector<double>> hdf5_numbers(const Hdf5File& file, const Hdf5
   std::vector<double> numbers;
   for (size_t i = 0; i < attribute->count; ++i) {
     numbers.push_back(
-        hdf5_number(attribute->type.stored, attribute->values.subspan(i * bytes, bytes)));
+        stored_number(attribute->type.stored, attribute->values.subspan(i * bytes, bytes)));
   }
   return numbers;
 }
@@ -170,20 +170,6 @@ std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object
   const auto attribute = find(file, object, name);
   if (!attribute || attribute->type.kind != Hdf5Type::Kind::number) return std::nullopt;
   return attribute->type.stored.type;
-}
-
-double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes) {
-  std::vector<std::byte> native(bytes.begin(), bytes.end());
-  to_native_order(stored, native);
-  if (stored.is_half) {
-    std::vector<std::byte> wide(4);
-    widen_halves(native, wide);
-    native = wide;
-  }
-  return with_voxel_type(stored.type, [&]<class T>(T value) {
-    std::memcpy(&value, native.data(), sizeof value);
-    return static_cast<double>(value);
-  });
 }
 
 }  // namespace isosplat::import

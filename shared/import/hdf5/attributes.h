@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "shared/import/axes/array_attributes.h"
 #include "shared/import/hdf5/type.h"
 
 namespace isosplat::import {
@@ -33,7 +34,22 @@ std::optional<std::vector<std::vector<uint64_t>>> hdf5_references(Hdf5File& file
 std::optional<VoxelType> hdf5_number_type(const Hdf5File& file, const Hdf5Object& object,
                                           std::string_view name);
 
-/// The number that these bytes encode.
-double hdf5_number(const StoredVoxels& stored, std::span<const std::byte> bytes);
+/// Those of an object of a file, both of which must outlive it.
+class Hdf5Attributes : public ArrayAttributes {
+ public:
+  Hdf5Attributes(Hdf5File& file, const Hdf5Object& object) : file_(file), object_(object) {}
+
+  std::optional<std::vector<double>> numbers(std::string_view name) const override {
+    return hdf5_numbers(file_, object_, name);
+  }
+  std::optional<VoxelType> number_type(std::string_view name) const override {
+    return hdf5_number_type(file_, object_, name);
+  }
+  std::string text(std::string_view name) const override { return hdf5_text(file_, object_, name); }
+
+ private:
+  Hdf5File& file_;
+  const Hdf5Object& object_;
+};
 
 }  // namespace isosplat::import

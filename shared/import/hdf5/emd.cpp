@@ -36,7 +36,7 @@ std::string json_text(std::string_view json, std::string_view key, size_t at) {
 }
 
 Result<bool> describe_velox(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                            Hdf5Description& description) {
+                            ArrayDescription& description) {
   if (!volume.parent.starts_with("/Data/Image/") || description.axes.size() != 3) return false;
   const auto metadata = hdf5_object_at(*file, volume.parent + "/Metadata");
   if (!metadata) return tl::unexpected(metadata.error());
@@ -61,7 +61,7 @@ Result<bool> describe_velox(const std::shared_ptr<Hdf5File>& file, const Hdf5Vol
   const std::string unit = json_text(json, "PixelUnitX", 0);
   if (!width || !height || !(*width > 0) || !(*height > 0)) return true;
   const double millimetres =
-      hdf5_millimetres(unit.empty() ? "m" : unit, "an image", description.notes);
+      axis_millimetres(unit.empty() ? "m" : unit, "an image", description.notes);
   axes[0].step = *height * millimetres;
   axes[1].step = *width * millimetres;
   return true;
@@ -70,7 +70,7 @@ Result<bool> describe_velox(const std::shared_ptr<Hdf5File>& file, const Hdf5Vol
 }  // namespace
 
 Result<bool> describe_emd(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                          Hdf5Description& description) {
+                          ArrayDescription& description) {
   if (auto velox = describe_velox(file, volume, description); !velox || *velox) return velox;
   const auto group = hdf5_object_at(*file, volume.parent);
   if (!group) return tl::unexpected(group.error());
@@ -81,14 +81,14 @@ Result<bool> describe_emd(const std::shared_ptr<Hdf5File>& file, const Hdf5Volum
   if (!from_0) return tl::unexpected(from_0.error());
   bool has_any = false;
   for (size_t i = 0; i < description.axes.size(); ++i) {
-    Hdf5Axis& axis = description.axes[i];
+    ArrayAxis& axis = description.axes[i];
     const std::string name = fmt::format("dim{}", *from_0 ? i : i + 1);
     const auto dim = hdf5_object_at(*file, volume.parent + "/" + name);
     if (!dim) return tl::unexpected(dim.error());
     if (!*dim) continue;
     has_any = true;
     axis.name = hdf5_text(*file, **dim, "name");
-    axis.letter = hdf5_axis_letter(axis.name);
+    axis.letter = axis_letter(axis.name);
     std::vector<uint64_t> sizes;
     auto positions = hdf5_small_array(file, **dim, sizes);
     if (!positions) return tl::unexpected(positions.error());
@@ -100,8 +100,8 @@ Result<bool> describe_emd(const std::shared_ptr<Hdf5File>& file, const Hdf5Volum
     if (!has_two && sizes[0] != axis.size) continue;
     const std::string unit = emd_unit(hdf5_text(*file, **dim, "units"));
     if (unit == "px" || unit == "pixels" || unit == "pixel") continue;
-    const double millimetres = hdf5_millimetres(unit, "the axis " + name, description.notes);
-    if (!place_hdf5_axis(axis, **positions, millimetres)) {
+    const double millimetres = axis_millimetres(unit, "the axis " + name, description.notes);
+    if (!place_axis(axis, **positions, millimetres)) {
       return file->malformed(fmt::format("expected evenly spaced positions in {}", name));
     }
   }
@@ -109,7 +109,7 @@ Result<bool> describe_emd(const std::shared_ptr<Hdf5File>& file, const Hdf5Volum
 }
 
 Result<bool> describe_matlab(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                             Hdf5Description& description) {
+                             ArrayDescription& description) {
   auto& axes = description.axes;
   if (axes.size() < 3 || axes.size() > 5 ||
       hdf5_text(*file, volume.object, "MATLAB_class").empty()) {
@@ -129,7 +129,7 @@ Result<bool> describe_matlab(const std::shared_ptr<Hdf5File>& file, const Hdf5Vo
 }
 
 Result<bool> describe_open_pmd(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                               Hdf5Description& description) {
+                               ArrayDescription& description) {
   const auto parent = hdf5_object_at(*file, volume.parent);
   if (!parent) return tl::unexpected(parent.error());
   // A mesh of scalars is the array; of vectors, the group of its components.
@@ -150,9 +150,9 @@ Result<bool> describe_open_pmd(const std::shared_ptr<Hdf5File>& file, const Hdf5
       const auto at = [&](const std::optional<std::vector<double>>& numbers) {
         return numbers && numbers->size() == axes.size() ? (*numbers)[i] : 0;
       };
-      Hdf5Axis& axis = axes[is_reversed ? axes.size() - 1 - i : i];
+      ArrayAxis& axis = axes[is_reversed ? axes.size() - 1 - i : i];
       axis.name = (*names)[i];
-      axis.letter = hdf5_axis_letter(axis.name);
+      axis.letter = axis_letter(axis.name);
       axis.step = (*spacing)[i] * millimetres;
       axis.first = at(offset) * millimetres + at(position) * *axis.step;
     }

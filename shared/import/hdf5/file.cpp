@@ -159,11 +159,4 @@ tl::unexpected<Error> Hdf5File::unsupported(const std::string& found) const {
                   path_.string(), found, shell_word(path_)));
 }
 
-std::string hdf5_printable(std::string_view text) {
-  std::string out(text);
-  std::replace_if(
-      out.begin(), out.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return out;
-}
-
 }  // namespace isosplat::import

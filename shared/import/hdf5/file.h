@@ -88,9 +88,6 @@ class Hdf5File {
   size_t address_bytes_ = 8, length_bytes_ = 8;
 };
 
-/// The text with "?" for every byte that is not printable ASCII, for messages and notes.
-std::string hdf5_printable(std::string_view text);
-
 /// The offsets at which the superblock is searched. HDF5 allows each further doubling as well.
 constexpr uint64_t kHdf5SuperblockPlaces[] = {0, 512, 1024, 2048};
 constexpr std::string_view kHdf5Signature = "\x89HDF\r\n\x1a\n";

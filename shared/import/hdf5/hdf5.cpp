@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include "shared/import/axes/packed_values.h"
+#include "shared/import/axes/volume_axes.h"
 #include "shared/import/hdf5/array.h"
-#include "shared/import/hdf5/axes.h"
-#include "shared/import/hdf5/missing.h"
+#include "shared/import/hdf5/attributes.h"
+#include "shared/import/hdf5/description.h"
 #include "shared/import/hdf5/volumes.h"
 #include "shared/import/text/commands.h"
+#include "shared/import/text/header_text.h"
 #include "shared/import/voxels/array_source.h"
 
 // Reads volumes of HDF5 files. Without HDF5's library, so that it is the same natively and in a
@@ -72,20 +75,23 @@ Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOpti
   auto description = describe_hdf5(file, *volume);
   if (!description) return tl::unexpected(description.error());
   const bool is_unsigned = description->is_unsigned;
-  auto axes = hdf5_axes(*file, *volume, std::move(*description), rest);
+  auto axes = volume_axes(
+      {path, "HDF5", volume->path, volume->object.has_other_attributes, hdf5_advice(path, *volume)},
+      std::move(*description), rest);
   if (!axes) return tl::unexpected(axes.error());
   auto layout = read_hdf5_layout(*file, volume->object, volume->sizes, volume->type.bytes);
   if (!layout) return tl::unexpected(layout.error());
   if (layout->address == kHdf5Undefined) {
     return file->malformed(fmt::format("expected an array with elements in {}, found none written",
-                                       hdf5_printable(volume->path)));
+                                       printable(volume->path)));
   }
   const auto size = [&](size_t axis) { return static_cast<int64_t>(axes->part.sizes[axis]); };
   ArrayVolume array =
       make_array("HDF5", path, {size(2), size(1), size(0)}, axes->geometry, options);
   array.geometry = axes->geometry;  // options.spacing is along x, y and z
   array.stored = volume->type.stored;
-  const Hdf5Missing missing = hdf5_values(*file, *volume, is_unsigned, array.stored);
+  const MissingNumbers missing =
+      packed_values(Hdf5Attributes(*file, volume->object), is_unsigned, array.stored);
   std::unique_ptr<ByteReader> reader;
   if (layout->index == Hdf5Layout::Index::none && is_whole(axes->part, *layout)) {
     // An address beyond the end: open_array says that the file is incomplete.

@@ -35,9 +35,9 @@ double component(Vec3d v, size_t i) {
 }
 
 /// Names the last three of `axes` z, y and x, and sets their steps.
-void set_steps(std::span<Hdf5Axis> axes, const std::optional<Vec3d>& steps) {
+void set_steps(std::span<ArrayAxis> axes, const std::optional<Vec3d>& steps) {
   for (size_t i = 0; i < 3; ++i) {
-    Hdf5Axis& axis = axes[axes.size() - 1 - i];
+    ArrayAxis& axis = axes[axes.size() - 1 - i];
     axis.letter = "xyz"[i];
     if (steps) axis.step = component(*steps, i);
   }
@@ -59,7 +59,7 @@ Result<Hdf5Object> group_of(const std::shared_ptr<Hdf5File>& file, const std::st
 }  // namespace
 
 Result<bool> describe_vtk_hdf(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                              Hdf5Description& description) {
+                              ArrayDescription& description) {
   const bool has_points = volume.parent == "/VTKHDF/PointData";
   if (!has_points && volume.parent != "/VTKHDF/CellData") return false;
   const auto group = group_of(file, "VTKHDF");
@@ -96,7 +96,7 @@ Result<bool> describe_vtk_hdf(const std::shared_ptr<Hdf5File>& file, const Hdf5V
   description.origin = vector_of(hdf5_numbers(*file, *group, "Origin")).value_or(Vec3d{0, 0, 0});
   for (size_t i = 0; i < 3; ++i) {
     const double first = (*extent)[2 * i], last = (*extent)[2 * i + 1];
-    const Hdf5Axis& axis = spatial[2 - i];
+    const ArrayAxis& axis = spatial[2 - i];
     const double expected = last - first + (has_points ? 1 : 0);
     if (expected != static_cast<double>(axis.size)) {
       return file->malformed(
@@ -116,7 +116,7 @@ Result<bool> describe_vtk_hdf(const std::shared_ptr<Hdf5File>& file, const Hdf5V
 }
 
 Result<bool> describe_itk(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                          Hdf5Description& description) {
+                          ArrayDescription& description) {
   if (!volume.parent.starts_with("/ITKImage/") || description.axes.size() < 3) return false;
   const auto numbers = [&](const char* name) -> Result<std::optional<std::vector<double>>> {
     const auto object = hdf5_object_at(*file, volume.parent + "/" + name);
@@ -147,7 +147,7 @@ Result<bool> describe_itk(const std::shared_ptr<Hdf5File>& file, const Hdf5Volum
 }
 
 Result<bool> describe_chimera(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                              Hdf5Description& description) {
+                              ArrayDescription& description) {
   if (!volume.parent.starts_with("/Chimera/") || description.axes.size() != 3) return false;
   const auto group = group_of(file, volume.parent);
   if (!group) return tl::unexpected(group.error());

@@ -102,11 +102,11 @@ std::string hdf5_channel_name(Hdf5File& file, uint64_t channel, bool is_imaris) 
   const auto object = hdf5_object_at(file, path);
   if (!object || !*object) return {};
   const std::string name = hdf5_text(file, **object, is_imaris ? "Name" : "name");
-  return name.empty() ? "" : fmt::format(" ({})", hdf5_printable(name));
+  return name.empty() ? "" : fmt::format(" ({})", printable(name));
 }
 
 Result<bool> describe_imaris(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                             Hdf5Description& description) {
+                             ArrayDescription& description) {
   const auto place = hdf5_place(volume.path);
   if (!place || !place->is_imaris || description.axes.size() != 3) return false;
   const auto channel = hdf5_object_at(*file, volume.parent);
@@ -122,9 +122,9 @@ Result<bool> describe_imaris(const std::shared_ptr<Hdf5File>& file, const Hdf5Vo
   };
   const std::string unit = *image ? hdf5_text(*file, **image, "Unit") : "";
   const double millimetres =
-      hdf5_millimetres(unit.empty() ? "um" : unit, "the image", description.notes);
+      axis_millimetres(unit.empty() ? "um" : unit, "the image", description.notes);
   for (size_t i = 0; i < 3; ++i) {
-    Hdf5Axis& axis = description.axes[2 - i];
+    ArrayAxis& axis = description.axes[2 - i];
     const std::string letter(1, "XYZ"[i]);
     axis.letter = "xyz"[i];
     auto size = number(*channel, "ImageSize" + letter);
@@ -153,7 +153,7 @@ Result<bool> describe_imaris(const std::shared_ptr<Hdf5File>& file, const Hdf5Vo
 }
 
 Result<bool> describe_big_data_viewer(const std::shared_ptr<Hdf5File>& file,
-                                      const Hdf5Volume& volume, Hdf5Description& description) {
+                                      const Hdf5Volume& volume, ArrayDescription& description) {
   const auto place = hdf5_place(volume.path);
   if (!place || place->is_imaris || description.axes.size() != 3) return false;
   const std::string setup = fmt::format("s{:02}", place->channel);
@@ -178,7 +178,7 @@ Result<bool> describe_big_data_viewer(const std::shared_ptr<Hdf5File>& file,
   const auto size = size_in_xml(file->path(), place->channel, has_transforms);
   double millimetres = 1;
   if (size) {
-    millimetres = hdf5_millimetres(size->unit, "BigDataViewer's XML file", description.notes);
+    millimetres = axis_millimetres(size->unit, "BigDataViewer's XML file", description.notes);
   } else {
     description.notes.push_back(
         "BigDataViewer keeps the size of voxels in an XML file, which is not beside this one");
@@ -189,7 +189,7 @@ Result<bool> describe_big_data_viewer(const std::shared_ptr<Hdf5File>& file,
   }
   const double factors[] = {factor.x, factor.y, factor.z};
   for (size_t i = 0; i < 3; ++i) {
-    Hdf5Axis& axis = description.axes[2 - i];
+    ArrayAxis& axis = description.axes[2 - i];
     axis.letter = "xyz"[i];
     if (!size) continue;
     const double fine = (i == 0   ? size->size.x

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "shared/import/axes/cf_axis.h"
 #include "shared/import/hdf5/array.h"
 #include "shared/import/hdf5/attributes.h"
 #include "shared/import/hdf5/description.h"
@@ -54,7 +55,7 @@ std::vector<std::string> listed(const std::vector<std::string>& texts) {
 class Reader {
  public:
   Reader(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-         Hdf5Description& description)
+         ArrayDescription& description)
       : file_(file), volume_(volume), axes_(description.axes), notes_(description.notes) {}
 
   Result<void> read() {
@@ -65,11 +66,11 @@ class Reader {
       const auto names = tagged_axes(tags->front(), axes_.size());
       for (size_t i = 0; i < names.size(); ++i) axes_[i].name = names[i];
     }
-    const bool has_width = std::any_of(axes_.begin(), axes_.end(), [](const Hdf5Axis& axis) {
+    const bool has_width = std::any_of(axes_.begin(), axes_.end(), [](const ArrayAxis& axis) {
       return lower_case(axis.name) == "width";
     });
-    for (Hdf5Axis& axis : axes_) {
-      if (axis.letter == 0) axis.letter = hdf5_axis_letter(axis.name, has_width);
+    for (ArrayAxis& axis : axes_) {
+      if (axis.letter == 0) axis.letter = axis_letter(axis.name, has_width);
     }
     for (const auto& [i, object] : positions_) {
       if (auto placed = place(axes_[i], object); !placed) return placed;
@@ -79,8 +80,6 @@ class Reader {
   }
 
  private:
-  using Attribute = const char*;
-
   Result<void> read_scales() {
     if (const auto labels = hdf5_texts(*file_, volume_.object, "DIMENSION_LABELS");
         labels && labels->size() == axes_.size()) {
@@ -153,18 +152,13 @@ class Reader {
 
   /// Adds the positions along an axis; CF's attributes identify the axis.
   void add_positions(size_t i, const Hdf5Object& object) {
-    const auto text = [&](Attribute name) { return lower_case(hdf5_text(*file_, object, name)); };
-    const std::string axis = text("axis"), standard = text("standard_name"), units = text("units");
-    if (axis.size() == 1 && axis.find_first_of("xyzt") == 0) axes_[i].letter = axis[0];
-    if (axes_[i].letter == 0) axes_[i].letter = hdf5_axis_letter(standard);
-    if (axes_[i].letter == 0 && units.find(" since ") != units.npos) axes_[i].letter = 't';
-    axes_[i].is_downwards = text("positive") == "down";
+    name_by_positions(axes_[i], Hdf5Attributes(*file_, object));
     const auto same = [&](const auto& each) { return each.first == i; };
     if (std::none_of(positions_.begin(), positions_.end(), same))
       positions_.emplace_back(i, object);
   }
 
-  Result<void> place(Hdf5Axis& axis, const Hdf5Object& object) {
+  Result<void> place(ArrayAxis& axis, const Hdf5Object& object) {
     if (axis.size < 2 || axis.letter == 'c') return {};
     if (axis.letter == 't') {
       return read_hdf5_times(file_, object, hdf5_text(*file_, object, "units"), axis);
@@ -173,24 +167,15 @@ class Reader {
     const auto positions = hdf5_small_array(file_, object, sizes);
     if (!positions) return tl::unexpected(positions.error());
     if (!*positions || sizes != std::vector{axis.size}) return {};
-    const std::string unit = hdf5_text(*file_, object, "units");
-    const double millimetres =
-        hdf5_millimetres(unit, "the axis " + hdf5_printable(axis.name), notes_);
-    if (!place_hdf5_axis(axis, **positions, millimetres)) {
-      return fail(
-          Status::unsupported_format,
-          fmt::format("{}: expected evenly spaced positions along the axis {}, found others: "
-                      "resample the volume",
-                      file_->path().string(), hdf5_printable(axis.name)));
-    }
-    return {};
+    return place_by_positions(axis, **positions, Hdf5Attributes(*file_, object), file_->path(),
+                              notes_);
   }
 
   void read_sizes() {
     const auto sizes = hdf5_numbers(*file_, volume_.object, "element_size_um");
     if (!sizes) return;
-    std::vector<Hdf5Axis*> picked;
-    for (Hdf5Axis& axis : axes_) {
+    std::vector<ArrayAxis*> picked;
+    for (ArrayAxis& axis : axes_) {
       if (sizes->size() == axes_.size() || axis.size > 1) picked.push_back(&axis);
     }
     if (sizes->size() != picked.size()) return;
@@ -202,7 +187,7 @@ class Reader {
 
   const std::shared_ptr<Hdf5File>& file_;
   const Hdf5Volume& volume_;
-  std::vector<Hdf5Axis>& axes_;
+  std::vector<ArrayAxis>& axes_;
   std::vector<std::string>& notes_;
   std::vector<std::pair<size_t, Hdf5Object>> positions_;  ///< by axis, at most one of each
 };
@@ -210,7 +195,7 @@ class Reader {
 }  // namespace
 
 Result<bool> describe_by_attributes(const std::shared_ptr<Hdf5File>& file, const Hdf5Volume& volume,
-                                    Hdf5Description& description) {
+                                    ArrayDescription& description) {
   if (auto read = Reader(file, volume, description).read(); !read) {
     return tl::unexpected(read.error());
   }

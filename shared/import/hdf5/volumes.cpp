@@ -7,6 +7,7 @@
 #include "shared/import/hdf5/attributes.h"
 #include "shared/import/hdf5/pyramid.h"
 #include "shared/import/text/commands.h"
+#include "shared/import/text/header_text.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/import_options.h"
 #include "shared/import/volume/refusals.h"
@@ -77,7 +78,7 @@ Result<std::vector<Hdf5Volume>> datasets_of(Hdf5File& file) {
 
 /// The error that states why a dataset is not a volume.
 tl::unexpected<Error> no_volume(const Hdf5File& file, const Hdf5Volume& dataset) {
-  const std::string path = hdf5_printable(dataset.path);
+  const std::string path = printable(dataset.path);
   if (dataset.type.kind != Hdf5Type::Kind::number) {
     return unknown_type(file.path(), fmt::format("{} in {}", dataset.type.name, path));
   }
@@ -202,7 +203,7 @@ std::string default_path(Hdf5File& file) {
 
 std::string hdf5_text(const Hdf5Volume& volume) {
   const StoredVoxels& stored = volume.type.stored;
-  return fmt::format("{} ({}, {})", hdf5_printable(volume.path),
+  return fmt::format("{} ({}, {})", printable(volume.path),
                      stored.is_half ? "f16" : voxel_type_name(stored.type),
                      fmt::join(volume.sizes, " × "));
 }
@@ -212,7 +213,7 @@ std::string hdf5_advice(const std::filesystem::path& file, const Hdf5Volume& vol
       "save one volume of it with python3 -c \"import sys, h5py, numpy; "
       "numpy.save('volume.npy', h5py.File(sys.argv[1])[sys.argv[2]][{}])\" {} {}",
       numpy_index({volume.sizes.begin(), volume.sizes.end()}), shell_word(file),
-      shell_word(hdf5_printable(volume.path)));
+      shell_word(printable(volume.path)));
 }
 
 Result<std::vector<Hdf5Volume>> hdf5_volumes(Hdf5File& file) {
@@ -284,11 +285,11 @@ Result<Hdf5Volume> choose_hdf5_volume(Hdf5File& file, ImportOptions& options) {
     list += (list.empty() ? "" : ", ") + hdf5_text(volume);
   }
   if (!path.empty()) {
-    return fail(Status::invalid_argument,
-                fmt::format("{}: expected a dataset {}, found {}: choose one of those with "
-                            "--dataset",
-                            file.path().string(), hdf5_printable(path),
-                            list.empty() ? "no volumes" : list));
+    return fail(
+        Status::invalid_argument,
+        fmt::format("{}: expected a dataset {}, found {}: choose one of those with "
+                    "--dataset",
+                    file.path().string(), printable(path), list.empty() ? "no volumes" : list));
   }
   if (volumes.size() == 1) return std::move(volumes.front());
   const std::string named = default_path(file);

@@ -35,6 +35,13 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
+std::string printable(std::string_view text) {
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return out;
+}
+
 std::vector<std::string_view> words(std::string_view line) {
   std::vector<std::string_view> found;
   while (!(line = trimmed(line)).empty()) {

@@ -17,6 +17,9 @@ std::string_view trimmed(std::string_view text);
 
 std::string lower_case(std::string_view text);
 
+/// The text with "?" for every byte that is not printable ASCII, for messages and notes.
+std::string printable(std::string_view text);
+
 /// The words of a line, separated by white space.
 std::vector<std::string_view> words(std::string_view line);
 

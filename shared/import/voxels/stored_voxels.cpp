@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 namespace isosplat::import {
 namespace {
@@ -61,6 +62,20 @@ void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes) {
   if (voxel == 2) swap_each<uint16_t>(bytes);
   if (voxel == 4) swap_each<uint32_t>(bytes);
   if (voxel == 8) swap_each<uint64_t>(bytes);
+}
+
+double stored_number(const StoredVoxels& stored, std::span<const std::byte> bytes) {
+  std::vector<std::byte> native(bytes.begin(), bytes.end());
+  to_native_order(stored, native);
+  if (stored.is_half) {
+    std::vector<std::byte> wide(4);
+    widen_halves(native, wide);
+    native = wide;
+  }
+  return with_voxel_type(stored.type, [&]<class T>(T value) {
+    std::memcpy(&value, native.data(), sizeof value);
+    return static_cast<double>(value);
+  });
 }
 
 }  // namespace isosplat::import

@@ -24,6 +24,9 @@ size_t stored_bytes(const StoredVoxels& voxels);
 /// Converts from the file's byte order to native byte order.
 void to_native_order(const StoredVoxels& voxels, std::span<std::byte> bytes);
 
+/// The number that the bytes of one voxel in the file encode, without slope and intercept.
+double stored_number(const StoredVoxels& voxels, std::span<const std::byte> bytes);
+
 /// Converts 16-bit floating-point numbers (IEEE 754 binary16) in native byte order to f32, exactly.
 /// `out` has twice the bytes of `halves`; they do not overlap.
 void widen_halves(std::span<const std::byte> halves, std::span<std::byte> out);

@@ -1,4 +1,4 @@
-#include "shared/import/hdf5/axes.h"
+#include "shared/import/axes/volume_axes.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "shared/import/geometry/conventions.h"
+#include "shared/import/text/header_text.h"
 #include "shared/import/volume/choose_channel.h"
 #include "shared/import/volume/choose_step.h"
 #include "shared/import/volume/import_options.h"
@@ -15,21 +16,20 @@ namespace {
 
 class Reader {
  public:
-  Reader(const Hdf5File& file, const Hdf5Volume& volume, Hdf5Description description,
-         const ImportOptions& options)
-      : file_(file), volume_(volume), description_(std::move(description)), options_(options) {}
+  Reader(const NamedArray& array, ArrayDescription description, const ImportOptions& options)
+      : array_(array), description_(std::move(description)), options_(options) {}
 
-  Result<Hdf5Axes> read() {
+  Result<VolumeAxes> read() {
     notes_ = std::move(description_.notes);
-    if (volume_.object.has_other_attributes) {
+    if (array_.has_other_attributes) {
       notes_.push_back(
           fmt::format("{} has attributes that are not read: a spacing among them has to "
                       "be given with --spacing",
-                      hdf5_printable(volume_.path)));
+                      printable(array_.name)));
     }
     if (auto picked = pick(); !picked) return tl::unexpected(picked.error());
     name_axes();
-    Hdf5Axes result;
+    VolumeAxes result;
     result.part = std::move(part_);
     result.geometry = place();
     result.notes = std::move(notes_);
@@ -37,7 +37,7 @@ class Reader {
   }
 
  private:
-  Hdf5Axis& axis(size_t i) { return description_.axes[part_.axes[i]]; }
+  ArrayAxis& axis(size_t i) { return description_.axes[part_.axes[i]]; }
 
   /// Chooses the three axes of the volume, and an element along each of the others.
   Result<void> pick() {
@@ -52,7 +52,7 @@ class Reader {
         if (has) return too_many();
         has = true;
         const auto chosen = axes[i].letter == 't'
-                                ? choose_step(file_.path(), static_cast<int64_t>(axes[i].size),
+                                ? choose_step(array_.file, static_cast<int64_t>(axes[i].size),
                                               options_, axes[i].times)
                                 : choose_channel(axes[i]);
         if (!chosen) return tl::unexpected(chosen.error());
@@ -63,7 +63,7 @@ class Reader {
     }
     if (picked.size() != 3) return too_many();
     if (!has_time) {
-      if (const auto step = choose_step(file_.path(), 1, options_); !step) {
+      if (const auto step = choose_step(array_.file, 1, options_); !step) {
         return tl::unexpected(step.error());
       }
     }
@@ -77,28 +77,27 @@ class Reader {
     return {};
   }
 
-  Result<uint64_t> choose_channel(const Hdf5Axis& channels) const {
-    const std::string which = fmt::format(
-        "{} in {}", channels.name.empty() ? "" : " (" + hdf5_printable(channels.name) + ")",
-        hdf5_printable(volume_.path));
-    return import::choose_channel(file_.path(), std::max<uint64_t>(channels.size, 1), options_, {},
+  Result<uint64_t> choose_channel(const ArrayAxis& channels) const {
+    const std::string which =
+        fmt::format("{} in {}", channels.name.empty() ? "" : " (" + printable(channels.name) + ")",
+                    printable(array_.name));
+    return import::choose_channel(array_.file, std::max<uint64_t>(channels.size, 1), options_, {},
                                   which);
   }
 
   tl::unexpected<Error> too_many() const {
     std::string list;
-    for (const Hdf5Axis& axis : description_.axes) {
+    for (const ArrayAxis& axis : description_.axes) {
       if (axis.size < 2) continue;
       if (!list.empty()) list += ", ";
       list += axis.name.empty() ? fmt::format("{}", axis.size)
-                                : fmt::format("{} ({})", hdf5_printable(axis.name), axis.size);
+                                : fmt::format("{} ({})", printable(axis.name), axis.size);
     }
     return fail(
         Status::unsupported_format,
         fmt::format("{}: expected an array with the axes z, y and x, found axes of {} in {}: "
                     "{}",
-                    file_.path().string(), list, hdf5_printable(volume_.path),
-                    hdf5_advice(file_.path(), volume_)));
+                    array_.file.string(), list, printable(array_.name), array_.advice));
   }
 
   /// Assigns a different letter to each axis.
@@ -112,7 +111,7 @@ class Reader {
                            i == 0   ? ""
                            : i == 1 ? ", "
                                     : " and ",
-                           hdf5_printable(axis(i).name));
+                           printable(axis(i).name));
     }
     std::string sorted = known;
     std::sort(sorted.begin(), sorted.end());
@@ -130,10 +129,10 @@ class Reader {
       read_as += fmt::format("{}{}", i == 0 ? "" : i == 1 ? ", " : " and ", axis(i).letter);
     }
     notes_.push_back(has_names ? fmt::format("the axes of {} are named {}: they are read as {}",
-                                             hdf5_printable(volume_.path), names, read_as)
-                               : "the HDF5 file does not name the array's axes: they are read as "
-                                 "z, y and x, the last one "
-                                 "as x");
+                                             printable(array_.name), names, read_as)
+                               : fmt::format("the {} file does not name the array's axes: they are "
+                                             "read as z, y and x, the last one as x",
+                                             array_.format));
   }
 
   HeaderGeometry place() {
@@ -141,12 +140,12 @@ class Reader {
     Vec3d origin = description_.origin;
     std::string missing;
     for (size_t i = 0; i < 3; ++i) {
-      Hdf5Axis& each = axis(i);
+      ArrayAxis& each = axis(i);
       if (each.is_downwards && each.step && each.letter == 'z') {
         each.step = -*each.step;
         each.first = -each.first;
         notes_.push_back(fmt::format("the positions along {} are depths: z is their negative",
-                                     hdf5_printable(each.name)));
+                                     printable(each.name)));
       }
       if (!each.step) missing += each.letter;
       double step = each.step.value_or(1);
@@ -161,20 +160,21 @@ class Reader {
     }
     if (missing.size() == 3 && !options_.spacing) {
       notes_.push_back(
-          "no voxel spacing was found in the HDF5 file: 1,1,1 is assumed; --spacing sets another");
+          fmt::format("no voxel spacing was found in the {} file: 1,1,1 is assumed; "
+                      "--spacing sets another",
+                      array_.format));
     } else if (!missing.empty() && !options_.spacing) {
       std::sort(missing.begin(), missing.end());
       notes_.push_back(
-          fmt::format("no voxel spacing along {} was found in the HDF5 file: 1 is assumed; "
+          fmt::format("no voxel spacing along {} was found in the {} file: 1 is assumed; "
                       "--spacing sets another",
-                      fmt::join(missing, " and ")));
+                      fmt::join(missing, " and "), array_.format));
     }
     return geometry_of_steps(steps, origin);
   }
 
-  const Hdf5File& file_;
-  const Hdf5Volume& volume_;
-  Hdf5Description description_;
+  const NamedArray& array_;
+  ArrayDescription description_;
   const ImportOptions& options_;
   ArrayPart part_;
   std::vector<std::string> notes_;
@@ -182,9 +182,9 @@ class Reader {
 
 }  // namespace
 
-Result<Hdf5Axes> hdf5_axes(const Hdf5File& file, const Hdf5Volume& volume,
-                           Hdf5Description description, const ImportOptions& options) {
-  return Reader(file, volume, std::move(description), options).read();
+Result<VolumeAxes> volume_axes(const NamedArray& array, ArrayDescription description,
+                               const ImportOptions& options) {
+  return Reader(array, std::move(description), options).read();
 }
 
 }  // namespace isosplat::import

@@ -1,4 +1,4 @@
-#include "shared/import/hdf5/missing.h"
+#include "shared/import/axes/packed_values.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <cstring>
 #include <limits>
 
-#include "shared/import/hdf5/attributes.h"
 #include "shared/import/text/header_text.h"
 #include "shared/import/volume/opened_volume.h"
 #include "shared/import/voxels/absent_voxels.h"
@@ -46,7 +45,7 @@ double in_type(VoxelType type, double number) {
 
 class MissingSource : public VolumeSource {
  public:
-  MissingSource(std::unique_ptr<VolumeSource> source, Hdf5Missing missing)
+  MissingSource(std::unique_ptr<VolumeSource> source, MissingNumbers missing)
       : source_(std::move(source)), missing_(std::move(missing)), header_(source_->header()) {
     header_.type = type_with_absent(header_.type);
   }
@@ -105,17 +104,17 @@ class MissingSource : public VolumeSource {
   }
 
   std::unique_ptr<VolumeSource> source_;
-  Hdf5Missing missing_;
+  MissingNumbers missing_;
   VolumeHeader header_;
   std::vector<std::byte> stored_;
 };
 
 }  // namespace
 
-Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsigned,
-                        StoredVoxels& stored) {
+MissingNumbers packed_values(const ArrayAttributes& attributes, bool is_unsigned,
+                             StoredVoxels& stored) {
   const auto numbers = [&](const char* name) {
-    auto found = hdf5_numbers(file, volume.object, name).value_or(std::vector<double>());
+    auto found = attributes.numbers(name).value_or(std::vector<double>());
     std::erase_if(found, [](double number) { return !std::isfinite(number); });
     return found;
   };
@@ -125,11 +124,11 @@ Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsign
   };
   if (const auto slope = number("scale_factor"); slope && *slope != 0) stored.slope = *slope;
   if (const auto intercept = number("add_offset")) stored.intercept = *intercept;
-  const std::string sign = lower_case(hdf5_text(file, volume.object, "_Unsigned"));
+  const std::string sign = lower_case(attributes.text("_Unsigned"));
   if (sign == "true" || is_unsigned) stored.type = with_sign(stored.type, false);
   if (sign == "false") stored.type = with_sign(stored.type, true);
 
-  Hdf5Missing missing;
+  MissingNumbers missing;
   for (const char* name : {"_FillValue", "missing_value"}) {
     for (const double value : numbers(name)) {
       const double known = in_type(stored.type, value);
@@ -142,7 +141,7 @@ Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsign
   const auto limit = [&](const char* name, size_t i, size_t count) -> std::optional<double> {
     const auto found = numbers(name);
     if (found.size() != count) return std::nullopt;
-    const auto type = hdf5_number_type(file, volume.object, name);
+    const auto type = attributes.number_type(name);
     const bool is_unpacked = type && is_float(*type) && !is_float(stored.type);
     return is_unpacked ? (found[i] - stored.intercept) / stored.slope
                        : in_type(stored.type, found[i]);
@@ -157,7 +156,7 @@ Hdf5Missing hdf5_values(Hdf5File& file, const Hdf5Volume& volume, bool is_unsign
   return missing;
 }
 
-void remove_missing(const Hdf5Missing& missing, OpenVolume& volume) {
+void remove_missing(const MissingNumbers& missing, OpenVolume& volume) {
   if (missing.values.empty() && !missing.least && !missing.greatest) return;
   const VolumeHeader header = volume.source->header();
   std::vector<std::string> parts;
