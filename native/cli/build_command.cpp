@@ -249,10 +249,11 @@ int run(BuildCall& call) {
 void add_build_command(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("build", "Build a store from a volume");
   auto call = std::make_shared<BuildCall>();
-  command->add_option("volume", call->volumes,
-                      "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, VTK, TIFF, cube, VASP, XSF, "
-                      "OpenDX or raw file, an adaptive grid of VTK (.vthb), or a "
-                      "folder of DICOM or TIFF slices; several are the time steps of a scene");
+  command->add_option(
+      "volume", call->volumes,
+      "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, VTK, TIFF, cube, VASP, XSF, "
+      "OpenDX or raw file, an adaptive grid of VTK (.vthb), or a "
+      "folder of DICOM or TIFF slices; several are the time steps of a scene");
   command->add_option(
       "-o,--output", call->store,
       "The store to write (default: NAME.isosplat in the folder of the volume NAME), or a scene: "

@@ -39,9 +39,10 @@ void VolumeFlags::add_to(CLI::App& command) {
                   "DICOM segmentations: number or label of the segment, if the file has several")
       ->type_name("NUMBER|LABEL");
   command
-      .add_option("--dataset", dataset_,
-                  "HDF5: path of the dataset; .npz: name of the array, if the file has several; "
-                  "OME-Zarr: path of the scale (default: the finest)")
+      .add_option(
+          "--dataset", dataset_,
+          "HDF5, netCDF: path of the dataset; .npz: name of the array, if the file has several; "
+          "OME-Zarr: path of the scale (default: the finest)")
       ->type_name("PATH");
   command.add_option("--dims", dims_, "Raw files: number of voxels along each axis")
       ->type_name("XxYxZ");

@@ -13,6 +13,7 @@
 #include "shared/import/meta_image/meta_image.h"
 #include "shared/import/mgh/mgh.h"
 #include "shared/import/mrc/mrc.h"
+#include "shared/import/netcdf/netcdf.h"
 #include "shared/import/nifti/nifti.h"
 #include "shared/import/npy/npy.h"
 #include "shared/import/npy/npz.h"
@@ -54,10 +55,6 @@ bool begins_nrrd(std::string_view head) {
 
 bool begins_npy(std::string_view head) {
   return head.starts_with("\x93NUMPY");
-}
-
-bool begins_netcdf(std::string_view head) {
-  return starts_with_any(head, std::array{"CDF\1"sv, "CDF\2"sv, "CDF\5"sv});
 }
 
 bool begins_vtk(std::string_view head) {
@@ -157,7 +154,7 @@ bool resembles_dicom(const FileHead& head) {
 constexpr Format kFormats[] = {
     {.name = "DICOM",
      .title = "DICOM",
-     .title_rank = 8,
+     .title_rank = 9,
      .begins = begins_dicom,
      .resembles = resembles_dicom,
      .open = by_path<open_dicom_file>},
@@ -177,20 +174,24 @@ constexpr Format kFormats[] = {
      .title_rank = 7,
      .begins = is_hdf5,
      .open = by_path<open_hdf5>},
-    {.name = "netCDF", .begins = begins_netcdf, .open = by_path<refuse_netcdf_classic>},
+    {.name = "netCDF",
+     .title = "netCDF",
+     .title_rank = 8,
+     .begins = is_netcdf,
+     .open = by_path<open_netcdf>},
     {.name = "VTK",
      .title = "legacy VTK",
-     .title_rank = 10,
+     .title_rank = 11,
      .begins = begins_vtk,
      .open = by_path<open_vtk_legacy>},
     {.name = "VTK XML",
      .title = "VTK XML images",
-     .title_rank = 11,
+     .title_rank = 12,
      .begins = is_vtk_xml,
      .open = by_path<open_vtk_xml>},
     {.name = "TIFF",
      .title = "TIFF",
-     .title_rank = 9,
+     .title_rank = 10,
      .begins = begins_tiff,
      .open = by_path<open_tiff_file>},
     {.name = "NIfTI",
@@ -216,18 +217,18 @@ constexpr Format kFormats[] = {
      .open = open_mgh},
     {.name = "OpenDX",
      .title = "OpenDX",
-     .title_rank = 15,
+     .title_rank = 16,
      .begins = is_opendx,
      .open = by_path<open_opendx>},
-    {.name = "XSF", .title = "XSF", .title_rank = 14, .begins = is_xsf, .open = by_path<open_xsf>},
+    {.name = "XSF", .title = "XSF", .title_rank = 15, .begins = is_xsf, .open = by_path<open_xsf>},
     {.name = "cube",
      .title = "cube",
-     .title_rank = 12,
+     .title_rank = 13,
      .resembles = resembles<is_cube>,
      .open = by_path<open_cube>},
     {.name = "VASP",
      .title = "VASP",
-     .title_rank = 13,
+     .title_rank = 14,
      .resembles = resembles<is_vasp>,
      .open = by_path<open_vasp>},
     {.name = "MetaImage",

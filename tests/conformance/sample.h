@@ -86,6 +86,7 @@ Sample make_meta_image(Random& random);
 Sample make_nifti(Random& random);
 Sample make_mgh(Random& random);
 Sample make_mrc(Random& random);
+Sample make_netcdf(Random& random);
 Sample make_npy(Random& random);
 Sample make_hdf5(Random& random);
 Sample make_vtk(Random& random);

@@ -1,5 +1,5 @@
-// MRC, MGH, NumPy, HDF5, VTK XML, cube, VASP, XSF and OpenDX files: their headers, and their voxels
-// if they are few.
+// MRC, MGH, netCDF, NumPy, HDF5, VTK XML, cube, VASP, XSF and OpenDX files: their headers, and
+// their voxels if they are few.
 //
 // If the first byte of the input is 128 or more, the rest is a file. Otherwise the byte is the
 // number of a valid file, and the rest are edits of it.
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "shared/import/open_volume.h"
+#include "tests/conformance/netcdf_writer.h"
 #include "tests/fuzz/edits.h"
 
 namespace isosplat::import {
@@ -118,6 +119,22 @@ std::string opendx() {
          values_as_text() + "object \"a\" class field\n";
 }
 
+/// Records of slices, with positions and a fill value.
+std::string netcdf(int version) {
+  using conformance::Number;
+  conformance::NetcdfWriter file(version);
+  file.axes = {{"z", 3, true}, {"y", 4}, {"x", 5}};
+  file.records = 3;
+  file.arrays = {
+      {"z", {0}, Number::f64, {0, 2, 4}, {{"units", "mm"}, {"positive", "down"}}},
+      {"a",
+       {0, 1, 2},
+       Number::i16,
+       std::vector<double>(60, 7),
+       {{"_FillValue", "", Number::i16, {8}}, {"scale_factor", "", Number::f32, {0.5}}}}};
+  return file.bytes();
+}
+
 /// A file that the HDF5 library has written.
 std::string hdf5(const std::string& name) {
   std::ifstream file(std::string(ISOSPLAT_SOURCE_DIR) + "/tests/native/hdf5/" + name + ".h5",
@@ -148,6 +165,8 @@ std::vector<std::string> make_files() {
           hdf5("conventions/bdv"),
           hdf5("conventions/scales"),
           mgh(),
+          netcdf(1),
+          netcdf(5),
           cube(),
           vasp(),
           xsf(),

@@ -98,7 +98,7 @@ const Case kCases[] = {
     {"f_seg_sparse.dcm", {}, "", kSize, {0.5, 0.6, 2}, 0, 251},
     {"ome.zarr", {}, "", kSize, {0.0005, 0.0005, 0.002}},
     {"n_bz2.nii.bz2", {}, "", kSize, {}, -2960, 3988},
-    {"h_nc3.nc", {}, "nccopy -k nc4"},
+    {"h_nc3.nc", {}, "", kSize, kUnit, -271.12854, 310.00424, "1,1,1 is assumed"},
     {"lfs.nrrd", {}, "git lfs pull"},
 };
 

@@ -219,14 +219,6 @@ TEST(ImportHdf5Conventions, ASpacingOfTheUserKeepsDirections) {
 TEST(ImportHdf5Conventions, Errors) {
   expect_error(file_of("time.nc"), "found 2 time steps: choose one with --time-step 0");
   expect_error(file_of("time.nc"), "--time-step from 0 to 1, found 2", chosen({}, 2));
-  const TempFolder folder;
-  const auto classic = folder / "a b.nc";
-  write_file(classic, std::string("CDF\1\0\0\0\0", 8) + std::string(2000, 'x'));
-  expect_error(classic,
-               "found netCDF's classic format: convert it with netCDF's own program: "
-               "nccopy -k nc4 '" +
-                   classic.string() + "' 'a b_4.nc'");
-  EXPECT_EQ(format_of_file(classic), "netCDF");
   expect_error(file_of("xyz.nc"), "a --channel from 0 to 0, found 1", chosen(1, {}));
 }
 

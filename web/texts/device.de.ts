@@ -10,7 +10,7 @@ export const device: typeof English = {
   chooseFiles: "Dateien auswählen",
   chooseFolder: "einen Ordner",
   dropText:
-    "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr (ein Ordner) und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) und Szenen (.isobundle) öffnen sich sofort. Nichts wird hochgeladen.",
+    "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr (ein Ordner) und rohe Voxel, auch in einem ZIP, werden hier im Browser zu einer Isosplat-Datei; Isosplat-Dateien (.isosplat) und Szenen (.isobundle) öffnen sich sofort. Nichts wird hochgeladen.",
   dropHere: "Volumen oder Isosplat-Datei hier ablegen: Gelesen wird hier, nichts wird hochgeladen",
   onDevice: "Auf diesem Gerät",
   onDeviceText:
@@ -66,7 +66,7 @@ export const device: typeof English = {
     `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an andere Sites: Laden Sie die Seite neu, um mehr vom Volumen auf ${host} zu sehen.`,
   noFiles: "keine Dateien",
   nothingFound: (found) =>
-    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr oder roh), gefunden: ${found}.`,
+    `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr oder roh), gefunden: ${found}.`,
 
   besideOpen: "Ein Volumen ist offen",
   manners: { add: "Zum Bild hinzufügen", replace: "Stattdessen öffnen" },

@@ -13,7 +13,7 @@ export const deviceTexts = part("device", {
   chooseFiles: "choose files",
   chooseFolder: "a folder",
   dropText:
-    "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr (a folder) and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) and scenes (.isobundle) open at once. Nothing is uploaded.",
+    "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr (a folder) and raw voxels, also in a ZIP, become a store, here in the browser; stores (.isosplat) and scenes (.isobundle) open at once. Nothing is uploaded.",
   dropHere: "Drop a volume or a store: it is read here, nothing is uploaded",
   onDevice: "On this device",
   onDeviceText:
@@ -69,7 +69,7 @@ export const deviceTexts = part("device", {
     `Files of this device were read, so this tab makes no requests to other sites: load the page again for more of the volume on ${host}.`,
   noFiles: "no files",
   nothingFound: (found: string) =>
-    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr or raw), found ${found}.`,
+    `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr or raw), found ${found}.`,
 
   besideOpen: "A volume is open",
   manners: { add: "Add to the picture", replace: "Open instead" },

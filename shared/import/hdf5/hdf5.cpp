@@ -8,7 +8,6 @@
 #include "shared/import/hdf5/attributes.h"
 #include "shared/import/hdf5/description.h"
 #include "shared/import/hdf5/volumes.h"
-#include "shared/import/text/commands.h"
 #include "shared/import/text/header_text.h"
 #include "shared/import/voxels/array_source.h"
 
@@ -35,15 +34,6 @@ bool is_hdf5(std::string_view beginning) {
     }
   }
   return false;
-}
-
-Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
-                                         const ImportOptions& /*options*/) {
-  return fail(
-      Status::unsupported_format,
-      fmt::format("{}: expected netCDF-4, found netCDF's classic format: convert it with "
-                  "netCDF's own program: nccopy -k nc4 {} {}",
-                  path.string(), shell_word(path), shell_word(path.stem().string() + "_4.nc")));
 }
 
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path) {

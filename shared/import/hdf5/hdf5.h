@@ -16,10 +16,6 @@ bool is_hdf5(std::string_view beginning);
 /// Opens a file of HDF5. Errors: those of open_volume.
 Result<OpenVolume> open_hdf5(const std::filesystem::path& path, const ImportOptions& options);
 
-/// The error for netCDF's classic format, which is not HDF5. It states how to convert the file.
-Result<OpenVolume> refuse_netcdf_classic(const std::filesystem::path& path,
-                                         const ImportOptions& options);
-
 /// The paths of the datasets of an HDF5 file that are volumes, in order. Errors: those of
 /// open_volume.
 Result<std::vector<std::string>> hdf5_datasets(const std::filesystem::path& path);
