@@ -1,7 +1,8 @@
 // Hostile chunks: any bytes decode to the number of cells that the directory states, or to an
-// error. Both decoding functions give the same result.
+// error. Both decoding functions give the same result. The same for field chunks.
 #include <cstdlib>
 
+#include "shared/core/codec/cell_mask.h"
 #include "shared/core/codec/chunk_codec.h"
 #include "tests/fuzz/edits.h"
 #include "tests/shared/store_fixture.h"
@@ -12,6 +13,8 @@ namespace {
 struct ValidChunk {
   ChunkShape shape;
   std::vector<std::byte> bytes;
+  std::vector<uint32_t> cells;
+  std::vector<std::byte> field;  ///< a field chunk of these cells
 };
 
 /// Chunks of two levels, with smooth and rough data, and with narrow and wide bands.
@@ -19,6 +22,7 @@ std::vector<ValidChunk> make_chunks() {
   constexpr Index3 kVoxels{14, 11, 8};
   std::vector<ValidChunk> chunks;
   ChunkEncoder encoder;
+  ChunkDecoder decoder;
   for (const int scale : {1, 200}) {
     const auto levels = fixture::make_levels(kVoxels, [&](int32_t x, int32_t y, int32_t z) {
       return static_cast<QuantizedValue>(scale * fixture::rough_ball(kVoxels, x, y, z) % 65535);
@@ -32,6 +36,12 @@ std::vector<ValidChunk> make_chunks() {
         const uint32_t cells = encoder.encode(view, begin, end, chunk.bytes);
         if (cells == 0) continue;
         chunk.shape = {level.grid.cells, begin, end, cells, has_intervals};
+        DecodedCells decoded;
+        CellMask mask;
+        if (!decoder.decode(chunk.bytes, chunk.shape, decoded)) std::abort();
+        if (!mask.set(decoded.cell, level.grid.cells)) std::abort();
+        chunk.cells = decoded.cell;
+        encoder.encode_field(view, mask, 65536, chunk.field);
         chunks.push_back(std::move(chunk));
       }
     }
@@ -62,6 +72,14 @@ void decode(std::span<const std::byte> bytes, const ChunkShape& shape) {
   }
 }
 
+void decode_field(std::span<const std::byte> bytes, Index3 block_cells,
+                  std::span<const uint32_t> cells, uint32_t value_end) {
+  static ChunkDecoder decoder;
+  static std::vector<CellCorners> corners;
+  const auto decoded = decoder.decode_field(bytes, block_cells, cells, value_end, corners);
+  if (corners.size() != (decoded ? cells.size() : 0)) std::abort();
+}
+
 }  // namespace
 }  // namespace isosplat
 
@@ -78,10 +96,24 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     shape.band_end = input.number(3) % 65537;
     shape.cell_count = input.number(3) % 300000;
     shape.has_intervals = which & 1;
+    if (which & 2) {
+      std::vector<uint32_t> cells;
+      for (uint32_t n = input.number(1), cell = 0; n > 0; --n) {
+        cells.push_back(cell += input.number(2));
+      }
+      decode_field(input.rest(), shape.block_cells, cells, shape.band_end);
+      return 0;
+    }
     decode(input.rest(), shape);
     return 0;
   }
-  ValidChunk chunk = chunks[(which & 0x3f) % chunks.size()];
+  ValidChunk chunk = chunks[(which & 0x1f) % chunks.size()];
+  if (which & 0x20) {
+    if (which & 0x40) chunk.field.resize(chunk.field.size() - input.number(2) % chunk.field.size());
+    edit(chunk.field, input);
+    decode_field(chunk.field, chunk.shape.block_cells, chunk.cells, 65536);
+    return 0;
+  }
   if (which & 0x40) chunk.bytes.resize(chunk.bytes.size() - input.number(2) % chunk.bytes.size());
   edit(chunk.bytes, input);
   decode(chunk.bytes, chunk.shape);

@@ -305,6 +305,85 @@ TEST(ChunkCodec, PacksTheIntervalsOfCornersWhereTheySuffice) {
   }
 }
 
+/// A field chunk: of a block with the values of a field, for the cells of another one's chunk.
+struct FieldChunk {
+  Block field;
+  std::vector<uint32_t> cells;
+  uint32_t value_end = 0;
+  std::vector<std::byte> bytes;
+};
+std::vector<FieldChunk> field_chunks() {
+  std::vector<FieldChunk> chunks;
+  ChunkEncoder encoder;
+  ChunkDecoder decoder;
+  for (const Index3 size : {Index3{11, 9, 6}, {1, 1, 1}, {64, 3, 2}}) {
+    const Block block = make_block(size, Kind::smooth, 4095, true, 2);
+    std::vector<std::byte> bytes;
+    const uint32_t count = encoder.encode(block.view(), 0, 65535, bytes);
+    DecodedCells cells;
+    EXPECT_TRUE(decoder.decode(bytes, {size, 0, 65535, count, true}, cells));
+    CellMask mask;
+    EXPECT_TRUE(mask.set(cells.cell, size));
+    for (const Kind kind : {Kind::noise, Kind::smooth, Kind::constant}) {
+      for (const uint32_t largest : {255u, 65535u}) {
+        FieldChunk chunk{
+            make_block(size, kind, largest, false, largest), cells.cell, largest + 1, {}};
+        encoder.encode_field(chunk.field.view(), mask, chunk.value_end, chunk.bytes);
+        chunks.push_back(std::move(chunk));
+      }
+    }
+  }
+  return chunks;
+}
+
+Status decode_field(ChunkDecoder& decoder, const FieldChunk& chunk,
+                    std::span<const std::byte> bytes, std::vector<CellCorners>& corners) {
+  const auto decoded =
+      decoder.decode_field(bytes, chunk.field.cells, chunk.cells, chunk.value_end, corners);
+  EXPECT_EQ(corners.size(), decoded ? chunk.cells.size() : 0);
+  return decoded ? Status::ok : decoded.error().status;
+}
+
+TEST(ChunkCodec, FieldChunksHoldTheValuesAtTheCornersOfTheCells) {
+  ChunkDecoder decoder;
+  std::vector<CellCorners> corners;
+  for (const FieldChunk& chunk : field_chunks()) {
+    ASSERT_EQ(decode_field(decoder, chunk, chunk.bytes, corners), Status::ok);
+    for (size_t i = 0; i < corners.size(); ++i) {
+      const auto cell = int32_t(chunk.cells[i]);
+      ASSERT_EQ(corners[i], chunk.field.corners({cell & 63, cell >> 6 & 63, cell >> 12}));
+    }
+  }
+}
+
+TEST(ChunkCodec, RefusesDamagedFieldChunks) {
+  ChunkDecoder decoder;
+  std::vector<CellCorners> corners;
+  for (FieldChunk& chunk : field_chunks()) {
+    for (size_t size = 0; size < chunk.bytes.size(); ++size) {
+      EXPECT_NE(decode_field(decoder, chunk, std::span(chunk.bytes).first(size), corners),
+                Status::ok);
+    }
+    for (size_t bit = 0; bit < chunk.bytes.size() * 8; ++bit) {
+      chunk.bytes[bit / 8] ^= std::byte(1 << (bit & 7));
+      decode_field(decoder, chunk, chunk.bytes, corners);
+      chunk.bytes[bit / 8] ^= std::byte(1 << (bit & 7));
+    }
+    const std::vector<uint32_t> cells = chunk.cells;
+    const auto with_cells = [&](std::vector<uint32_t> changed) {
+      chunk.cells = std::move(changed);
+      return decode_field(decoder, chunk, chunk.bytes, corners);
+    };
+    EXPECT_EQ(with_cells({}), Status::invalid_argument);
+    EXPECT_EQ(with_cells({0, 0}), Status::invalid_argument);
+    EXPECT_EQ(with_cells({64 * 64 * 64}), Status::invalid_argument);
+    EXPECT_EQ(with_cells({uint32_t(chunk.field.cells.z) << 12}), Status::invalid_argument);
+    if (cells.size() > 1) {
+      EXPECT_NE(with_cells({cells.begin(), cells.end() - 1}), Status::ok);
+    }
+  }
+}
+
 /// FNV-1a.
 uint64_t digest(std::span<const std::byte> bytes) {
   uint64_t hash = 0xcbf29ce484222325;

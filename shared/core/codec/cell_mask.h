@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <span>
 
 #include "shared/core/base/vec3.h"
 #include "shared/core/codec/chunk_tables.h"
@@ -19,6 +20,23 @@ struct CellMask {
   void clear() { std::memset(bits, 0, sizeof bits); }
   uint64_t& row(int32_t y, int32_t z) { return bits[z + 1][y + 1]; }
   uint64_t row(int32_t y, int32_t z) const { return bits[z + 1][y + 1]; }
+
+  /// Sets the cells to those of a list (x | y << 6 | z << 12). False, with an undefined mask,
+  /// unless the list ascends within a block of this size.
+  bool set(std::span<const uint32_t> cells, Index3 block_cells) {
+    clear();
+    uint32_t least = 0;
+    for (const uint32_t cell : cells) {
+      const auto x = static_cast<int32_t>(cell & 63), y = static_cast<int32_t>(cell >> 6 & 63);
+      const auto z = static_cast<int32_t>(cell >> 12);
+      if (cell < least || x >= block_cells.x || y >= block_cells.y || z >= block_cells.z) {
+        return false;
+      }
+      least = cell + 1;
+      row(y, z) |= uint64_t{1} << x;
+    }
+    return true;
+  }
 
   /// The cells of brick (x, y, z), in bricks: bit x + 4 y + 16 z.
   uint64_t brick(int32_t x, int32_t y, int32_t z) const {

@@ -65,6 +65,12 @@ class ChunkEncoder {
   uint32_t encode(const BlockVoxels& block, const CellMask& cells, uint32_t band_begin,
                   uint32_t band_end, std::vector<std::byte>& out);
 
+  /// Appends a field chunk: the values of a field at the corners of these cells, without the mask,
+  /// which the chunk of the cells has. Reads only `cells` and `voxels` of the block. value_end:
+  /// above all values, 256 or 65536. Appends nothing if there are no cells.
+  void encode_field(const BlockVoxels& field, const CellMask& cells, uint32_t value_end,
+                    std::vector<std::byte>& out);
+
  private:
   struct Scratch;
   std::unique_ptr<Scratch> scratch_;
@@ -73,7 +79,7 @@ class ChunkEncoder {
 /// Decodes chunks. The bytes are untrusted: a call returns exactly shape.cell_count cells, or an
 /// error. Keeps scratch memory between calls (about 2 MB), so use one per thread.
 ///
-/// Errors of both calls: truncated (the bytes end too early), malformed_chunk (anything else),
+/// Errors of all calls: truncated (the bytes end too early), malformed_chunk (anything else),
 /// invalid_argument (the shape is outside its limits).
 class ChunkDecoder {
  public:
@@ -89,6 +95,14 @@ class ChunkDecoder {
   /// suffice, each cell's interval is that of its corners. Replaces the content of `out`.
   Result<void> decode_packed(std::span<const std::byte> bytes, const ChunkShape& shape,
                              std::vector<PackedSample>& out);
+
+  /// Decodes a field chunk: the values of a field at the corners of each of `cells`, which are all
+  /// cells of the chunk that it belongs to (DecodedCells::cell). value_end: see encode_field.
+  /// Replaces the content of `out`; after an error it is empty. Errors also: invalid_argument where
+  /// the cells do not ascend, or lie outside the block.
+  Result<void> decode_field(std::span<const std::byte> bytes, Index3 block_cells,
+                            std::span<const uint32_t> cells, uint32_t value_end,
+                            std::vector<CellCorners>& out);
 
  private:
   struct Scratch;

@@ -73,9 +73,10 @@ struct ChunkDecoder::Scratch {
   Scratch() : row{}, last_row{} {}
 
   /// Calls emit(cells, row_cell, rows, intervals) for each row that has cells of the chunk.
-  /// pack_cells() documents the arguments.
+  /// pack_cells() documents the arguments. mask_is_known: the chunk has no mask, and `mask` is set.
   template <class Ops, class Emit>
-  Result<void> decode(std::span<const std::byte> chunk, const ChunkShape& shape, Emit emit);
+  Result<void> decode(std::span<const std::byte> chunk, const ChunkShape& shape, Emit emit,
+                      bool mask_is_known = false);
 
   ChunkStreams copy_chunk(std::span<const std::byte> chunk);
   template <class Ops>
@@ -241,7 +242,7 @@ Result<void> ChunkDecoder::Scratch::decode_plane(ChunkStreams& streams, const Ch
 
 template <class Ops, class Emit>
 Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
-                                           const ChunkShape& shape, Emit emit) {
+                                           const ChunkShape& shape, Emit emit, bool mask_is_known) {
   const Index3 cells = shape.block_cells;
   if (std::min({cells.x, cells.y, cells.z}) < 1 ||
       std::max({cells.x, cells.y, cells.z}) > kBlockCells || shape.cell_count < 1 ||
@@ -259,7 +260,9 @@ Result<void> ChunkDecoder::Scratch::decode(std::span<const std::byte> chunk,
   if (!streams.within()) return truncated();
   if (!models.set(header)) return malformed("no model");
   predictor.set(header.taps, header.wide);
-  if (const auto done = decode_mask<Ops>(streams, shape); !done) return done;
+  if (!mask_is_known) {
+    if (const auto done = decode_mask<Ops>(streams, shape); !done) return done;
+  }
 
   energies.reset();
   set_first_row(shape.band_begin, shape.band_end, last_row);
@@ -340,6 +343,27 @@ Result<void> ChunkDecoder::decode_packed(std::span<const std::byte> bytes, const
       });
   out.resize(done ? shape.cell_count : 0);
   if (scratch_->header.wide && shape.has_intervals) narrow_where_corners_suffice(out);
+  return done;
+}
+
+Result<void> ChunkDecoder::decode_field(std::span<const std::byte> bytes, Index3 block_cells,
+                                        std::span<const uint32_t> cells, uint32_t value_end,
+                                        std::vector<CellCorners>& out) {
+  out.clear();
+  if (cells.size() > kMaxCells || !scratch_->mask.set(cells, block_cells)) {
+    return fail(Status::invalid_argument,
+                "field chunk: expected the ascending cells of a chunk, found others");
+  }
+  const ChunkShape shape{block_cells, 0, value_end, static_cast<uint32_t>(cells.size())};
+  out.resize(cells.size());
+  size_t i = 0;
+  const Result<void> done = scratch_->decode<VectorOps>(
+      bytes, shape,
+      [&](uint64_t in_row, uint32_t, const CellRows& rows, const IntervalRow*) {
+        for (; in_row; in_row &= in_row - 1) out[i++] = rows.corners(__builtin_ctzll(in_row));
+      },
+      true);
+  if (!done) out.clear();
   return done;
 }
 

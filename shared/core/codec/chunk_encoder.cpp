@@ -100,6 +100,8 @@ struct ChunkEncoder::Scratch {
                      int32_t z, int32_t& interval_energy);
   void set_residuals(const BlockVoxels& block, const CellMask& mask, const ChunkHeader& header);
   uint16_t* put_mask(RansEncoder rans, const uint16_t* end) const;
+  void encode(const BlockVoxels& block, const CellMask& mask, uint32_t count, uint32_t band_begin,
+              uint32_t band_end, const uint16_t* mask_end, std::vector<std::byte>& out);
   const PointPlane& before(int32_t z) const { return z > 0 ? planes[z - 1] : nothing; }
 };
 
@@ -244,6 +246,38 @@ uint16_t* ChunkEncoder::Scratch::put_mask(RansEncoder rans, const uint16_t* end)
   return rans.finish();
 }
 
+/// Appends a chunk of `count` cells. The mask's symbols were collected up to `mask_end`.
+void ChunkEncoder::Scratch::encode(const BlockVoxels& block, const CellMask& mask, uint32_t count,
+                                   uint32_t band_begin, uint32_t band_end, const uint16_t* mask_end,
+                                   std::vector<std::byte>& out) {
+  uint32_t point_count = 0;
+  for (int32_t z = 0; z <= block.cells.z; ++z) point_count += planes[z].set(mask, block.cells, z);
+  const size_t max_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
+  residuals.begin(max_residuals);
+
+  ChunkHeader header;
+  set_first_row(band_begin, band_end, first_row);
+  set_values(block, point_count, header);
+  header.wide |= block.corners_suffice;
+  if (block.has_intervals) header.interval_shift = unused_bits(block, mask);
+  for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
+  set_residuals(block, mask, header);
+  const size_t raw_bit_count = residuals.choose_models(header, block.has_intervals);
+
+  header_bits.begin(kMaxHeaderBits);
+  write_header(header, block.has_intervals, header_bits);
+  raw_bits.begin(header_bits.size(), raw_bit_count);
+  const auto max_symbols = max_residuals + static_cast<size_t>(mask_end - mask_symbols);
+  if (words.size() < max_symbols + 2 * kRansStates) words.resize(max_symbols + 2 * kRansStates);
+  RansEncoder rans(words.data());
+  residuals.put(header, rans, raw_bits);
+  header_bits.finish(out);
+  raw_bits.finish(out);
+  const uint16_t* const words_end = put_mask(rans, mask_end);
+  out.insert(out.end(), reinterpret_cast<const std::byte*>(words.data()),
+             reinterpret_cast<const std::byte*>(words_end));
+}
+
 ChunkEncoder::ChunkEncoder() : scratch_(std::make_unique<Scratch>()) {}
 ChunkEncoder::ChunkEncoder(ChunkEncoder&&) noexcept = default;
 ChunkEncoder& ChunkEncoder::operator=(ChunkEncoder&&) noexcept = default;
@@ -261,41 +295,19 @@ uint32_t ChunkEncoder::encode(const BlockVoxels& block, const CellMask& mask, ui
   Scratch& s = *scratch_;
   const uint32_t count = count_cells(mask, block.cells);
   if (count == 0) return 0;
-
-  uint32_t point_count = 0;
-  for (int32_t z = 0; z <= block.cells.z; ++z) {
-    point_count += s.planes[z].set(mask, block.cells, z);
-  }
-  const size_t max_residuals = point_count + (block.has_intervals ? 2 * size_t{count} : 0);
-  s.residuals.begin(max_residuals);
   BrickMask bricks = bricks_of(mask, block.cells);
   MaskEncoder mask_encoder{s.mask_symbols};
   code_mask(block.cells, bricks, mask, mask_encoder);
-
-  ChunkHeader header;
-  set_first_row(band_begin, band_end, s.first_row);
-  s.set_values(block, point_count, header);
-  header.wide |= block.corners_suffice;
-  if (block.has_intervals) header.interval_shift = unused_bits(block, mask);
-  for (const uint32_t below : kMergeBelow) header.levels.merge += point_count < below;
-  s.set_residuals(block, mask, header);
-  const size_t raw_bits = s.residuals.choose_models(header, block.has_intervals);
-
-  s.header_bits.begin(kMaxHeaderBits);
-  write_header(header, block.has_intervals, s.header_bits);
-  s.raw_bits.begin(s.header_bits.size(), raw_bits);
-  const auto max_symbols = max_residuals + static_cast<size_t>(mask_encoder.to - s.mask_symbols);
-  if (s.words.size() < max_symbols + 2 * kRansStates) {
-    s.words.resize(max_symbols + 2 * kRansStates);
-  }
-  RansEncoder rans(s.words.data());
-  s.residuals.put(header, rans, s.raw_bits);
-  s.header_bits.finish(out);
-  s.raw_bits.finish(out);
-  const uint16_t* const words_end = s.put_mask(rans, mask_encoder.to);
-  out.insert(out.end(), reinterpret_cast<const std::byte*>(s.words.data()),
-             reinterpret_cast<const std::byte*>(words_end));
+  s.encode(block, mask, count, band_begin, band_end, mask_encoder.to, out);
   return count;
+}
+
+void ChunkEncoder::encode_field(const BlockVoxels& field, const CellMask& mask, uint32_t value_end,
+                                std::vector<std::byte>& out) {
+  const uint32_t count = count_cells(mask, field.cells);
+  if (count == 0) return;
+  const BlockVoxels values{field.cells, field.voxels};
+  scratch_->encode(values, mask, count, 0, value_end, scratch_->mask_symbols, out);
 }
 
 }  // namespace isosplat
