@@ -3,6 +3,7 @@
 
 #include "shared/core/codec/chunk_codec.h"
 #include "shared/core/store/checksum.h"
+#include "shared/core/store/field_sections.h"
 #include "shared/core/store/store_header.h"
 #include "tests/fuzz/edits.h"
 #include "tests/shared/store_fixture.h"
@@ -18,11 +19,35 @@ std::vector<std::byte> make_valid_store() {
   return fixture::make_store(levels, 40);
 }
 
+/// The header of a store with two fields of `bytes` bytes each, before its other bytes.
+StoreHeader with_fields(StoreHeader header, uint64_t bytes) {
+  StoreInfo& info = header.info;
+  for (const char* name : {"temperature", "t"}) {
+    FieldRef field;
+    field.info.name = name;
+    field.info.range = {3, 200};
+    field.bytes = bytes;
+    info.fields.push_back(field);
+  }
+  const auto added = static_cast<uint32_t>(field_sections_bytes(info));
+  info.header_bytes += added;
+  info.file_bytes += added + 2 * bytes;
+  for (LevelRef& level : header.levels) level.chunks_offset += added + 2 * bytes;
+  return header;
+}
+
 /// Does what clients do with a store: reads the header, adds all pages, searches and decodes
-/// chunks.
-void read_store(std::span<const std::byte> header, std::span<const std::byte> file) {
-  auto reader = StoreReader::open(header);
+/// chunks; and the same with its fields.
+void read_store(std::span<const std::byte> header, std::span<const std::byte> file,
+                StoreKind kind = StoreKind::store) {
+  auto reader = StoreReader::open(header, kind);
   if (!reader) return;
+  for (const FieldRef& field : reader->info().fields) {
+    if (field.offset > file.size() || field.bytes > file.size() - field.offset) continue;
+    const auto of_field = file.subspan(field.offset, field.bytes);
+    read_store(of_field.first(std::min(of_field.size(), kMaxStoreHeaderBytes)), of_field,
+               StoreKind::field);
+  }
   for (uint32_t p = 0; p < reader->pages().size(); ++p) {
     const PageRef page = reader->pages()[p];
     if (page.offset > file.size() || page.bytes > file.size() - page.offset) continue;
@@ -59,7 +84,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const StoreHeader header = *parse_store_header(valid);
   fuzz::Input input(data, size);
   std::vector<std::byte> store = valid;
-  switch (input.number(1) % 4) {
+  switch (input.number(1) % 5) {
     case 0:  // any bytes
       read_store(input.rest(), valid);
       break;
@@ -81,6 +106,16 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       page.checksum = checksum32(bytes);
       const auto written = write_store_header(changed);
       if (written) read_store(*written, store);
+      break;
+    }
+    case 3: {  // a list of fields with wrong entries and a correct checksum
+      std::vector<std::byte> bytes = *write_store_header(with_fields(header, 100));
+      fuzz::edit(std::span(bytes).first(bytes.size() - 8), input);
+      const uint64_t checksum = checksum64(std::span(bytes).first(bytes.size() - 8));
+      for (size_t i = 0; i < 8; ++i) {
+        bytes[bytes.size() - 8 + i] = static_cast<std::byte>(checksum >> (8 * i));
+      }
+      read_store(bytes, store);
       break;
     }
     default:  // damage at any position, which the checksums detect

@@ -12,7 +12,8 @@ namespace isosplat {
 
 inline constexpr std::array<uint8_t, 8> kStoreMagic = {0x89, 'I', 'S', 'O', 'S', '\r', '\n', 0x1a};
 inline constexpr uint16_t kStoreMajor = 1;
-inline constexpr uint16_t kStoreMinor = 0;
+inline constexpr uint16_t kStoreMinor = 0;        ///< of stores without fields
+inline constexpr uint16_t kStoreFieldsMinor = 1;  ///< of stores with fields, and of fields
 
 inline constexpr size_t kFixedHeaderBytes = 48;
 inline constexpr size_t kContentIdOffset = 32;
@@ -23,6 +24,8 @@ inline constexpr size_t kLevelSectionHeaderBytes = 8;
 inline constexpr size_t kLevelRecordBytes = 32;
 inline constexpr size_t kPageRecordBytes = 12;
 inline constexpr size_t kPageHeaderBytes = 8;
+inline constexpr size_t kFieldListHeaderBytes = 8;
+inline constexpr size_t kFieldRecordBytes = 40;  ///< without the name
 inline constexpr size_t kBlockRecordBytes = 12;
 inline constexpr size_t kChunkRecordBytes = 12;
 
@@ -36,6 +39,8 @@ inline constexpr uint32_t kVolumeTag = section_tag('V', 'O', 'L', 'U');
 inline constexpr uint32_t kLevelsTag = section_tag('L', 'E', 'V', 'L');
 inline constexpr uint32_t kPagesTag = section_tag('P', 'A', 'G', 'E');
 inline constexpr uint32_t kMetadataTag = section_tag('M', 'E', 'T', 'A');
+inline constexpr uint32_t kFieldListTag = section_tag('f', 'l', 'd', 's');
+inline constexpr uint32_t kOwnFieldTag = section_tag('F', 'I', 'E', 'L');
 
 /// Readers may skip a section that they do not support if its tag begins with a lower-case letter.
 constexpr bool is_optional_section(uint32_t tag) {
@@ -48,6 +53,8 @@ constexpr size_t padded_to_8(size_t bytes) {
 
 inline constexpr uint32_t kMaxPages = 3500;
 inline constexpr size_t kMaxMetadataBytes = 16 * 1024;
+inline constexpr uint32_t kMaxFields = 16;
+inline constexpr size_t kMaxFieldNameBytes = 64;
 inline constexpr uint32_t kMinPageLog2 = 2, kMaxPageLog2 = 5;
 inline constexpr uint32_t kMaxChunkBytes = (1u << 24) - 1;
 inline constexpr uint64_t kMaxFileBytes = uint64_t{1} << 48;

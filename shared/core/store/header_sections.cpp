@@ -19,6 +19,12 @@ bool all_finite(std::initializer_list<double> values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
+uint64_t bytes_of_fields(const StoreInfo& info) {
+  uint64_t bytes = 0;
+  for (const FieldRef& field : info.fields) bytes += field.bytes;
+  return bytes;
+}
+
 /// Errors: malformed_header where a value of section VOLU is outside its limits.
 Result<void> check_volume(const StoreInfo& info) {
   const VolumeGrid& grid = info.grid;
@@ -151,6 +157,14 @@ Result<void> parse_levels_section(std::span<const std::byte> payload, StoreHeade
                               std::to_string(level.chunks_bytes) + " bytes");
     }
     offset += level.chunks_bytes;
+    if (l == 0) {  // the fields come first
+      const uint64_t fields = bytes_of_fields(info);
+      if (fields > level.chunks_bytes) {
+        return malformed_header("the fields have more bytes than level 0, which contains them");
+      }
+      level.chunks_offset += fields;
+      level.chunks_bytes -= fields;
+    }
     if (level.chunk_count > level.chunks_bytes) {
       return malformed_header(name + ": " + std::to_string(level.chunk_count) + " chunks in " +
                               std::to_string(level.chunks_bytes) + " bytes");
@@ -177,8 +191,9 @@ void write_levels_section(const StoreHeader& header, FieldWriter& to) {
   to.field(4, header.levels.size());
   to.field(4, header.page_log2);
   for (const LevelRef& level : header.levels) {
-    to.field(8, level.chunks_offset);
-    to.field(8, level.chunks_bytes);
+    const uint64_t fields = level.grid.level == 0 ? bytes_of_fields(header.info) : 0;
+    to.field(8, level.chunks_offset - fields);
+    to.field(8, level.chunks_bytes + fields);
     to.field(8, level.chunk_count);
     to.field(2, level.interval.min);
     to.field(2, level.interval.max);

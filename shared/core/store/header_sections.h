@@ -24,7 +24,8 @@ Result<void> parse_volume_section(std::span<const std::byte> payload, StoreInfo&
 void write_volume_section(const StoreInfo& info, FieldWriter& to);
 
 /// LEVL: page_log2, and the levels without first_page. Also sets info.levels and info.chunk_count.
-/// Requires info.header_bytes and info.file_bytes. Errors: malformed_header.
+/// Requires info.header_bytes, info.file_bytes and info.fields, which level 0 contains. Errors:
+/// malformed_header.
 Result<void> parse_levels_section(std::span<const std::byte> payload, StoreHeader& header);
 void write_levels_section(const StoreHeader& header, FieldWriter& to);
 

@@ -4,15 +4,16 @@
 
 #include "shared/core/store/byte_order.h"
 #include "shared/core/store/checksum.h"
+#include "shared/core/store/field_sections.h"
 #include "shared/core/store/format.h"
 #include "shared/core/store/header_sections.h"
 
 namespace isosplat {
 namespace {
 
-/// The payloads of the sections that version 1 defines; empty if a section is absent.
+/// The payloads of the sections that this version defines; empty if a section is absent.
 struct Sections {
-  std::span<const std::byte> volume, levels, pages, metadata;
+  std::span<const std::byte> volume, levels, pages, metadata, fields, own_field;
 };
 
 Result<Sections> find_sections(std::span<const std::byte> body, uint32_t count) {
@@ -32,11 +33,13 @@ Result<Sections> find_sections(std::span<const std::byte> body, uint32_t count) 
     }
     const std::span<const std::byte> payload = body.subspan(at, bytes);
     at += padded_to_8(bytes);
-    std::span<const std::byte>* known = tag == kVolumeTag     ? &sections.volume
-                                        : tag == kLevelsTag   ? &sections.levels
-                                        : tag == kPagesTag    ? &sections.pages
-                                        : tag == kMetadataTag ? &sections.metadata
-                                                              : nullptr;
+    std::span<const std::byte>* known = tag == kVolumeTag      ? &sections.volume
+                                        : tag == kLevelsTag    ? &sections.levels
+                                        : tag == kPagesTag     ? &sections.pages
+                                        : tag == kMetadataTag  ? &sections.metadata
+                                        : tag == kFieldListTag ? &sections.fields
+                                        : tag == kOwnFieldTag  ? &sections.own_field
+                                                               : nullptr;
     if (known) {
       if (known->data()) return malformed_header("section " + std::to_string(i) + " appears twice");
       *known = payload;
@@ -141,6 +144,16 @@ Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes) {
   if (auto parsed = parse_volume_section(sections->volume, header.info); !parsed) {
     return tl::unexpected(parsed.error());
   }
+  if (sections->fields.data()) {
+    if (auto parsed = parse_field_list(sections->fields, header.info); !parsed) {
+      return tl::unexpected(parsed.error());
+    }
+  }
+  if (sections->own_field.data()) {
+    if (auto parsed = parse_own_field(sections->own_field, header.info); !parsed) {
+      return tl::unexpected(parsed.error());
+    }
+  }
   if (auto parsed = parse_levels_section(sections->levels, header); !parsed) {
     return tl::unexpected(parsed.error());
   }
@@ -158,7 +171,9 @@ Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes) {
 
 Result<std::vector<std::byte>> write_store_header(const StoreHeader& header) {
   const StoreInfo& info = header.info;
-  const size_t needed = header_bytes_for(info.grid.voxels, header.page_log2, info.metadata.size());
+  const size_t needed = header_bytes_for(info.grid.voxels, header.page_log2, info.metadata.size()) +
+                        field_sections_bytes(info);
+  const bool has_fields = !info.fields.empty() || info.field;
   if (needed > header.info.header_bytes || header.info.header_bytes % 8 != 0 ||
       header.info.header_bytes > kMaxStoreHeaderBytes || info.metadata.size() > kMaxMetadataBytes) {
     return fail(Status::invalid_argument, "metadata: " + std::to_string(info.metadata.size()) +
@@ -170,10 +185,10 @@ Result<std::vector<std::byte>> write_store_header(const StoreHeader& header) {
   FieldWriter to(out);
   for (uint8_t byte : kStoreMagic) to.field(1, byte);
   to.field(2, kStoreMajor);
-  to.field(2, kStoreMinor);
+  to.field(2, has_fields ? kStoreFieldsMinor : kStoreMinor);
   to.field(4, header.info.header_bytes);
   to.field(8, info.file_bytes);
-  to.field(4, 4);  // sections
+  to.field(4, 4 + !info.fields.empty() + info.field.has_value());  // sections
   to.field(4, 0);
   for (uint8_t byte : info.content_id) to.field(1, byte);
 
@@ -181,6 +196,7 @@ Result<std::vector<std::byte>> write_store_header(const StoreHeader& header) {
   write_levels_section(header, to);
   write_pages_section(header, to);
   out.resize(padded_to_8(out.size()));
+  write_field_sections(info, to);
 
   to.field(4, kMetadataTag);
   to.field(4, info.metadata.size());

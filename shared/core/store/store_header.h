@@ -23,7 +23,7 @@ Result<StoreHeader> parse_store_header(std::span<const std::byte> bytes);
 /// info.content_id unchanged. Errors: invalid_argument if they do not fit.
 Result<std::vector<std::byte>> write_store_header(const StoreHeader& header);
 
-/// The smallest header_bytes for a volume with this much metadata.
+/// The smallest header_bytes for a volume with this much metadata, without fields.
 size_t header_bytes_for(Index3 voxels, uint32_t page_log2, size_t metadata_bytes);
 
 /// The pages of a store in file order, with level and box only.

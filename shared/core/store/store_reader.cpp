@@ -5,6 +5,7 @@
 
 #include "shared/core/store/directory_page.h"
 #include "shared/core/store/format.h"
+#include "shared/core/store/header_sections.h"
 #include "shared/core/store/store_header.h"
 
 namespace isosplat {
@@ -90,9 +91,16 @@ StoreReader::StoreReader(StoreReader&&) noexcept = default;
 StoreReader& StoreReader::operator=(StoreReader&&) noexcept = default;
 StoreReader::~StoreReader() = default;
 
-Result<StoreReader> StoreReader::open(std::span<const std::byte> bytes) {
+Result<StoreReader> StoreReader::open(std::span<const std::byte> bytes, StoreKind kind) {
   auto header = parse_store_header(bytes.first(std::min(bytes.size(), kMaxStoreHeaderBytes)));
   if (!header) return tl::unexpected(header.error());
+  if (kind == StoreKind::store && header->info.field) {
+    return fail(Status::not_a_store,
+                "expected a store, found a field of one: open the store that has it");
+  }
+  if (kind == StoreKind::field && (!header->info.field || !header->info.fields.empty())) {
+    return malformed_header("expected a field, found a store");
+  }
   auto state = std::make_unique<State>();
   state->header = std::move(*header);
   state->pages.resize(state->header.pages.size());

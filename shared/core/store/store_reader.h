@@ -21,6 +21,26 @@ inline constexpr size_t kMaxStoreHeaderBytes = 64 * 1024;
 /// 144 KiB until the first surface; the coarsest level alone may take more.
 inline constexpr uint64_t kBootstrapBytes = 64 * 1024;
 
+/// A field: a second scalar at the voxels of a store's volume.
+struct FieldInfo {
+  std::string name;  ///< of at most 64 letters, digits, '_', '-' and '.'; begins with a letter
+  ValueMapping mapping;
+  CellInterval range;           ///< of all its voxels that have a value, as quantized values
+  uint64_t missing_voxels = 0;  ///< voxels where it has no value
+};
+
+/// A field of a store, and where its bytes lie in the store (StoreKind::field).
+struct FieldRef {
+  FieldInfo info;
+  uint64_t offset = 0;
+  uint64_t bytes = 0;
+};
+
+/// What bytes in the form of a store hold. A field has the grid, mapping, blocks, pages and bands
+/// of its store, so that the same quantized isovalues select them. Its chunks are field chunks
+/// (ChunkDecoder::decode_field).
+enum class StoreKind : uint8_t { store, field };
+
 /// Description of a store and its volume.
 struct StoreInfo {
   VolumeGrid grid;
@@ -33,6 +53,8 @@ struct StoreInfo {
   uint32_t header_bytes = 0;             ///< length of the header; the chunks follow
   std::array<uint8_t, 16> content_id{};  ///< hash of all content: equal for equal stores only
   std::string metadata;  ///< JSON text for people and viewers: name, histogram, … (FORMAT.md)
+  std::vector<FieldRef> fields;    ///< of the store
+  std::optional<FieldInfo> field;  ///< only of a field: what its chunks hold
 };
 
 /// The part of the file that belongs to one level. The file holds the chunks of the levels, finest
@@ -111,7 +133,10 @@ class StoreReader {
   /// `header`: the file's first min(kMaxStoreHeaderBytes, file size) bytes; further bytes are
   /// ignored.
   /// Errors: not_a_store, unsupported_version, truncated, checksum_mismatch, malformed_header.
-  static Result<StoreReader> open(std::span<const std::byte> header);
+  /// Bytes of another kind than the expected one are refused: not_a_store, or malformed_header
+  /// where a field was expected.
+  static Result<StoreReader> open(std::span<const std::byte> header,
+                                  StoreKind kind = StoreKind::store);
 
   StoreReader(StoreReader&&) noexcept;
   StoreReader& operator=(StoreReader&&) noexcept;

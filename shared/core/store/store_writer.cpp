@@ -61,7 +61,8 @@ StoreWriter::StoreWriter(StoreWriter&&) noexcept = default;
 StoreWriter& StoreWriter::operator=(StoreWriter&&) noexcept = default;
 StoreWriter::~StoreWriter() = default;
 
-Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, ByteSink& sink) {
+Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, ByteSink& sink,
+                                        size_t field_bytes) {
   const auto page_log2 = choose_page_log2(voxels);
   if (!page_log2) return tl::unexpected(page_log2.error());
   if (metadata_limit > kMaxMetadataBytes) {
@@ -74,7 +75,7 @@ Result<StoreWriter> StoreWriter::create(Index3 voxels, size_t metadata_limit, By
   StoreHeader& header = state->header;
   header.page_log2 = *page_log2;
   header.info.header_bytes =
-      static_cast<uint32_t>(header_bytes_for(voxels, *page_log2, metadata_limit));
+      static_cast<uint32_t>(header_bytes_for(voxels, *page_log2, metadata_limit) + field_bytes);
   header.pages = list_pages(voxels, *page_log2);
   header.info.levels = level_count(voxels);
   for (uint32_t l = 0; l < header.info.levels; ++l) {

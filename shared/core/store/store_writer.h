@@ -38,8 +38,10 @@ class StoreWriter {
  public:
   /// `metadata_limit`: the most bytes of metadata that finish() accepts; the header's size depends
   /// on it. Errors: no_cells, volume_too_large, invalid_argument (metadata_limit above
-  /// 16 KiB). The sink must outlive the writer.
-  static Result<StoreWriter> create(Index3 voxels, size_t metadata_limit, ByteSink& sink);
+  /// 16 KiB). The sink must outlive the writer. field_bytes: field_sections_bytes() of what
+  /// finish() will get.
+  static Result<StoreWriter> create(Index3 voxels, size_t metadata_limit, ByteSink& sink,
+                                    size_t field_bytes = 0);
 
   StoreWriter(StoreWriter&&) noexcept;
   StoreWriter& operator=(StoreWriter&&) noexcept;
@@ -53,7 +55,7 @@ class StoreWriter {
                          std::span<const std::byte> bytes);
 
   /// Writes the directory and the header, after every block was added. Reads grid, mapping, range,
-  /// missing_voxels and metadata from `info`; sets the other members and returns the result.
+  /// missing_voxels, metadata and field from `info`; sets the other members and returns the result.
   /// Errors: invalid_argument (blocks are missing, or the metadata is too long), io_error.
   Result<StoreInfo> finish(const StoreInfo& info);
 

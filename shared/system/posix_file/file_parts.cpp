@@ -12,6 +12,18 @@ FileParts::FileParts(std::shared_ptr<const RandomAccessFile> file, std::vector<P
   for (const Part& part : parts_) bytes_ += part.bytes;
 }
 
+FileParts FileParts::range(uint64_t offset, uint64_t bytes) const {
+  std::vector<Part> within;
+  const uint64_t range_end = offset + bytes;
+  for (const Part& part : parts_) {
+    const uint64_t begin = std::max(part.offset, offset);
+    const uint64_t end = std::min(part.offset + part.bytes, range_end);
+    if (begin >= end) continue;
+    within.push_back({begin - offset, part.file_offset + (begin - part.offset), end - begin});
+  }
+  return {file_, std::move(within)};
+}
+
 Result<void> FileParts::read(uint64_t offset, std::span<std::byte> out, NoWait* no_wait) const {
   if (offset > bytes_ || out.size() > bytes_ - offset) {
     return fail(Status::truncated, file_->name() + ": expected " + std::to_string(out.size()) +

@@ -23,6 +23,9 @@ class FileParts {
   /// Parts of a file, ascending and without gaps in the sequence.
   FileParts(std::shared_ptr<const RandomAccessFile> file, std::vector<Part> parts);
 
+  /// A range of this sequence. Requires offset + bytes ≤ bytes().
+  FileParts range(uint64_t offset, uint64_t bytes) const;
+
   uint64_t bytes() const { return bytes_; }
   const RandomAccessFile& file() const { return *file_; }
 

@@ -99,7 +99,7 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(const std::filesystem::path& 
 
 Result<std::shared_ptr<StoreFile>> StoreFile::open(FileParts parts,
                                                    const std::filesystem::path& path,
-                                                   uint64_t directory_bytes) {
+                                                   uint64_t directory_bytes, StoreKind kind) {
   const std::string name = path.string();
   const auto failed = [&](Status status, const std::string& why) {
     return fail(status, name + ": " + why);
@@ -108,7 +108,7 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(FileParts parts,
   if (!identity) return tl::unexpected(identity.error());
   std::vector<std::byte> header(std::min<uint64_t>(kMaxStoreHeaderBytes, parts.bytes()));
   if (Result<void> read = parts.read(0, header); !read) return tl::unexpected(read.error());
-  Result<StoreReader> reader = StoreReader::open(header);
+  Result<StoreReader> reader = StoreReader::open(header, kind);
   if (!reader) return failed(reader.error().status, reader.error().message);
   if (reader->info().file_bytes != parts.bytes()) {
     return failed(
@@ -116,7 +116,7 @@ Result<std::shared_ptr<StoreFile>> StoreFile::open(FileParts parts,
         "expected " + std::to_string(reader->info().file_bytes) + " bytes, found " +
             std::to_string(parts.bytes()) + ": rebuild the store, or copy it again");
   }
-  header.resize(std::min<uint64_t>(header.size(), reader->levels()[0].chunks_offset));
+  header.resize(std::min<uint64_t>(header.size(), reader->info().header_bytes));
   return std::shared_ptr<StoreFile>(new StoreFile(
       path, std::move(parts), *identity, std::move(header), std::move(*reader), directory_bytes));
 }

@@ -70,11 +70,13 @@ class StoreFile {
                                                  uint64_t directory_bytes = uint64_t{256} << 20);
   /// The same for a store that is a part of a file, such as a bundle. `path`: for messages.
   static Result<std::shared_ptr<StoreFile>> open(FileParts parts, const std::filesystem::path& path,
-                                                 uint64_t directory_bytes = uint64_t{256} << 20);
+                                                 uint64_t directory_bytes = uint64_t{256} << 20,
+                                                 StoreKind kind = StoreKind::store);
   StoreFile(const StoreFile&) = delete;
   StoreFile& operator=(const StoreFile&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
+  const FileParts& file() const { return file_; }
   const StoreInfo& info() const { return info_; }
   const FileIdentity& identity() const { return identity_; }
 
