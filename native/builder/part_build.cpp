@@ -8,6 +8,7 @@
 
 #include "native/builder/file_slices.h"
 #include "native/builder/kept_blocks.h"
+#include "native/builder/no_sink.h"
 #include "native/builder/ranged_build.h"
 #include "native/builder/shared_bands.h"
 #include "native/builder/thread_executor.h"
@@ -17,12 +18,6 @@
 
 namespace isosplat {
 namespace {
-
-/// The sink of the StoreBuild of a part, which writes no store.
-class NoSink : public ByteSink {
- public:
-  Result<void> write(uint64_t, std::span<const std::byte>) override { return {}; }
-};
 
 /// Writes the blocks of a part.
 class PartBuild {

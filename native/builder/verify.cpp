@@ -9,9 +9,8 @@
 #include <utility>
 
 #include "native/builder/parallel.h"
+#include "native/builder/verify_fields.h"
 #include "shared/core/preprocess/verify_block.h"
-#include "shared/core/store/checksum.h"
-#include "shared/core/store/format.h"
 #include "shared/system/posix_file/file_parts.h"
 #include "shared/system/posix_file/posix_file.h"
 
@@ -61,24 +60,7 @@ Result<void> Verifier::check_content() {
                 fmt::format("expected a file of {} bytes, found {}{}", info.file_bytes, file_bytes_,
                             kRemedy));
   }
-  ContentHash hash;
-  std::vector<std::byte> buffer(kMaxReadBytes);
-  for (uint64_t at = info.header_bytes; at < info.file_bytes; at += buffer.size()) {
-    const auto part =
-        std::span(buffer).first(std::min<uint64_t>(buffer.size(), info.file_bytes - at));
-    if (auto read = file_.read(at, part); !read) return read;
-    hash.add(part);
-  }
-  std::vector<std::byte> header(info.header_bytes);
-  if (auto read = file_.read(0, header); !read) return read;
-  std::fill_n(header.begin() + kContentIdOffset, 16, std::byte{0});
-  hash.add(std::span(header).first(header.size() - kHeaderChecksumBytes));
-  if (hash.digest() != info.content_id) {
-    return fail(
-        Status::checksum_mismatch,
-        fmt::format("the hash of the file differs from the content id in its header{}", kRemedy));
-  }
-  return {};
+  return verify_content(file_, info);
 }
 
 Result<void> Verifier::add_pages() {
@@ -261,7 +243,14 @@ Result<VerifyReport> verify_store(const FileParts& file, const VerifyOptions& op
   if (auto read = file.read(0, header); !read) return tl::unexpected(read.error());
   auto reader = StoreReader::open(header);
   if (!reader) return tl::unexpected(reader.error());
-  return Verifier(file, std::move(*reader), options).verify();
+  auto report = Verifier(file, std::move(*reader), options).verify();
+  if (!report || report->info.fields.empty()) return report;
+  const auto store = StoreFile::open(file, file.file().name());
+  if (!store) return tl::unexpected(store.error());
+  const auto chunks = verify_fields(**store, options);
+  if (!chunks) return tl::unexpected(chunks.error());
+  report->field_chunks = *chunks;
+  return report;
 }
 
 }  // namespace isosplat

@@ -17,8 +17,9 @@ struct VerifyOptions {
 
 struct VerifyReport {
   StoreInfo info;
-  uint64_t chunks = 0;  ///< decoded chunks
-  uint64_t cells = 0;   ///< cells of these chunks; a cell counts once for each of its bands
+  uint64_t chunks = 0;        ///< decoded chunks
+  uint64_t cells = 0;         ///< cells of these chunks; a cell counts once for each of its bands
+  uint64_t field_chunks = 0;  ///< decoded field chunks
 };
 
 /// Decodes a whole store and checks all guarantees of its format:
@@ -30,7 +31,8 @@ struct VerifyReport {
 ///   bands that its interval intersects;
 /// - a voxel and a cell's interval are the same in all bands of a block; at level 0 the interval is
 ///   that of the cell's corners;
-/// - the interval of a coarse cell contains those of the cells that it covers.
+/// - the interval of a coarse cell contains those of the cells that it covers;
+/// - the fields satisfy what verify_fields() states.
 /// Returns the error of the first check that fails. Errors: io_error, and those of StoreReader and
 /// ChunkDecoder.
 Result<VerifyReport> verify_store_file(const std::filesystem::path& path,

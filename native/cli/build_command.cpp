@@ -5,6 +5,7 @@
 #include "native/cli/bucket_output.h"
 #include "native/cli/building.h"
 #include "native/cli/command.h"
+#include "native/cli/field_inputs.h"
 #include "native/cli/label_building.h"
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
@@ -20,7 +21,7 @@ namespace isosplat::cli {
 namespace {
 
 struct BuildCall : StoreFlags {
-  std::vector<std::string> volumes;
+  std::vector<std::string> volumes, fields;
   std::string steps, time_unit, labels, label_table, part;
   std::string source_path_hash;  // see StoreCall
   bool has_labels = false, resumes = false;
@@ -161,6 +162,16 @@ int run_adaptive(const BuildCall& call, const import::ImportOptions& import_opti
   return kSuccess;
 }
 
+/// The builder of a store with the fields that the call names.
+StoreBuilder builder_with_fields(const BuildCall& call, const import::ImportOptions& options) {
+  return [fields = call.fields, options](VolumeSource& source, const std::filesystem::path& target,
+                                         const BuildOptions& build) -> Result<BuildReport> {
+    const auto inputs = field_inputs(fields, options, source.header().grid, target);
+    if (!inputs) return tl::unexpected(inputs.error());
+    return build_store_with_fields(source, *inputs, target, build);
+  };
+}
+
 /// Builds what the options state. `call.store`: a path.
 int build_locally(BuildCall& call) {
   // As in "--labels seg.nii.gz", since the kind of surface is optional.
@@ -183,6 +194,12 @@ int build_locally(BuildCall& call) {
                                call.resumes ? "--resume" : "--part",
                                call.resumes ? ", which continues without it" : "")});
   }
+  if (!call.fields.empty() && (call.has_labels || is_adaptive_grid || is_scene || has_steps ||
+                               call.resumes || !call.part.empty())) {
+    return report({Status::invalid_argument,
+                   "--field: expected a store of one volume that is built at once, found a scene, "
+                   "--resume or --part"});
+  }
   if (call.has_labels) return run_labels(call, store->import, store->build);
   if (is_adaptive_grid) return run_adaptive(call, store->import, store->build);
   if (is_scene) return run_scene(call, store->import, store->build);
@@ -194,6 +211,7 @@ int build_locally(BuildCall& call) {
   store->volume = call.volumes.front();
   store->source_path_hash = call.source_path_hash;
   store->resumes = call.resumes;
+  if (!call.fields.empty()) store->builder = builder_with_fields(call, store->import);
   if (!call.part.empty()) {
     store->part = parse_part(call.part);
     if (!store->part) {
@@ -278,6 +296,13 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option("--label-table", call->label_table,
                       "Names and colours of labels: CSV (value,name,r,g,b,a), ITK-SNAP, FreeSurfer "
                       "or Workbench's XML (default: those in the volume's file)");
+  command
+      ->add_option("--field", call->fields,
+                   "A second volume on the same voxels, which the store holds where its surfaces "
+                   "are, such as temperature=t.nrrd. NAME=FILE#DATASET names a dataset of HDF5 or "
+                   "an array of .npz. The option can be repeated")
+      ->type_name("NAME=FILE")
+      ->allow_extra_args(false);
   CLI::Option* part =
       command
           ->add_option("--part", call->part,
@@ -300,6 +325,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build cells.tif -o cells.isobundle\n"
       "  isosplat build organs.nii.gz --labels\n"
       "  isosplat build blast.vthb\n"
+      "  isosplat build density.nrrd --field temperature=temperature.nrrd\n"
       "  isosplat build head.nii.gz -o s3://bucket/head.isosplat\n"
       "  isosplat build huge.nrrd --resume\n"
       "  isosplat build huge.nrrd --part 3/16     then, when all are built: isosplat join "

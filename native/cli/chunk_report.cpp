@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "native/extract/extract.h"
+#include "shared/system/store_file/field_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -52,6 +53,17 @@ Result<ChunkReport::Level> report_level(const StoreFile& store, uint32_t level) 
   return result;
 }
 
+/// Bytes of the field chunks that belong to chunks.
+Result<uint64_t> field_bytes_of(const StoreFile& field, const std::vector<ChunkSamples>& chunks) {
+  uint64_t bytes = 0;
+  for (const ChunkSamples& of_store : chunks) {
+    const auto chunk = field.chunk(of_store.chunk.block, of_store.chunk.band);
+    if (!chunk) return tl::unexpected(chunk.error());
+    bytes += chunk->bytes;
+  }
+  return bytes;
+}
+
 }  // namespace
 
 Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<double>& isovalues) {
@@ -60,6 +72,13 @@ Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<doub
     auto statistics = report_level(store, level);
     if (!statistics) return tl::unexpected(statistics.error());
     report.levels.push_back(*statistics);
+  }
+  std::vector<std::shared_ptr<StoreFile>> fields;
+  for (size_t i = 0; i < store.info().fields.size(); ++i) {
+    auto field = open_field(store, i);
+    if (!field) return tl::unexpected(field.error());
+    fields.push_back(std::move(*field));
+    report.fields.push_back(store.info().fields[i].info.name);
   }
   std::vector<ChunkSamples> chunks;
   for (const double isovalue : isovalues) {
@@ -79,7 +98,12 @@ Result<ChunkReport> report_chunks(const StoreFile& store, const std::vector<doub
         query.active_cells += is_active(interval, quantized_isovalue);
       }
     }
-    report.queries.push_back(query);
+    for (const auto& field : fields) {
+      const auto bytes = field_bytes_of(*field, chunks);
+      if (!bytes) return tl::unexpected(bytes.error());
+      query.field_bytes.push_back(*bytes);
+    }
+    report.queries.push_back(std::move(query));
   }
   return report;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "shared/system/store_file/store_file.h"
@@ -22,12 +23,14 @@ struct ChunkReport {
   struct Query {
     double isovalue = 0;
     uint64_t chunks = 0, bytes = 0;
-    uint64_t fetched_cells = 0;  ///< all cells of these chunks
-    uint64_t active_cells = 0;   ///< those that the isosurface crosses
+    uint64_t fetched_cells = 0;              ///< all cells of these chunks
+    uint64_t active_cells = 0;               ///< those that the isosurface crosses
+    std::vector<uint64_t> field_bytes = {};  ///< of the field chunks of these chunks, by field
   };
 
   std::vector<Level> levels;
   std::vector<Query> queries;
+  std::vector<std::string> fields;  ///< names of the store's fields
 };
 
 /// Reads the whole directory, and decodes the chunks of level 0 that the isovalues need. Errors:

@@ -22,6 +22,9 @@ nlohmann::ordered_json chunks_json(const ChunkReport& chunks) {
                        {"bytes", query.bytes},
                        {"fetchedCells", query.fetched_cells},
                        {"activeCells", query.active_cells}});
+    for (size_t i = 0; i < chunks.fields.size(); ++i) {
+      queries.back()["fieldBytes"][chunks.fields[i]] = query.field_bytes[i];
+    }
   }
   return {{"quantiles", ChunkReport::kQuantiles},
           {"levels", std::move(levels)},
@@ -51,6 +54,16 @@ void print_chunks(const ChunkReport& chunks) {
                query.active_cells > 0 ? static_cast<double>(query.fetched_cells) /
                                             static_cast<double>(query.active_cells)
                                       : 0.0);
+  }
+  for (size_t i = 0; i < chunks.fields.size(); ++i) {
+    fmt::print("\nfield {} at these isovalues\n  {:>12} {:>12} {:>18}\n", chunks.fields[i],
+               "isovalue", "bytes", "bytes/active cell");
+    for (const auto& query : chunks.queries) {
+      if (query.active_cells == 0) continue;
+      fmt::print(
+          "  {:>12.6g} {:>12} {:>18.2f}\n", query.isovalue, query.field_bytes[i],
+          static_cast<double>(query.field_bytes[i]) / static_cast<double>(query.active_cells));
+    }
   }
 }
 

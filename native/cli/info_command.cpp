@@ -9,6 +9,7 @@
 #include "native/cli/command.h"
 #include "native/cli/histogram_text.h"
 #include "native/cli/info_scene.h"
+#include "native/cli/mapping_text.h"
 #include "native/cli/options.h"
 #include "native/cli/remote_flags.h"
 #include "native/cli/terminal.h"
@@ -42,13 +43,6 @@ Json to_json(Vec3d v) {
 
 Json to_json(Index3 v) {
   return {v.x, v.y, v.z};
-}
-
-Json mapping_json(const ValueMapping& mapping) {
-  return {{"offset", mapping.offset},
-          {"scale", mapping.scale},
-          {"maxError", mapping.max_error},
-          {"bits", mapping.bits}};
 }
 
 bool is_sheared(const VolumeGrid& grid) {
@@ -102,14 +96,6 @@ void print_grid(const VolumeGrid& grid) {
 /// `frame`: as FORMAT.md names it; empty: unknown.
 void print_frame(const std::string& frame) {
   if (!frame.empty()) print_line("frame", frame);
-}
-
-/// The error of the stored values.
-std::string exactness(const ValueMapping& mapping) {
-  const std::string quantized_values =
-      fmt::format("{} bits, steps of {:.6g}", mapping.bits, mapping.scale);
-  if (mapping.max_error == 0) return "lossless (" + quantized_values + ")";
-  return fmt::format("values are within ±{:.3g} ({})", mapping.max_error, quantized_values);
 }
 
 void print_levels(const VolumeGrid& grid) {
@@ -290,6 +276,7 @@ int run_store(const InfoCall& call) {
     json["nonFinite"] = info.missing_voxels;
     json["chunks"] = info.chunk_count;
     json["pages"] = store.pages().size();
+    json["fields"] = fields_json(info);
     json["metadata"] = metadata;
     if (chunks) json["chunkReport"] = chunks_json(*chunks);
     for (const auto& [isovalue, file] : pictures) {
@@ -318,6 +305,9 @@ int run_store(const InfoCall& call) {
   print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", format_bytes(info.file_bytes),
                                  static_cast<double>(info.file_bytes) /
                                      (static_cast<double>(n.x) * n.y * n.z)));
+  for (const FieldRef& field : info.fields) {
+    print_line("field", fmt::format("{}, {}", describe(field.info), format_bytes(field.bytes)));
+  }
   print_notes(texts_at(metadata, "notes"));
   print_suggested(suggested);
   for (const auto& each : pictures) print_line("picture", each.file);

@@ -30,7 +30,15 @@ void print_result(const std::filesystem::path& store, const BuildReport& built) 
       static_cast<double>(info.file_bytes) / static_cast<double>(built.raw_bytes),
       with_commas(info.chunk_count), format_seconds(built.seconds),
       voxels / std::max(built.seconds, 1e-9) / 1e6);
-  if (info.file_bytes > built.max_bytes) {
+  uint64_t field_bytes = 0;
+  for (const FieldRef& field : info.fields) {
+    field_bytes += field.bytes;
+    fmt::print("Field {}: {}, {}\n", field.info.name, format_bytes(field.bytes),
+               field.info.mapping.max_error == 0
+                   ? std::string("lossless")
+                   : fmt::format("values are within ±{:.3g}", field.info.mapping.max_error));
+  }
+  if (info.file_bytes - field_bytes > built.max_bytes) {
     fmt::print(
         "The store exceeds the size limit of {}: the volume is very small, or mostly noise, which "
         "hardly compresses\n",

@@ -33,8 +33,13 @@ int verify_one(const VerifyCall& call, const std::string& name, Verify verify) {
     if (!error.message.starts_with(name)) error.message = name + ": " + error.message;
     return report(error);
   }
-  fmt::print("{}: valid: {} chunks with {} cells, {}\n", printable(name),
-             with_commas(verified->chunks), with_commas(verified->cells),
+  const std::string fields =
+      verified->info.fields.empty()
+          ? ""
+          : fmt::format("{} chunks of {} fields, ", with_commas(verified->field_chunks),
+                        verified->info.fields.size());
+  fmt::print("{}: valid: {} chunks with {} cells, {}{}\n", printable(name),
+             with_commas(verified->chunks), with_commas(verified->cells), fields,
              format_bytes(verified->info.file_bytes));
   return kSuccess;
 }

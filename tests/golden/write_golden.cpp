@@ -1,5 +1,5 @@
-// Writes the golden stores of this version of the format: write_golden FOLDER. To be run once for
-// each version. The stores are kept for ever, and every later reader must read them.
+// Writes the golden stores of a version of the format: write_golden FOLDER 1.0|1.1. To be run once
+// for each version. The stores are kept for ever, and every later reader must read them.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "native/builder/array_source.h"
+#include "native/builder/store_with_fields.h"
 #include "tests/golden/digest.h"
 
 namespace isosplat {
@@ -26,18 +27,28 @@ class Noise {
 };
 
 template <class T, class F>
-void write(const std::filesystem::path& folder, const std::string& name, Index3 n, F value) {
+std::vector<T> voxels_of(Index3 n, F value) {
   std::vector<T> voxels;
   for (int32_t z = 0; z < n.z; ++z) {
     for (int32_t y = 0; y < n.y; ++y) {
       for (int32_t x = 0; x < n.x; ++x) voxels.push_back(static_cast<T>(value(x, y, z)));
     }
   }
+  return voxels;
+}
+
+VolumeGrid grid_of(Index3 n) {
   VolumeGrid grid;
   grid.voxels = n;
   grid.spacing = {0.5, 0.5, 2};
   grid.origin = {-10, 20, 0.25};
-  ArraySource<T> source(grid, voxels, name);
+  return grid;
+}
+
+template <class T, class F>
+void write(const std::filesystem::path& folder, const std::string& name, Index3 n, F value) {
+  const auto voxels = voxels_of<T>(n, value);
+  ArraySource<T> source(grid_of(n), voxels, name);
   MemorySink sink;
   BuildOptions options;
   options.fetch_weight = 1.8;
@@ -55,6 +66,38 @@ void write(const std::filesystem::path& folder, const std::string& name, Index3 
 double bowl(int32_t x, int32_t y, int32_t z, Index3 n) {
   const double u = 2.0 * x / n.x - 1, v = 2.0 * y / n.y - 1, w = 2.0 * z / n.z - 1;
   return (u * u + v * v + w * w) / 3 + ((x ^ y ^ z) & 7) / 64.0;
+}
+
+template <class T>
+FieldInput field_of(const std::string& name, Index3 n, const std::vector<T>& voxels) {
+  return {name, name, [=, &voxels]() -> Result<std::unique_ptr<VolumeSource>> {
+            return std::make_unique<ArraySource<T>>(grid_of(n), voxels, name);
+          }};
+}
+
+/// A store with a field of bytes, and one of numbers with missing values.
+int write_fields(const std::filesystem::path& folder) {
+  const Index3 n{66, 14, 12};
+  Noise noise;
+  const auto density = voxels_of<uint8_t>(
+      n, [&](int x, int y, int z) { return 250 * bowl(x, y, z, n) + noise.next() % 4; });
+  const auto phase = voxels_of<uint8_t>(n, [](int x, int y, int z) { return x + y / 2 + 3 * z; });
+  const auto temperature = voxels_of<float>(n, [&](int x, int y, int z) {
+    return x > 60 || noise.next() % 50 == 0 ? std::numeric_limits<double>::quiet_NaN()
+                                            : 300 + 0.125 * bowl(y, x, z, n);
+  });
+  ArraySource<uint8_t> source(grid_of(n), density, "fields");
+  const std::vector fields{field_of("phase", n, phase), field_of("temperature", n, temperature)};
+  const auto path = folder / "fields.isosplat";
+  if (const auto built = build_store_with_fields(source, fields, path, {}); !built) {
+    throw std::runtime_error(built.error().message);
+  }
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::string digest = digest_of(std::as_bytes(std::span(bytes)));
+  std::ofstream(folder / "fields.txt") << digest;
+  std::cout << "fields: " << bytes.size() << " bytes\n" << digest;
+  return 0;
 }
 
 int run(const std::filesystem::path& folder) {
@@ -80,5 +123,7 @@ int run(const std::filesystem::path& folder) {
 }  // namespace isosplat
 
 int main(int count, char** arguments) {
-  return count == 2 ? isosplat::run(arguments[1]) : 2;
+  const std::string version = count == 3 ? arguments[2] : "";
+  if (version == "1.0") return isosplat::run(arguments[1]);
+  return version == "1.1" ? isosplat::write_fields(arguments[1]) : 2;
 }

@@ -258,11 +258,37 @@ function readResidual(streams: Streams, tables: Tables, header: Header, group: n
 
 // The lattice and the intervals.
 
-export function readChunk(bytes: Uint8Array, shape: ChunkShape, tables: Tables): Cell[] {
+/** A field chunk: the corners of cells that are those of the store's chunk. bits: of the field. */
+export function readFieldChunk(
+  bytes: Uint8Array,
+  blockCells: ChunkShape["blockCells"],
+  cells: Cell[],
+  bits: number,
+  tables: Tables,
+): number[][] {
+  const mask = new Box(blockCells, 0);
+  for (const { place } of cells) mask.set(...place, 1);
+  const shape = {
+    blockCells,
+    begin: 0,
+    end: bits === 8 ? 256 : 65536,
+    cells: cells.length,
+    hasIntervals: false,
+  };
+  return readChunk(bytes, shape, tables, mask).map(({ corners }) => corners);
+}
+
+/** known: the mask of a chunk that has none, a field chunk. */
+export function readChunk(
+  bytes: Uint8Array,
+  shape: ChunkShape,
+  tables: Tables,
+  known?: Box,
+): Cell[] {
   const streams = new Streams(bytes);
   const header = readHeader(streams, tables, shape.hasIntervals);
   const [cx, cy, cz] = shape.blockCells;
-  const mask = readMask(streams, tables, shape.blockCells);
+  const mask = known ?? readMask(streams, tables, shape.blockCells);
 
   const points = new Box([cx + 1, cy + 1, cz + 1], 0);
   const places = range(cx * cy * cz)
@@ -336,7 +362,7 @@ export function readChunk(bytes: Uint8Array, shape: ChunkShape, tables: Tables):
       min = ((low - below) << header.shift) & 65535;
       max = (((high + beyond + 1) << header.shift) - 1) & 65535;
     }
-    check(min < max, "an empty interval");
+    check(known !== undefined || min < max, "an empty interval");
     cells.push({ place, corners, min, max });
   };
 

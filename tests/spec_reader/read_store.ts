@@ -12,6 +12,19 @@ export interface Chunk {
   cells: number;
 }
 
+/** A field of a store. Its chunks have the addresses of the store's, and offsets in the file. */
+export interface Field {
+  name: string;
+  bits: number;
+  hasMissing: boolean;
+  missingVoxels: number;
+  offset: number;
+  scale: number;
+  maxError: number;
+  range: [number, number];
+  levels: Store["levels"];
+}
+
 export interface Store {
   version: [number, number];
   fileBytes: number;
@@ -25,13 +38,16 @@ export interface Store {
   metadata: Record<string, unknown>;
   /** For each level: the cells along each axis, and the chunks that have cells, page by page. */
   levels: { cells: number[]; chunks: Chunk[] }[];
+  fields: Field[];
+  /** Of a field: where the payload of its section FIEL begins. */
+  ownField: number;
 }
 
 function check(condition: boolean, what: string): asserts condition {
   if (!condition) throw new Error(what);
 }
 
-export function readStore(file: Uint8Array): Store {
+export function readStore(file: Uint8Array, isField = false): Store {
   const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
   const u16 = (at: number) => view.getUint16(at, true);
   const u24 = (at: number) => u16(at) + view.getUint8(at + 2) * 65536;
@@ -75,6 +91,47 @@ export function readStore(file: Uint8Array): Store {
   const voxels: [number, number, number] = [u32(volume), u32(volume + 4), u32(volume + 8)];
   const meta = section("META");
   const text = new TextDecoder().decode(file.subarray(meta, meta + u32(meta - 4)));
+
+  // Fields.
+  check(sections.has("FIEL") === isField, "a field outside of its store");
+  const fields: Field[] = [];
+  let fieldsEnd = headerBytes;
+  const list = sections.get("flds");
+  if (list !== undefined) {
+    check(!isField, "fields of a field");
+    let record = list + 8;
+    for (let i = 0; i < u32(list); ++i) {
+      const bytes = u64(record);
+      const nameBytes = view.getUint8(record + 46);
+      const recordBytes = Math.ceil((40 + nameBytes) / 8) * 8;
+      const within = file.subarray(fieldsEnd, fieldsEnd + bytes);
+      const field = readStore(within, true);
+      const own = within.subarray(field.ownField, field.ownField + recordBytes);
+      const listed = file.subarray(record + 8, record + 8 + recordBytes);
+      check(
+        listed.every((byte, at) => own[at] === byte),
+        "FIEL differs from flds",
+      );
+      const moved = field.levels.map(({ cells, chunks }) => ({
+        cells,
+        chunks: chunks.map((chunk) => ({ ...chunk, offset: chunk.offset + fieldsEnd })),
+      }));
+      fields.push({
+        name: String.fromCharCode(...file.subarray(record + 48, record + 48 + nameBytes)),
+        offset: f64(record + 8),
+        scale: f64(record + 16),
+        maxError: f64(record + 24),
+        missingVoxels: u64(record + 32),
+        range: [u16(record + 40), u16(record + 42)],
+        bits: view.getUint8(record + 44),
+        hasMissing: (view.getUint8(record + 45) & 1) === 1,
+        levels: moved,
+      });
+      fieldsEnd += bytes;
+      record += 8 + recordBytes;
+    }
+    check(record === list + u32(list - 4), "bytes of section flds");
+  }
 
   // Levels.
   const levels: Store["levels"] = [];
@@ -156,5 +213,7 @@ export function readStore(file: Uint8Array): Store {
     range: [u16(volume + 168), u16(volume + 170)],
     metadata: JSON.parse(text),
     levels,
+    fields,
+    ownField: sections.get("FIEL") ?? 0,
   };
 }

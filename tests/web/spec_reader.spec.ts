@@ -1,10 +1,15 @@
 import { readdirSync, readFileSync } from "node:fs";
 import { crc32 } from "node:zlib";
 import { describe, expect, test } from "vitest";
-import { type Cell, readChunk, readTables } from "../spec_reader/read_chunk.ts";
+import { type Cell, readChunk, readFieldChunk, readTables } from "../spec_reader/read_chunk.ts";
 import { type Chunk, readStore, type Store } from "../spec_reader/read_store.ts";
 
-const golden = new URL("../golden/v1.0/", import.meta.url);
+const golden = new URL("../golden/", import.meta.url);
+const stores = ["v1.0/", "v1.1/"].flatMap((version) =>
+  readdirSync(new URL(version, golden))
+    .filter((file) => file.endsWith(".isosplat"))
+    .map((file) => version + file),
+);
 const core = (name: string) =>
   readFileSync(new URL(`../../shared/core/${name}`, import.meta.url), "utf8");
 const specification = core("codec/CHUNK.md");
@@ -39,12 +44,23 @@ test("limits in the documents match the code", () => {
   expect(http).toContain(`keeps in memory (at most ${mebibytes("page_asset_bytes")} MiB)`);
 });
 
-function readCells(file: Uint8Array, level: Store["levels"][number], chunk: Chunk): Cell[] {
-  const blockCells = level.cells.map((n, axis) =>
-    Math.min(64, n - 64 * (chunk.block[axis] as number)),
-  ) as [number, number, number];
-  const bytes = file.subarray(chunk.offset, chunk.offset + chunk.bytes);
-  return readChunk(bytes, { ...chunk, blockCells, hasIntervals: chunk.level > 0 }, tables);
+type Level = Store["levels"][number];
+const blockCellsOf = (level: Level, chunk: Chunk) =>
+  level.cells.map((n, axis) => Math.min(64, n - 64 * (chunk.block[axis] as number))) as [
+    number,
+    number,
+    number,
+  ];
+const bytesOf = (file: Uint8Array, chunk: Chunk) =>
+  file.subarray(chunk.offset, chunk.offset + chunk.bytes);
+
+function readCells(file: Uint8Array, level: Level, chunk: Chunk): Cell[] {
+  const shape = {
+    ...chunk,
+    blockCells: blockCellsOf(level, chunk),
+    hasIntervals: chunk.level > 0,
+  };
+  return readChunk(bytesOf(file, chunk), shape, tables);
 }
 
 /** A cell as tests/golden/digest.h writes it for its CRC. */
@@ -53,28 +69,56 @@ function digestBytes({ place, corners, min, max }: Cell): Uint8Array {
   return Uint8Array.of(...place, ...new Uint8Array(numbers.buffer));
 }
 
-describe.each(readdirSync(golden).filter((file) => file.endsWith(".isosplat")))("%s", (name) => {
+describe.each(stores)("%s", (name) => {
   const file = readFileSync(new URL(name, golden));
   const store = readStore(file);
   const digest = readFileSync(new URL(name.replace(".isosplat", ".txt"), golden), "utf8");
 
   test("a reader written from FORMAT.md finds all parts", () => {
     expect(store.spacing).toEqual([0.5, 0.5, 2]);
-    expect(store.metadata.name).toBe(name.replace(".isosplat", ""));
+    expect(store.metadata.name).toBe(name.replace(/^.*\/|\.isosplat$/g, ""));
   });
 
-  test("a decoder written from CHUNK.md finds the cells, corners and intervals", () => {
+  test("a decoder written from CHUNK.md finds the cells, corners, intervals and fields", () => {
+    const line = (l: number, level: Level, cells: Uint8Array[]) => {
+      const crc = cells.reduce((crc, bytes) => crc32(bytes, crc), 0);
+      return `${l} ${level.chunks.length} ${cells.length} ${crc.toString(16).padStart(8, "0")}\n`;
+    };
     const found = store.levels.map((level, l) => {
       const cells = level.chunks.flatMap((chunk) => readCells(file, level, chunk));
-      const crc = cells.reduce((crc, cell) => crc32(digestBytes(cell), crc), 0);
-      return `${l} ${level.chunks.length} ${cells.length} ${crc.toString(16).padStart(8, "0")}\n`;
+      return line(l, level, cells.map(digestBytes));
     });
+    for (const field of store.fields) {
+      found.push(`${field.name}\n`);
+      field.levels.forEach((level, l) => {
+        const corners = level.chunks.flatMap((chunk, i) => {
+          const of = store.levels[l]?.chunks[i] as Chunk;
+          expect({ ...chunk, offset: 0, bytes: 0 }).toEqual({ ...of, offset: 0, bytes: 0 });
+          const cells = readCells(file, level, of);
+          const blockCells = blockCellsOf(level, chunk);
+          return readFieldChunk(bytesOf(file, chunk), blockCells, cells, field.bits, tables);
+        });
+        const bytes = corners.map((values) => new Uint8Array(Uint16Array.from(values).buffer));
+        found.push(line(l, level, bytes));
+      });
+    }
     expect(found.join("")).toBe(digest);
   });
 });
 
+test("a reader written from FORMAT.md finds what a store states about its fields", () => {
+  const { version, fields } = readStore(readFileSync(new URL("v1.1/fields.isosplat", golden)));
+  expect(version).toEqual([1, 1]);
+  const [phase, temperature] = fields;
+  expect(phase).toMatchObject({ name: "phase", bits: 8, scale: 1, maxError: 0, missingVoxels: 0 });
+  expect(phase?.range).toEqual([0, 104]);
+  expect(temperature).toMatchObject({ name: "temperature", bits: 16, hasMissing: true });
+  expect(temperature?.missingVoxels).toBeGreaterThan(5 * 14 * 12);
+  expect(temperature?.offset).toBeCloseTo(300, 1);
+});
+
 describe("the worked examples", () => {
-  const file = readFileSync(new URL("tiny.isosplat", golden));
+  const file = readFileSync(new URL("v1.0/tiny.isosplat", golden));
   const store = readStore(file);
   const level = store.levels[0] as Store["levels"][number];
 

@@ -1,0 +1,100 @@
+// The bytes of a store's field: for an isovalue by active cell, and beside those of the store's chunks.
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import type { Bench, Benchmark } from "./harness/benchmark.ts";
+
+interface Query {
+  chunks: number;
+  bytes: number;
+  activeCells: number;
+  fieldBytes: Record<string, number>;
+}
+
+const size = 192;
+
+/** A cube of bytes as NRRD, from 0 to 255 where the value is from 0 to 1. */
+function writeCube(path: string, value: (x: number, y: number, z: number) => number): string {
+  const voxels = new Uint8Array(size ** 3);
+  let at = 0;
+  for (let z = 0; z < size; ++z) {
+    for (let y = 0; y < size; ++y) {
+      for (let x = 0; x < size; ++x) {
+        voxels[at++] = Math.round(255 * value(x / size, y / size, z / size));
+      }
+    }
+  }
+  const header = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${size} ${size} ${size}\nencoding: raw\n\n`;
+  writeFileSync(path, Buffer.concat([Buffer.from(header), voxels]));
+  return path;
+}
+
+/** A flow of vortices at two scales (Taylor and Green's, and its fifth harmonic), and its pressure. */
+function vortices(folder: string): [string, string] {
+  const wave = (n: number, x: number, y: number, z: number) =>
+    Math.sin(2 * Math.PI * n * x) * Math.cos(2 * Math.PI * n * y) * Math.cos(2 * Math.PI * n * z);
+  const pressure = (n: number, x: number, y: number, z: number) =>
+    ((Math.cos(4 * Math.PI * n * x) + Math.cos(4 * Math.PI * n * y)) *
+      (Math.cos(4 * Math.PI * n * z) + 2)) /
+    6;
+  return [
+    writeCube(join(folder, "speed.nrrd"), (x, y, z) => {
+      return 0.5 + 0.35 * wave(1, x, y, z) + 0.15 * wave(5, x, z, y);
+    }),
+    writeCube(join(folder, "pressure.nrrd"), (x, y, z) => {
+      return 0.5 + 0.35 * pressure(1, x, y, z) + 0.15 * pressure(3, z, x, y);
+    }),
+  ];
+}
+
+async function measure(bench: Bench, what: string, volume: string, field: string, most?: number) {
+  const store = join(bench.folder, "store.isosplat");
+  const call = ["build", volume, "--field", `field=${field}`, "-o", store, "--no-thumbnail"];
+  await bench.command(bench.isosplat, [...call, "--force"]);
+  const { stdout } = await bench.command(bench.isosplat, ["info", store, "--chunks", "--json"]);
+  const queries = (JSON.parse(stdout).chunkReport.queries as Query[]).filter(
+    (query) => query.activeCells > 1000,
+  );
+  const mean = (of: (query: Query) => number) =>
+    queries.reduce((sum, query) => sum + of(query), 0) / queries.length;
+  const bytesOf = (query: Query) => query.fieldBytes.field as number;
+  bench.report(
+    what,
+    "field, an isovalue",
+    "bytes/active cell",
+    mean((query) => bytesOf(query) / query.activeCells),
+    most === undefined ? undefined : { atMost: most },
+  );
+  bench.report(
+    what,
+    "field / chunks, an isovalue",
+    "",
+    mean((query) => bytesOf(query) / query.bytes),
+  );
+}
+
+export default {
+  title: "fields: bytes for an isovalue",
+  async run(bench) {
+    const pairs: [string, string, string, number?][] = [
+      ["fuel, neghip", "fuel.nhdr", "neghip.nhdr", 1.2],
+      [
+        "viscous fingers, two steps, float",
+        "viscous_fingers/016_density_016_064_2.0.vti",
+        "viscous_fingers/012_density_012_064_2.0.vti",
+      ],
+    ];
+    bench.say("vortices");
+    const [speed, pressure] = vortices(bench.folder);
+    await measure(bench, "vortices, pressure", speed, pressure, 1.2);
+    for (const [what, volume, field, most] of pairs) {
+      const [volumePath, fieldPath] = [volume, field].map((name) => {
+        const [folder, ...file] = name.split("/");
+        const found = bench.volume(folder as string);
+        return found && join(found, ...file);
+      });
+      if (!volumePath || !fieldPath) continue;
+      bench.say(what);
+      await measure(bench, what, volumePath, fieldPath, most);
+    }
+  },
+} satisfies Benchmark;
