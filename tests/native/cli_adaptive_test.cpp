@@ -160,9 +160,22 @@ TEST(CliAdaptive, RefusesMalformedFiles) {
     EXPECT_NE(ended.err.find(each.message), std::string::npos) << each.to << ": " << ended.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "b.isobundle"));
   }
+  const std::string patch = "<DataSet amr_box=\"0 1 0 1 0 1\" file=\"x\"/>";
+  // Levels so fine that their cells cannot be counted.
+  std::string deep = text.substr(0, text.find("    <Block level=\"1\""));
+  double spacing = 0.0625;
+  for (int level = 1; level < 20; ++level) {
+    spacing /= 16;
+    deep += fmt::format("<Block level=\"{0}\" spacing=\"{1} {1} {1}\">{2}</Block>", level, spacing,
+                        level == 19 ? patch : "");
+  }
+  write_file(file, deep + "</vtkOverlappingAMR></VTKFile>");
+  const auto too_deep = run({"build", file, "-o", folder / "b.isobundle"});
+  EXPECT_NE(too_deep.exit_code, 0);
+  EXPECT_NE(too_deep.err.find("expected fewer than 1048576 cells"), std::string::npos)
+      << too_deep.err;
   // More patches than can be listed end the reading at once.
   std::string many = text.substr(0, text.find("      <DataSet"));
-  const std::string patch = "<DataSet amr_box=\"0 1 0 1 0 1\" file=\"x\"/>";
   for (size_t i = 0; i <= size_t{1} << 20; ++i) many += patch;
   write_file(file, many);
   const auto ended = run({"build", file, "-o", folder / "b.isobundle"});

@@ -102,6 +102,12 @@ class Reader {
         }
         ratios_.push_back(*ratio);
         edge *= *ratio;
+        if (edge >= kMaxVoxelsPerAxis) {
+          return fail(Status::volume_too_large,
+                      fmt::format("{}: expected fewer than {} cells of the finest level along an "
+                                  "edge of a cell of level 0, found {} on level {}",
+                                  path_.string(), kMaxVoxelsPerAxis, edge, level));
+        }
       }
       for (VtkAmrPatch& patch : levels[level].patches) {
         uint64_t cells = 1;
