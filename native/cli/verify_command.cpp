@@ -36,8 +36,8 @@ int verify_one(const VerifyCall& call, const std::string& name, Verify verify) {
   const std::string fields =
       verified->info.fields.empty()
           ? ""
-          : fmt::format("{} chunks of {} fields, ", with_commas(verified->field_chunks),
-                        verified->info.fields.size());
+          : fmt::format("{} chunks of {} field{}, ", with_commas(verified->field_chunks),
+                        verified->info.fields.size(), verified->info.fields.size() == 1 ? "" : "s");
   fmt::print("{}: valid: {} chunks with {} cells, {}{}\n", printable(name),
              with_commas(verified->chunks), with_commas(verified->cells), fields,
              format_bytes(verified->info.file_bytes));

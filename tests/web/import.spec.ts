@@ -695,7 +695,7 @@ describe("volumes are found among files", () => {
   });
 });
 
-test("the module takes at most 308 KB on the network", () => {
+test("the module takes at most 314 KB on the network", () => {
   const wasm = readFileSync(join(root, "build/wasm/web/isosplat-import.wasm"));
-  expect(brotliCompressSync(wasm).byteLength).toBeLessThan(308_000);
+  expect(brotliCompressSync(wasm).byteLength).toBeLessThan(314_000);
 });
