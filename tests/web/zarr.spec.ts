@@ -4,41 +4,18 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
 import { afterAll, beforeAll, describe, expect, test } from "vitest";
-import { open, root } from "zarrita";
 import { replaceCodecs } from "../../web/zarr/codecs.ts";
 import { openImage } from "../../web/zarr/open_image.ts";
-import { readScale } from "../../web/zarr/read_scale.ts";
 import type { ZarrImage, ZarrScale } from "../../web/zarr/types.ts";
 import { ZarrHost } from "../../web/zarr/zarr_host.ts";
 import { FaultProxy } from "../support/fault_proxy.ts";
 import { hasNginx, type Nginx, nginx } from "../support/nginx.ts";
 import { writeArray, writeGroup, writeJson } from "../support/zarr.ts";
 import { plainZarr as plain, valueAt, voxels, zarrVariants } from "../support/zarr_variants.ts";
-
-/** The expected voxels of a scale, from `valueAt`. */
-function expected(): Uint16Array {
-  const all = new Uint16Array(voxels[0] * voxels[1] * voxels[2]);
-  let at = 0;
-  for (let z = 0; z < voxels[2]; ++z) {
-    for (let y = 0; y < voxels[1]; ++y) {
-      for (let x = 0; x < voxels[0]; ++x) all[at++] = valueAt(x, y, z);
-    }
-  }
-  return all;
-}
+import { expectedVoxels, readVoxels } from "../support/zarr_voxels.ts";
 
 async function voxelsOf({ address }: ZarrImage, scale: ZarrScale, host?: ZarrHost) {
-  const from = host ?? new ZarrHost(new URL(address));
-  const array = await open(root(from).resolve(scale.path), { kind: "array" });
-  from.absent = 0;
-  const layers: Uint8Array[] = [];
-  await readScale(
-    array,
-    scale,
-    (layer) => layers.push(layer),
-    () => {},
-  );
-  return new Uint16Array(new Uint8Array(Buffer.concat(layers)).buffer);
+  return readVoxels(host ?? new ZarrHost(new URL(address)), scale);
 }
 
 describe.skipIf(!hasNginx)("Zarr on nginx", () => {
@@ -61,7 +38,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
     const [scale] = image.scales as [ZarrScale];
     expect(scale.description).toMatchObject({ voxels, type: "u16", format: "Zarr" });
     expect(scale.description.notes).toEqual(["its lengths have no unit: millimetres are assumed"]);
-    expect(await voxelsOf(image, scale)).toEqual(expected());
+    expect(await voxelsOf(image, scale)).toEqual(expectedVoxels());
   });
 
   test("absent chunks have the fill value, and are counted", async () => {
@@ -70,7 +47,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
     const image = await openImage(`${host.url}absent.zarr`);
     const reading = new ZarrHost(new URL(image.address));
     const found = await voxelsOf(image, image.scales[0] as ZarrScale, reading);
-    const right = expected();
+    const right = expectedVoxels();
     expect(found[0]).toBe(right[0]);
     expect(found[4 * 13 * 11 + 10]).toBe(7);
     expect(found.filter((voxel, i) => voxel !== right[i])).toHaveLength(3 * 4 * 4);
@@ -130,7 +107,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
       spacing: [0.01, 0.01, 0.02],
       origin: [0.0025, 0.0025, 0],
     });
-    expect(await voxelsOf(image, fine)).toEqual(expected());
+    expect(await voxelsOf(image, fine)).toEqual(expectedVoxels());
     // One scale by its address, and another channel.
     const chosen = await openImage(`${host.url}${path}/1#c=1`);
     expect(chosen.chosen).toBe(1);
@@ -149,7 +126,7 @@ describe.skipIf(!hasNginx)("Zarr on nginx", () => {
       path.endsWith("1.1.1") && number % 2 === 0 ? { kind: "reset" } : undefined;
     await proxy.start();
     const image = await openImage(`${proxy.url}/again.zarr`);
-    expect(await voxelsOf(image, image.scales[0] as ZarrScale)).toEqual(expected());
+    expect(await voxelsOf(image, image.scales[0] as ZarrScale)).toEqual(expectedVoxels());
     proxy.fault = () => ({ kind: "status", status: 403 });
     await expect(openImage(`${proxy.url}/again.zarr`)).rejects.toThrow("403");
     await proxy.stop();

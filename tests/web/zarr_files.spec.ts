@@ -5,17 +5,16 @@ import { tmpdir } from "node:os";
 import { join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { open, root } from "zarrita";
 import { loadCore } from "../../web/core/index.ts";
 import { zarrFolder } from "../../web/device/zarr_volume.ts";
 import { replaceCodecs } from "../../web/zarr/codecs.ts";
 import { openImage } from "../../web/zarr/open_image.ts";
-import { readScale } from "../../web/zarr/read_scale.ts";
 import type { ZarrScale } from "../../web/zarr/types.ts";
 import { addressOfFolder, zarrSource } from "../../web/zarr/zarr_files.ts";
 import { builderProgram, buildLocally, localEncoder } from "../support/local_build.ts";
 import { writeArray, writeGroup } from "../support/zarr.ts";
-import { plainZarr, valueAt, voxels, zarrVariants } from "../support/zarr_variants.ts";
+import { plainZarr, voxels, zarrVariants } from "../support/zarr_variants.ts";
+import { expectedVoxels, readVoxels } from "../support/zarr_voxels.ts";
 
 const isosplat = fileURLToPath(new URL("../../build/release/native/cli/isosplat", import.meta.url));
 const folder = mkdtempSync(join(tmpdir(), "isosplat-zarr-files-"));
@@ -31,26 +30,7 @@ function filesIn(path: string): Map<string, Blob> {
 
 async function voxelsOf(address: string, scale: ZarrScale, files: Map<string, Blob>) {
   const source = zarrSource(new URL(address), files);
-  const array = await open(root(source).resolve(scale.path), { kind: "array" });
-  source.absent = 0;
-  const layers: Uint8Array[] = [];
-  await readScale(
-    array,
-    scale,
-    (layer) => layers.push(layer),
-    () => {},
-  );
-  const bytes = new Uint8Array(Buffer.concat(layers));
-  return { voxels: new Uint16Array(bytes.buffer), absent: source.absent };
-}
-
-function isRight(found: Uint16Array): boolean {
-  const [width, height] = voxels;
-  return found.every(
-    (value, i) =>
-      value ===
-      valueAt(i % width, Math.floor(i / width) % height, Math.floor(i / (width * height))),
-  );
+  return { voxels: await readVoxels(source, scale), absent: source.absent };
 }
 
 test.each(zarrVariants)("an array of %s", async (name, options) => {
@@ -61,8 +41,7 @@ test.each(zarrVariants)("an array of %s", async (name, options) => {
   const [scale] = image.scales as [ZarrScale];
   expect(scale.description).toMatchObject({ voxels, type: "u16", format: "Zarr", name: "a b" });
   const found = await voxelsOf(image.address, scale, files);
-  expect(found.voxels.length).toBe(voxels[0] * voxels[1] * voxels[2]);
-  expect(isRight(found.voxels)).toBe(true);
+  expect(found.voxels).toEqual(expectedVoxels());
   expect(found.absent).toBe(0);
 });
 
@@ -85,7 +64,7 @@ test("an image at the root of a ZIP, and one in a folder", async () => {
     const [scale] = image.scales as [ZarrScale];
     expect(scale.path).toBe("0");
     expect(scale.description.spacing).toEqual([0.0005, 0.0005, 0.002]);
-    expect(isRight((await voxelsOf(image.address, scale, files)).voxels)).toBe(true);
+    expect((await voxelsOf(image.address, scale, files)).voxels).toEqual(expectedVoxels());
   }
   expect(zarrFolder([{ path: "a/zarr.json.txt", file: new File([], "a") }])).toBeUndefined();
 });
