@@ -56,15 +56,27 @@ std::string kept_text(const SceneReport& built) {
   return built.kept > 0 ? fmt::format(" ({} stores were complete before)", built.kept) : "";
 }
 
-/// Prints the command that shows the scene, and draws the scene's picture.
-void finish_scene(const BuildCall& call, const std::filesystem::path& output) {
-  if (!call.quiet) fmt::print("isosplat view {} shows it\n", output.string());
-  if (call.no_thumbnail) return;
+/// "1 layer", "3 layers".
+std::string counted(uint64_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+/// Prints what was built and the command that shows it, and draws the scene's picture. `contents`:
+/// "3 labels". Returns kSuccess.
+int finish_scene(const BuildCall& call, const std::filesystem::path& output,
+                 const SceneReport& built, const std::string& contents) {
+  if (!call.quiet) {
+    fmt::print("{}: {}, {}, built in {}{}\n", output.string(), contents, format_bytes(built.bytes),
+               format_seconds(built.seconds), kept_text(built));
+    fmt::print("isosplat view {} shows it\n", output.string());
+  }
+  if (call.no_thumbnail) return kSuccess;
   // The scene is complete, and can be served without a picture.
   const auto scene = output.extension() == ".isobundle" ? output : output / kSceneName;
   if (auto drawn = draw_scene_thumbnail(scene); !drawn) {
     note("no thumbnail: " + drawn.error().message);
   }
+  return kSuccess;
 }
 
 /// Builds several stores and their scene.
@@ -81,13 +93,8 @@ int run_scene(const BuildCall& call, const import::ImportOptions& import_options
   for (const std::string& text : inputs->notes) note(text);
   const auto built = build_scene(*inputs, output, scene_options(call, output, build_options));
   if (!built) return report(built.error());
-  if (!call.quiet) {
-    fmt::print("{}: {} layer{}, {} time step{}, {}, built in {}{}\n", call.store, built->layers,
-               built->layers == 1 ? "" : "s", built->steps, built->steps == 1 ? "" : "s",
-               format_bytes(built->bytes), format_seconds(built->seconds), kept_text(*built));
-  }
-  finish_scene(call, output);
-  return kSuccess;
+  return finish_scene(call, output, *built,
+                      counted(built->layers, "layer") + ", " + counted(built->steps, "time step"));
 }
 
 /// The output of a build whose result is always a scene: the bundle beside the volume, unless -o
@@ -136,13 +143,7 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
   }
   const auto built = build_labels(call.volumes.front(), *output, options);
   if (!built) return report(built.error());
-  if (!call.quiet) {
-    fmt::print("{}: {} label{}, {}, built in {}{}\n", output->string(), built->layers,
-               built->layers == 1 ? "" : "s", format_bytes(built->bytes),
-               format_seconds(built->seconds), kept_text(*built));
-  }
-  finish_scene(call, *output);
-  return kSuccess;
+  return finish_scene(call, *output, *built, counted(built->layers, "label"));
 }
 
 /// Builds a scene with a layer for each refinement level of an adaptive grid.
@@ -153,13 +154,7 @@ int run_adaptive(const BuildCall& call, const import::ImportOptions& import_opti
   const auto built = build_adaptive(call.volumes.front(), *output,
                                     {scene_options(call, *output, build_options), import_options});
   if (!built) return report(built.error());
-  if (!call.quiet) {
-    fmt::print("{}: {} refinement level{}, {}, built in {}{}\n", output->string(), built->layers,
-               built->layers == 1 ? "" : "s", format_bytes(built->bytes),
-               format_seconds(built->seconds), kept_text(*built));
-  }
-  finish_scene(call, *output);
-  return kSuccess;
+  return finish_scene(call, *output, *built, counted(built->layers, "refinement level"));
 }
 
 /// The builder of a store with the fields that the call names.

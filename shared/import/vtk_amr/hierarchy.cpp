@@ -27,12 +27,7 @@ class Parser {
     for (;;) {
       const auto tag = tags_.next();
       if (!tag) return tl::unexpected(tag.error());
-      if (!*tag) {
-        return fail(Status::truncated,
-                    fmt::format("{}: expected </VTKFile>, found the end of the file: it is "
-                                "incomplete; copy or download it again",
-                                path_.string()));
-      }
+      if (!*tag) return incomplete_vtk_xml(path_);
       if ((*tag)->name == "VTKFile" && (*tag)->ends) break;
       if (!(*tag)->begins) continue;
       auto taken = take(**tag);

@@ -39,12 +39,7 @@ class Parser {
     for (;;) {
       const auto tag = tags_.next();
       if (!tag) return tl::unexpected(tag.error());
-      if (!*tag) {
-        return fail(Status::truncated,
-                    fmt::format("{}: expected </VTKFile>, found the end of the file: it is "
-                                "incomplete; copy or download it again",
-                                file_.path.string()));
-      }
+      if (!*tag) return incomplete_vtk_xml(file_.path);
       take_values(**tag);
       if ((*tag)->name == "VTKFile" && (*tag)->ends) break;
       if ((*tag)->name == "AppendedData" && (*tag)->begins) {
@@ -300,6 +295,13 @@ Result<VtkXmlFile> read_vtk_xml(const std::filesystem::path& path) {
   auto bytes = open_plain(path);
   if (!bytes) return tl::unexpected(bytes.error());
   return Parser(path, **bytes).parse();
+}
+
+tl::unexpected<Error> incomplete_vtk_xml(const std::filesystem::path& path) {
+  return fail(Status::truncated,
+              fmt::format("{}: expected </VTKFile>, found the end of the file: it is incomplete; "
+                          "copy or download it again",
+                          path.string()));
 }
 
 tl::unexpected<Error> malformed_vtk_xml(const std::filesystem::path& path,

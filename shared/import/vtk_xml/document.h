@@ -70,6 +70,9 @@ std::string vtk_xml_type(std::string_view beginning);
 /// to its appended data. Errors: io_error, malformed_volume, truncated, unsupported_format.
 Result<VtkXmlFile> read_vtk_xml(const std::filesystem::path& path);
 
+/// The error truncated, for a file that ends before </VTKFile>.
+tl::unexpected<Error> incomplete_vtk_xml(const std::filesystem::path& path);
+
 /// The error malformed_volume.
 tl::unexpected<Error> malformed_vtk_xml(const std::filesystem::path& path, const std::string& what);
 
