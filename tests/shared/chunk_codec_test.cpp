@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "shared/core/codec/cell_mask.h"
 #include "shared/core/codec/lattice.h"
 #include "shared/core/codec/ops.h"
 #include "shared/core/codec/pack_cells.h"
+#include "shared/core/points/field_samples.h"
 
 namespace isosplat {
 namespace {
@@ -353,6 +356,34 @@ TEST(ChunkCodec, FieldChunksHoldTheValuesAtTheCornersOfTheCells) {
       const auto cell = int32_t(chunk.cells[i]);
       ASSERT_EQ(corners[i], chunk.field.corners({cell & 63, cell >> 6 & 63, cell >> 12}));
     }
+  }
+}
+
+TEST(ChunkCodec, FieldChunksAreDecodedInTheOrderOfTheSamples) {
+  ChunkDecoder decoder;
+  std::vector<PackedField> values;
+  for (const FieldChunk& chunk : field_chunks()) {
+    std::vector<PackedSample> samples;
+    for (const uint32_t cell : chunk.cells) {
+      const auto at = int32_t(cell);
+      samples.push_back(pack_sample({at & 63, at >> 6 & 63, at >> 12}, {0, 9}, {}));
+    }
+    std::ranges::reverse(samples);
+    const auto decode = [&] {
+      return decode_field_samples(decoder, chunk.bytes, chunk.field.cells, samples, chunk.value_end,
+                                  values);
+    };
+    ASSERT_TRUE(decode());
+    ASSERT_EQ(values.size(), samples.size());
+    for (size_t i = 0; i < values.size(); ++i) {
+      const CellCorners corners = chunk.field.corners(unpack_sample(samples[i]).cell);
+      for (size_t c = 0; c < 8; ++c) {
+        ASSERT_EQ(values[i].word[c / 2] >> 16 * (c % 2) & 0xffff, corners[c]);
+      }
+    }
+    samples.push_back(samples.front());
+    EXPECT_FALSE(decode());
+    EXPECT_TRUE(values.empty());
   }
 }
 
