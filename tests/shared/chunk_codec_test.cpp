@@ -368,7 +368,7 @@ TEST(ChunkCodec, FieldChunksAreDecodedInTheOrderOfTheSamples) {
       const auto at = int32_t(cell);
       samples.push_back(pack_sample({at & 63, at >> 6 & 63, at >> 12}, {0, 9}, {}));
     }
-    std::ranges::reverse(samples);
+    std::reverse(samples.begin(), samples.end());
     const auto decode = [&] {
       return decode_field_samples(decoder, chunk.bytes, chunk.field.cells, samples, chunk.value_end,
                                   values);

@@ -2,6 +2,7 @@ import {
   chunkShapeBytes,
   decodedClusters,
   decodedSamples,
+  packedSampleBytes,
   pointsNormals,
   pointsPositions,
   writeChunkShape,
@@ -110,6 +111,29 @@ export class Calls {
       samples: new Uint32Array(this.result(decodedSamples).slice().buffer),
       clusters: this.result(decodedClusters).slice(),
     };
+  }
+
+  /** `samples`: those of the store's chunk, in any order. Returns a PackedField for each. */
+  decodeField(
+    chunk: ChunkShape & { checksum: number },
+    bytes: Uint8Array,
+    samples: Uint32Array,
+    bits: 8 | 16,
+  ): Uint32Array {
+    const { core, module } = this;
+    const count = samples.length / (packedSampleBytes / 4);
+    const { checksum } = chunk;
+    this.withChunk(chunk, bytes, (at, shape) =>
+      this.withBytes(asBytes(samples), (from) =>
+        this.check(
+          module._isosplat_core_decode_field(
+            ...([core, at, bytes.length, shape, checksum] as const),
+            ...([from, count, bits] as const),
+          ),
+        ),
+      ),
+    );
+    return new Uint32Array(this.result(0).slice().buffer);
   }
 
   close(): void {

@@ -1,5 +1,5 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
-import { asBytes, Calls, type ChunkShape, copyIn } from "./calls.ts";
+import { asBytes, Calls, type ChunkShape, CoreError, copyIn } from "./calls.ts";
 import type { CoreModule } from "./module.ts";
 import {
   type Chunk,
@@ -95,11 +95,18 @@ export class Core {
 
   /** Opens a store from its first min(`maxHeaderBytes`, file size) bytes. Close it to free its memory. */
   openStore(header: Uint8Array): Store {
+    return this.#open(header, this.#module._isosplat_core_open);
+  }
+
+  /** Opens a field of a store from its first bytes. Its directory is read like that of a store. */
+  openField(header: Uint8Array): Store {
+    return this.#open(header, this.#module._isosplat_core_open_field);
+  }
+
+  #open(header: Uint8Array, open: CoreModule["_isosplat_core_open"]): Store {
     const calls = new Calls(this.#module);
     try {
-      calls.withBytes(header, (at) =>
-        calls.check(this.#module._isosplat_core_open(calls.core, at, header.length)),
-      );
+      calls.withBytes(header, (at) => calls.check(open(calls.core, at, header.length)));
       return new Store(this.#module, calls);
     } catch (error) {
       calls.close();
@@ -144,6 +151,21 @@ export class Core {
     this.#decoder ||= this.#module._isosplat_core_create();
     const calls = new Calls(this.#module, this.#decoder);
     return calls.decodeChunk(shape, bytes);
+  }
+
+  /**
+   * Checks and decodes a field chunk. `samples`: all samples of the store's chunk (`decodeChunk`). `bits`: of the
+   * field's mapping. Returns a PackedField (shared/core/sampling/packed_field.h) of four words for each sample.
+   */
+  decodeField(
+    shape: ChunkShape & { checksum: number },
+    bytes: Uint8Array,
+    samples: Uint32Array,
+    bits: 8 | 16,
+  ): Uint32Array {
+    this.#decoder ||= this.#module._isosplat_core_create();
+    const calls = new Calls(this.#module, this.#decoder);
+    return calls.decodeField(shape, bytes, samples, bits);
   }
 
   /** The size of the instance's memory. It never shrinks; freed memory is used again. */
@@ -236,6 +258,20 @@ export class Store {
     const [from, to] = [this.quantizedIsovalue(low), this.quantizedIsovalue(high)];
     this.#calls.check(this.#module._isosplat_core_chunks_for(this.#calls.core, level, from, to));
     return readChunks(this.#calls.result(0));
+  }
+
+  /** A chunk by its place, or the number of the directory page that is missing. */
+  chunkAt({ level, block, band }: Pick<Chunk, "level" | "block" | "band">): Chunk | number {
+    const calls = this.#calls;
+    try {
+      calls.withBytes(asBytes(Uint32Array.from(block)), (at) =>
+        calls.check(this.#module._isosplat_core_chunk_at(calls.core, level, at, band)),
+      );
+    } catch (error) {
+      if (!(error instanceof CoreError) || error.status !== "page_not_resident") throw error;
+      return readWords(calls.result(0))[0] ?? 0;
+    }
+    return layouts.readChunk(viewOf(calls.result(0)), 0);
   }
 
   decodePacked(shape: ChunkShape, bytes: Uint8Array): Uint32Array {
@@ -388,5 +424,9 @@ export class Store {
 
 function readInfoOf(module: CoreModule, calls: Calls): StoreInfo {
   calls.check(module._isosplat_core_info(calls.core));
-  return readInfo(calls.result(layouts.infoRecord), calls.result(layouts.infoMetadata));
+  return readInfo(
+    calls.result(layouts.infoRecord),
+    calls.result(layouts.infoMetadata),
+    calls.result(layouts.infoFields),
+  );
 }

@@ -9,6 +9,7 @@ declare module "*/layouts.js" {
   export const packedSampleBytes: number;
   export const infoRecord: number;
   export const infoMetadata: number;
+  export const infoFields: number;
   export const samplesPositions: number;
   export const samplesValues: number;
   export const samplesGradients: number;
@@ -94,6 +95,22 @@ declare module "*/layouts.js" {
   }
   export const storeInfoBytes: number;
   export function readStoreInfo(data: DataView, at: number): StoreInfo;
+
+  export interface Field {
+    valueOffset: number;
+    valueScale: number;
+    maxError: number;
+    missingVoxels: number;
+    offset: number;
+    bytes: number;
+    bits: number;
+    hasMissing: number;
+    minQuantized: number;
+    maxQuantized: number;
+    name: number[];
+  }
+  export const fieldBytes: number;
+  export function readField(data: DataView, at: number): Field;
 
   export interface CoarseRange {
     firstLevel: number;

@@ -15,6 +15,7 @@ export interface CoreModule {
   _isosplat_core_result_bytes(core: number, buffer: number): number;
   _isosplat_core_check_bundle(core: number, header: number, bytes: number): number;
   _isosplat_core_open(core: number, header: number, bytes: number): number;
+  _isosplat_core_open_field(core: number, header: number, bytes: number): number;
   _isosplat_core_info(core: number): number;
   _isosplat_core_coarse_range(core: number, maxBytes: number): number;
   _isosplat_core_bootstrap_range(core: number): number;
@@ -22,6 +23,7 @@ export interface CoreModule {
   _isosplat_core_add_page(core: number, page: number, data: number, bytes: number): number;
   _isosplat_core_missing_pages(core: number, level: number, low: number, high: number): number;
   _isosplat_core_chunks_for(core: number, level: number, low: number, high: number): number;
+  _isosplat_core_chunk_at(core: number, level: number, block: number, band: number): number;
   _isosplat_core_checksum(data: number, bytes: number): number;
   _isosplat_core_decode_packed(core: number, data: number, bytes: number, shape: number): number;
   _isosplat_core_decode_chunk(
@@ -30,6 +32,16 @@ export interface CoreModule {
     bytes: number,
     shape: number,
     checksum: number,
+  ): number;
+  _isosplat_core_decode_field(
+    core: number,
+    data: number,
+    bytes: number,
+    shape: number,
+    checksum: number,
+    samples: number,
+    count: number,
+    bits: number,
   ): number;
   _isosplat_core_decode_samples(core: number, data: number, bytes: number, shape: number): number;
   _isosplat_core_project(

@@ -1,12 +1,14 @@
 import {
   chunkBytes,
+  fieldBytes,
   pageBytes,
   readChunk,
+  readField,
   readPage,
   readStoreInfo,
   type Volume,
 } from "../../build/wasm/web/layouts.js";
-import type { StoreInfo, StoreMetadata, Triple } from "./types.ts";
+import type { FieldInfo, StoreInfo, StoreMetadata, Triple } from "./types.ts";
 
 /** A chunk, as the directory of the store describes it (IsosplatChunk in shared/bindings/wasm/records.h). */
 export interface Chunk {
@@ -89,7 +91,11 @@ export function readWords(bytes: Uint8Array): Uint32Array {
 }
 
 /** Builds the info from the results of isosplat_core_info. */
-export function readInfo(record: Uint8Array, metadata: Uint8Array): StoreInfo {
+export function readInfo(
+  record: Uint8Array,
+  metadata: Uint8Array,
+  fields: Uint8Array,
+): StoreInfo {
   const info = readStoreInfo(viewOf(record), 0);
   const { valueOffset: offset, valueScale: scale, minQuantized, maxQuantized } = info;
   return {
@@ -112,7 +118,28 @@ export function readInfo(record: Uint8Array, metadata: Uint8Array): StoreInfo {
     fileBytes: info.fileBytes,
     contentId: info.contentId.map((byte) => byte.toString(16).padStart(2, "0")).join(""),
     metadata: parseMetadata(metadata),
+    fields: readFields(fields),
   };
+}
+
+function readFields(bytes: Uint8Array): FieldInfo[] {
+  return readAll(bytes, fieldBytes, readField).map((field) => {
+    const { valueOffset: offset, valueScale: scale, maxError, minQuantized, maxQuantized } = field;
+    return {
+      name: String.fromCharCode(...field.name.filter((letter) => letter !== 0)),
+      mapping: {
+        offset,
+        scale,
+        maxError,
+        bits: field.bits === 8 ? 8 : 16,
+        hasMissing: field.hasMissing !== 0,
+      },
+      range: [offset + scale * minQuantized, offset + scale * maxQuantized],
+      missingVoxels: field.missingVoxels,
+      offset: field.offset,
+      bytes: field.bytes,
+    };
+  });
 }
 
 /**

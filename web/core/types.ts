@@ -31,6 +31,21 @@ export interface StoreInfo {
   /** 32 hex digits: two stores with the same id hold the same content. */
   contentId: string;
   metadata: StoreMetadata;
+  /** Further scalars at the voxels of the volume (shared/core/store/FORMAT.md, Fields). */
+  fields: readonly FieldInfo[];
+}
+
+/** A field of a store. */
+export interface FieldInfo {
+  name: string;
+  /** value = offset + scale · quantized value. */
+  mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };
+  /** The smallest and largest value of the field, not only on a surface. */
+  range: [number, number];
+  missingVoxels: number;
+  /** Where the field lies in the store's file. */
+  offset: number;
+  bytes: number;
 }
 
 /** Counts of equal parts of the range from low to high. */

@@ -27,6 +27,32 @@ void copy_vector(const Vec3d& vector, double* numbers) {
   numbers[2] = vector.z;
 }
 
+IsosplatStatus open(IsosplatCore* core, std::span<const std::byte> header, StoreKind kind) {
+  core->selector.reset();
+  core->store.reset();
+  auto store = StoreReader::open(header, kind);
+  if (!store) return report(core, store.error());
+  core->store = std::make_unique<StoreReader>(std::move(*store));
+  core->selector.emplace(*core->store);
+  return kOk;
+}
+
+IsosplatField field_record(const FieldInfo& field, uint64_t offset, uint64_t bytes) {
+  IsosplatField record{};
+  record.value_offset = field.mapping.offset;
+  record.value_scale = field.mapping.scale;
+  record.max_error = field.mapping.max_error;
+  record.missing_voxels = static_cast<double>(field.missing_voxels);
+  record.offset = static_cast<double>(offset);
+  record.bytes = static_cast<double>(bytes);
+  record.bits = field.mapping.bits;
+  record.has_missing = field.mapping.has_missing;
+  record.min_quantized = field.range.min;
+  record.max_quantized = field.range.max;
+  std::copy_n(field.name.begin(), std::min(field.name.size(), sizeof record.name), record.name);
+  return record;
+}
+
 }  // namespace
 
 extern "C" {
@@ -62,13 +88,11 @@ IsosplatStatus isosplat_core_check_bundle(IsosplatCore* core, const void* header
 }
 
 IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes) {
-  core->selector.reset();
-  core->store.reset();
-  auto store = StoreReader::open(as_bytes(header, bytes));
-  if (!store) return report(core, store.error());
-  core->store = std::make_unique<StoreReader>(std::move(*store));
-  core->selector.emplace(*core->store);
-  return kOk;
+  return open(core, as_bytes(header, bytes), StoreKind::store);
+}
+
+IsosplatStatus isosplat_core_open_field(IsosplatCore* core, const void* header, uint32_t bytes) {
+  return open(core, as_bytes(header, bytes), StoreKind::field);
 }
 
 IsosplatStatus isosplat_core_set_spacing(IsosplatCore* core, double x, double y, double z) {
@@ -101,6 +125,12 @@ IsosplatStatus isosplat_core_info(IsosplatCore* core) {
   std::memcpy(record.content_id, info.content_id.data(), sizeof record.content_id);
   put_record(core, ISOSPLAT_INFO_RECORD, record);
   put(core, ISOSPLAT_INFO_METADATA, info.metadata);
+  std::vector<IsosplatField> fields;
+  for (const FieldRef& field : info.fields) {
+    fields.push_back(field_record(field.info, field.offset, field.bytes));
+  }
+  if (info.field) fields.push_back(field_record(*info.field, 0, 0));
+  put(core, ISOSPLAT_INFO_FIELDS, fields);
   return kOk;
 }
 
@@ -163,6 +193,20 @@ IsosplatStatus isosplat_core_chunks_for(IsosplatCore* core, uint32_t level, floa
   std::vector<IsosplatChunk> records;
   for (const ChunkRef& chunk : *chunks) records.push_back(chunk_record(core, chunk));
   put(core, 0, records);
+  return kOk;
+}
+
+IsosplatStatus isosplat_core_chunk_at(IsosplatCore* core, uint32_t level, const uint32_t* block,
+                                      uint32_t band) {
+  if (!core->store) return no_store(core);
+  const BlockKey key{level, as_index(block)};
+  const auto chunk = core->store->chunk(key, band);
+  if (!chunk) {
+    const auto page = core->store->page_of(key);
+    if (page) put_record(core, 0, *page);
+    return report(core, chunk.error());
+  }
+  put_record(core, 0, chunk_record(core, *chunk));
   return kOk;
 }
 

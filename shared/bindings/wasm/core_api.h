@@ -29,7 +29,7 @@ typedef struct IsosplatCore IsosplatCore;
 typedef uint32_t IsosplatStatus;
 
 /// The numbers of the result buffers, for functions that fill more than one.
-enum { ISOSPLAT_INFO_RECORD, ISOSPLAT_INFO_METADATA };
+enum { ISOSPLAT_INFO_RECORD, ISOSPLAT_INFO_METADATA, ISOSPLAT_INFO_FIELDS };
 enum {
   ISOSPLAT_SAMPLES_POSITIONS,
   ISOSPLAT_SAMPLES_VALUES,
@@ -67,11 +67,15 @@ IsosplatStatus isosplat_core_check_bundle(IsosplatCore* core, const void* header
 /// Opens a store from its first min(kMaxHeaderBytes, file size) bytes: StoreReader::open.
 IsosplatStatus isosplat_core_open(IsosplatCore* core, const void* header, uint32_t bytes);
 
+/// Opens a field of a store, from the first bytes of the field: StoreReader::open of
+/// StoreKind::field. Its directory is read like that of a store.
+IsosplatStatus isosplat_core_open_field(IsosplatCore* core, const void* header, uint32_t bytes);
+
 /// Replaces the spacing of the open store: StoreReader::set_spacing. Call it before the functions
 /// that select.
 IsosplatStatus isosplat_core_set_spacing(IsosplatCore* core, double x, double y, double z);
 
-/// Results: IsosplatStoreInfo, and the metadata as JSON text.
+/// Results: IsosplatStoreInfo, the metadata as JSON text, and an IsosplatField for each field.
 IsosplatStatus isosplat_core_info(IsosplatCore* core);
 
 /// Result 0: a float, ValueMapping::quantized_isovalue.
@@ -98,6 +102,11 @@ IsosplatStatus isosplat_core_missing_pages(IsosplatCore* core, uint32_t level, f
 /// order.
 IsosplatStatus isosplat_core_chunks_for(IsosplatCore* core, uint32_t level, float low, float high);
 
+/// A chunk by its block (3 words) and band: StoreReader::chunk. Result 0: an IsosplatChunk; after
+/// page_not_resident the number (uint32_t) of the page that describes the block.
+IsosplatStatus isosplat_core_chunk_at(IsosplatCore* core, uint32_t level, const uint32_t* block,
+                                      uint32_t band);
+
 /// The low 32 bits of XXH3-64. The directory of a store holds this checksum for each chunk.
 uint32_t isosplat_core_checksum(const void* data, uint32_t bytes);
 
@@ -111,6 +120,14 @@ IsosplatStatus isosplat_core_decode_packed(IsosplatCore* core, const void* data,
 /// SampleCluster of each region that has samples, for isosplat_renderer_reserve_chunk.
 IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, uint32_t bytes,
                                           const IsosplatChunkShape* shape, uint32_t checksum);
+
+/// Checks and decodes a field chunk for the renderer: decode_field_samples. Needs no open store.
+/// `shape` and `checksum` are those of the field chunk; its block_cells are read. `samples`: all
+/// samples of the store's chunk, as isosplat_core_decode_chunk returns them. Result 0: a
+/// PackedField for each.
+IsosplatStatus isosplat_core_decode_field(IsosplatCore* core, const void* data, uint32_t bytes,
+                                          const IsosplatChunkShape* shape, uint32_t checksum,
+                                          const void* samples, uint32_t count, uint32_t value_bits);
 
 /// Decodes a chunk of the open store to samples at the centres of its cells. Results, with one
 /// entry per cell: world positions (3 floats), values (float), gradients in values per world unit

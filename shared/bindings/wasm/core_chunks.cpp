@@ -6,6 +6,7 @@
 #include "shared/bindings/wasm/core_state.h"
 #include "shared/core/grid/region_mask.h"
 #include "shared/core/points/chunk_samples.h"
+#include "shared/core/points/field_samples.h"
 #include "shared/core/sampling/sample_clusters.h"
 #include "shared/core/sampling/sample_neighbours.h"
 
@@ -66,6 +67,15 @@ void put_points(IsosplatCore* core, const PointArrays& points) {
   put(core, ISOSPLAT_POINTS_NORMALS, points.normals);
 }
 
+/// Compares a checksum with that of the directory.
+IsosplatStatus check(IsosplatCore* core, const void* data, uint32_t bytes, uint32_t checksum) {
+  const uint32_t found = isosplat_core_checksum(data, bytes);
+  if (found == checksum) return kOk;
+  return report(core, Status::checksum_mismatch,
+                "checksum differs (expected " + hexadecimal(checksum) + ", found " +
+                    hexadecimal(found) + ")");
+}
+
 }  // namespace
 
 extern "C" {
@@ -84,12 +94,8 @@ IsosplatStatus isosplat_core_decode_packed(IsosplatCore* core, const void* data,
 
 IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, uint32_t bytes,
                                           const IsosplatChunkShape* shape, uint32_t checksum) {
-  const uint32_t found = isosplat_core_checksum(data, bytes);
-  if (found != checksum) {
-    return report(core, Status::checksum_mismatch,
-                  "checksum differs (expected " + hexadecimal(checksum) + ", found " +
-                      hexadecimal(found) + ")");
-  }
+  const IsosplatStatus checked = check(core, data, bytes, checksum);
+  if (checked != kOk) return checked;
   const IsosplatStatus status = isosplat_core_decode_packed(core, data, bytes, shape);
   if (status != kOk) return status;
   core->clusters = cluster_samples(core->packed, core->ordered);
@@ -97,6 +103,20 @@ IsosplatStatus isosplat_core_decode_chunk(IsosplatCore* core, const void* data, 
   core->results[ISOSPLAT_DECODED_SAMPLES] = std::as_bytes(std::span(core->ordered));
   core->results[ISOSPLAT_DECODED_CLUSTERS] = std::as_bytes(std::span(core->clusters));
   return kOk;
+}
+
+IsosplatStatus isosplat_core_decode_field(IsosplatCore* core, const void* data, uint32_t bytes,
+                                          const IsosplatChunkShape* shape, uint32_t checksum,
+                                          const void* samples, uint32_t count,
+                                          uint32_t value_bits) {
+  const IsosplatStatus checked = check(core, data, bytes, checksum);
+  if (checked != kOk) return checked;
+  const auto decoded =
+      decode_field_samples(core->decoder, as_bytes(data, bytes), as_index(shape->block_cells),
+                           {static_cast<const PackedSample*>(samples), count},
+                           value_bits == 8 ? 256 : 65536, core->field);
+  core->results[0] = std::as_bytes(std::span(core->field));  // empty after an error
+  return decoded ? kOk : report(core, decoded.error());
 }
 
 IsosplatStatus isosplat_core_decode_samples(IsosplatCore* core, const void* data, uint32_t bytes,

@@ -11,6 +11,7 @@
 
 #include "shared/bindings/wasm/core_api.h"
 #include "shared/core/codec/chunk_codec.h"
+#include "shared/core/sampling/packed_field.h"
 #include "shared/core/sampling/sample_clusters.h"
 #include "shared/core/select/selector.h"
 #include "shared/core/store/store_reader.h"
@@ -25,6 +26,7 @@ struct IsosplatCore {
   std::vector<isosplat::PackedSample> packed, ordered;
   std::vector<isosplat::SampleCluster> clusters;
   isosplat::DecodedCells cells;
+  std::vector<isosplat::PackedField> field;
   std::string error;
   std::array<std::vector<std::byte>, ISOSPLAT_RESULT_BUFFERS> copies;
   /// Each is in `copies` or in another member.

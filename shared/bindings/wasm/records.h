@@ -74,6 +74,18 @@ typedef struct IsosplatStoreInfo {
   uint8_t content_id[16];
 } IsosplatStoreInfo;
 
+/// A field of the open store, and where it lies: FieldRef. Of an open field: the field itself, and
+/// 0 for its place.
+typedef struct IsosplatField {
+  double value_offset, value_scale, max_error;
+  double missing_voxels;
+  double offset, bytes;  ///< in the store file
+  uint32_t bits;
+  uint32_t has_missing;
+  uint32_t min_quantized, max_quantized;
+  uint8_t name[64];  ///< ASCII, followed by zeros
+} IsosplatField;
+
 /// A byte range of the store file: CoarseRange.
 typedef struct IsosplatCoarseRange {
   double first_level, offset, bytes;

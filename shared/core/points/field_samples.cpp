@@ -13,8 +13,9 @@ Result<void> decode_field_samples(ChunkDecoder& decoder, std::span<const std::by
   const auto cell_of = [&](uint32_t sample) { return samples[sample].word[0] & ((1u << 18) - 1); };
   std::vector<uint32_t> order(samples.size()), cells(samples.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::ranges::sort(order, {}, cell_of);
-  std::ranges::transform(order, cells.begin(), cell_of);
+  std::sort(order.begin(), order.end(),
+            [&](uint32_t a, uint32_t b) { return cell_of(a) < cell_of(b); });
+  std::transform(order.begin(), order.end(), cells.begin(), cell_of);
   std::vector<CellCorners> corners;
   auto decoded = decoder.decode_field(bytes, block_cells, cells, value_end, corners);
   if (!decoded) return decoded;
