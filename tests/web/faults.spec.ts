@@ -529,6 +529,7 @@ test("chunks wait for lost workers, and do not count as damaged", async () => {
       isLost
         ? Promise.reject(new CoreError("worker_lost", "the worker was ended"))
         : inline.decode(...job),
+    decodeField: (...job: Parameters<InlineDecoder["decodeField"]>) => inline.decodeField(...job),
     close: () => {},
   };
   const states: string[] = [];

@@ -39,6 +39,9 @@ export function view(isovalue: number, distance = 1.5, size = 768): CameraView {
 export class Harness {
   readonly resident = new Map<number, { place: ChunkPlace; samples: number }>();
   readonly uploaded = new Map<number, number>();
+  /** As on the GPU: the samples of resident chunks, and the values of the field that is shown. */
+  readonly samplesOf = new Map<number, Uint32Array>();
+  readonly values = new Map<number, Uint32Array>();
   readonly errors: StreamError[] = [];
   readonly replacements: StreamError[] = [];
   /** Whether the viewer accepts a chunk. */
@@ -72,12 +75,20 @@ export class Harness {
             place: { level: place.level, block: place.block },
             samples: samples.length / 4,
           });
+          this.samplesOf.set(id, samples);
           this.uploaded.set(id, (this.uploaded.get(id) ?? 0) + 1);
           this.maxResident = Math.max(this.maxResident, this.samples);
           return true;
         },
+        fieldValues: (id, values) => {
+          expect(values.length).toBe(this.samplesOf.get(id)?.length);
+          this.values.set(id, values);
+        },
+        readSamples: (id) => this.samplesOf.get(id)?.slice(),
         drop: (id) => {
           expect(this.resident.delete(id)).toBe(true);
+          this.samplesOf.delete(id);
+          this.values.delete(id);
           if (!this.closed) expect(this.visible).not.toContain(id);
         },
         visible: (ids, regions) => {

@@ -91,11 +91,7 @@ export function readWords(bytes: Uint8Array): Uint32Array {
 }
 
 /** Builds the info from the results of isosplat_core_info. */
-export function readInfo(
-  record: Uint8Array,
-  metadata: Uint8Array,
-  fields: Uint8Array,
-): StoreInfo {
+export function readInfo(record: Uint8Array, metadata: Uint8Array, fields: Uint8Array): StoreInfo {
   const info = readStoreInfo(viewOf(record), 0);
   const { valueOffset: offset, valueScale: scale, minQuantized, maxQuantized } = info;
   return {

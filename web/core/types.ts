@@ -91,6 +91,8 @@ export interface DecodedChunk {
   samples: Uint32Array;
   /** Bytes for the renderer: the range of samples, interval and bounding box of each region. */
   clusters: Uint8Array;
+  /** The values of a field at the corners of the samples' cells: PackedField, four words each. */
+  field?: Uint32Array;
 }
 
 /** Points of an isosurface, x, y, z each; normals of unit length, towards smaller values. */

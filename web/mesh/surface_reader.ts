@@ -34,7 +34,8 @@ export class SurfaceReader {
     const backoff = new Backoff({ trouble: (error) => error && ending.abort(error) });
     try {
       const both = AbortSignal.any([signal, ending.signal]);
-      const store = await openStore(source, core ?? (await loadCore()), backoff, both);
+      const reader = core ?? (await loadCore());
+      const store = await openStore(source, (header) => reader.openStore(header), backoff, both);
       return new SurfaceReader({ source, store, backoff, closed: ending.signal }, () => {
         backoff.close();
         store.close();

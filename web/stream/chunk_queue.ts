@@ -1,9 +1,7 @@
 import { CoreError } from "../core/calls.ts";
 import type { Chunk } from "../core/records.ts";
-import type { DecodedChunk } from "../core/types.ts";
 import type { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
-import type { Decoder } from "./decoder.ts";
 import { FailedParts } from "./failed_parts.ts";
 import { type FaultKind, faultOfStatus, isOfPart } from "./faults.ts";
 import { RequestLimit, type RequestShare } from "./request_limit.ts";
@@ -41,11 +39,16 @@ interface Group {
   abort: AbortController;
 }
 
-export interface QueueEvents {
+/** Decodes what the queue fetches. Takes ownership of the bytes. Rejects with a CoreError or the signal's reason. */
+export interface ChunkDecoder<Decoded> {
+  decode(chunk: Chunk, bytes: Uint8Array, signal: AbortSignal): Promise<Decoded>;
+}
+
+export interface QueueEvents<Decoded> {
   /** Reserves memory for a chunk before its request. Returns false if there is none. */
   admit(chunk: Chunk): boolean;
   /** The chunk is decoded; it leaves the queue. */
-  decoded(chunk: Chunk, decoded: DecodedChunk): void;
+  decoded(chunk: Chunk, decoded: Decoded): void;
   /** An admitted chunk will not be decoded: its memory is free. */
   released(chunk: Chunk): void;
   /**
@@ -57,11 +60,11 @@ export interface QueueEvents {
 }
 
 /** Fetches and decodes needed chunks in order of need, and cancels the others. */
-export class ChunkQueue {
+export class ChunkQueue<Decoded> {
   readonly #source: Source;
-  readonly #decoder: Decoder;
+  readonly #decoder: ChunkDecoder<Decoded>;
   readonly #backoff: Backoff;
-  readonly #events: QueueEvents;
+  readonly #events: QueueEvents<Decoded>;
   readonly #entries = new Map<number, Entry>();
   readonly #groups = new Set<Group>();
   readonly #requests: RequestShare;
@@ -82,9 +85,9 @@ export class ChunkQueue {
   /** `limit`: limits the requests of several queues together. */
   constructor(
     source: Source,
-    decoder: Decoder,
+    decoder: ChunkDecoder<Decoded>,
     backoff: Backoff,
-    events: QueueEvents,
+    events: QueueEvents<Decoded>,
     limit = new RequestLimit(),
   ) {
     this.#requests = limit.join(

@@ -1,6 +1,7 @@
-import type { Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
 import type { DecodedChunk } from "../core/types.ts";
+import type { FieldAccess } from "./field_loader.ts";
+import { FieldValues } from "./field_values.ts";
 import { Residency, type UploadPurpose } from "./residency.ts";
 import { StreamError, type StreamEvents } from "./types.ts";
 import { type Upload, UploadQueue } from "./upload_queue.ts";
@@ -16,6 +17,10 @@ export interface ChunkUploadEvents {
    * them.
    */
   uploadedInAdvance(): void;
+  /** A part of the field that is shown cannot be read. `isFirst`: see QueueEvents.failed. */
+  fieldFailed(error: StreamError, isFirst: boolean): void;
+  /** The values of a field that are missing have changed. */
+  fieldChanged(): void;
   /** The GPU is out of memory. Called once until `retry`. */
   overflowed(error: StreamError): void;
 }
@@ -26,6 +31,7 @@ export interface ChunkUploadEvents {
  */
 export class ChunkUploads {
   readonly residency: Residency;
+  readonly fields: FieldValues;
   readonly #queue: UploadQueue;
   /** Chunks fetched in advance. They neither delay a view nor prevent it from being complete. */
   readonly #advanceQueue: UploadQueue;
@@ -35,10 +41,23 @@ export class ChunkUploads {
   readonly #rejected = new Set<number>();
   #overflow: StreamError | undefined;
 
-  constructor(store: Store, budget: number, viewer: StreamEvents, events: ChunkUploadEvents) {
+  constructor(
+    access: FieldAccess,
+    budget: number,
+    viewer: StreamEvents,
+    events: ChunkUploadEvents,
+  ) {
     this.#viewer = viewer;
     this.#events = events;
-    this.residency = new Residency(store, budget, (id) => viewer.drop(id));
+    this.residency = new Residency(access.store.store, budget, (id) => {
+      this.fields.dropped(id);
+      viewer.drop(id);
+    });
+    this.fields = new FieldValues(access, viewer, {
+      chunkOf: (handle) => this.residency.chunk(handle),
+      failed: (error, isFirst) => events.fieldFailed(error, isFirst),
+      changed: () => events.fieldChanged(),
+    });
     const upload: Upload = (chunk, decoded, purpose) => this.#upload(chunk, decoded, purpose);
     this.#queue = new UploadQueue(upload, () => events.changed());
     this.#advanceQueue = new UploadQueue(upload, () => events.uploadedInAdvance());
@@ -51,11 +70,11 @@ export class ChunkUploads {
 
   /** Whether no chunk of a view or of the coarse levels waits for its upload. */
   get isEmpty(): boolean {
-    return this.#queue.empty;
+    return this.#queue.empty && !this.fields.isHolding;
   }
 
   isQueued(handle: number): boolean {
-    return this.#queue.has(handle) || this.#advanceQueue.has(handle);
+    return this.#queue.has(handle) || this.#advanceQueue.has(handle) || this.fields.isHeld(handle);
   }
 
   isRejected(handle: number): boolean {
@@ -67,8 +86,11 @@ export class ChunkUploads {
     return this.#queueFor(purpose).drained();
   }
 
+  /** A chunk that a view has requested waits for the values of the field that is shown. */
   add(chunk: Chunk, decoded: DecodedChunk, purpose: UploadPurpose): void {
-    this.#queueFor(purpose).add(chunk, decoded, purpose);
+    const release = (whole: DecodedChunk): void =>
+      this.#queueFor(purpose).add(chunk, whole, purpose);
+    if (purpose !== "view" || !this.fields.hold(chunk, decoded, release)) release(decoded);
   }
 
   /**
@@ -77,6 +99,7 @@ export class ChunkUploads {
    */
   reject(ids: readonly number[], message: string): number[] {
     const lost = ids.filter((id) => this.residency.lose(id));
+    for (const id of lost) this.fields.dropped(id);
     this.#overflowed(message, lost);
     return lost;
   }
@@ -86,10 +109,12 @@ export class ChunkUploads {
     this.#overflow = undefined;
     this.#rejected.clear();
     this.residency.restoreBudget();
+    this.fields.retry();
   }
 
   /** Drops waiting chunks. Resident chunks stay. */
   close(): void {
+    this.fields.close();
     this.#queue.close();
     this.#advanceQueue.close();
   }
@@ -98,12 +123,17 @@ export class ChunkUploads {
     return purpose === "advance" ? this.#advanceQueue : this.#queue;
   }
 
-  #upload(chunk: Chunk, { samples, clusters }: DecodedChunk, purpose: UploadPurpose): void {
+  #upload(chunk: Chunk, { samples, clusters, field }: DecodedChunk, purpose: UploadPurpose): void {
     const { handle } = chunk;
     if (this.residency.has(handle)) {
       this.residency.release(handle);
     } else if (this.#viewer.samples(handle, chunk, samples, clusters)) {
-      this.residency.add(handle, samples.length / 4, purpose);
+      this.residency.add(chunk, samples.length / 4, purpose);
+      // The values may be those of a field that is no longer shown.
+      if (field && this.fields.shown) {
+        this.#viewer.fieldValues?.(handle, field);
+        this.fields.uploaded(handle);
+      }
     } else {
       this.residency.release(handle);
       // All chunks of the picture are resident.

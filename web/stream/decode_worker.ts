@@ -6,7 +6,7 @@ import type { Core } from "../core/core.ts";
 import { type CoreProgram, instantiateCore } from "../core/instantiate_core.ts";
 import type { DecodedChunk } from "../core/types.ts";
 import { failureOf, type WorkerFailure } from "../core/worker_failure.ts";
-import type { DecodeJob } from "./decoder.ts";
+import type { DecodeJob, FieldJob } from "./decoder.ts";
 
 /** The first message: the module to use. See WorkerPoolOptions. The worker replies with `isReady`. */
 export interface WorkerStart {
@@ -18,14 +18,17 @@ export type WorkerRequest = readonly WorkerTask[];
 
 export interface WorkerTask {
   id: number;
-  job: DecodeJob;
+  job: DecodeJob | FieldJob;
   bytes: Uint8Array;
 }
+
+/** The values of a field chunk are words: FieldJob. */
+export type Decoded = DecodedChunk | Uint32Array;
 
 /** The results of a request, in its order. */
 export type WorkerResponse = { isReady: true } | readonly WorkerResult[];
 
-export type WorkerResult = { id: number; decoded: DecodedChunk } | ({ id: number } & WorkerFailure);
+export type WorkerResult = { id: number; decoded: Decoded } | ({ id: number } & WorkerFailure);
 
 const worker = globalThis as unknown as {
   onmessage: ((event: MessageEvent<WorkerStart | WorkerRequest>) => void) | null;
@@ -54,8 +57,9 @@ worker.onmessage = async ({ data }) => {
     const result = await decode(task);
     results.push(result);
     if (!("decoded" in result)) continue;
-    const { samples, clusters } = result.decoded;
-    buffers.push(samples.buffer as ArrayBuffer, clusters.buffer as ArrayBuffer);
+    const { decoded } = result;
+    const arrays = decoded instanceof Uint32Array ? [decoded] : [decoded.samples, decoded.clusters];
+    buffers.push(...arrays.map(({ buffer }) => buffer as ArrayBuffer));
   }
   worker.postMessage(results, buffers);
 };
@@ -63,7 +67,10 @@ worker.onmessage = async ({ data }) => {
 async function decode({ id, job, bytes }: WorkerTask): Promise<WorkerResult> {
   try {
     if (!core) throw new CoreError("internal", "the worker received a chunk before its module");
-    return { id, decoded: (await core).decodeChunk(job, bytes) };
+    const decoder = await core;
+    if (!("field" in job)) return { id, decoded: decoder.decodeChunk(job, bytes) };
+    const { samples, bits } = job.field;
+    return { id, decoded: decoder.decodeField(job, bytes, samples, bits) };
   } catch (error) {
     if (!(error instanceof CoreError)) replaceCore();
     return { id, ...failureOf(error) };

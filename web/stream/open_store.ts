@@ -1,5 +1,5 @@
 import { CoreError } from "../core/calls.ts";
-import type { Core, Store } from "../core/core.ts";
+import type { Store } from "../core/core.ts";
 import type { Backoff } from "./backoff.ts";
 import { faultOfStatus, isOfPart } from "./faults.ts";
 import type { Source } from "./source.ts";
@@ -7,13 +7,13 @@ import { beginsAsStore } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
- * Fetches the header and opens the store. A header that cannot be read is fetched once more, at its
+ * Fetches the header and opens the store by `open` (Core.openStore, Core.openField). A header that cannot be read is fetched once more, at its
  * full length and bypassing the caches, unless the first request already did so. Rejects with a
  * StreamError or the signal's reason.
  */
 export async function openStore(
   source: Source,
-  core: Core,
+  open: (header: Uint8Array) => Store,
   backoff: Backoff,
   signal: AbortSignal,
 ): Promise<Store> {
@@ -22,7 +22,7 @@ export async function openStore(
     const header = await backoff.retry(signal, () => source.header(signal, whole));
     let store: Store;
     try {
-      store = core.openStore(header);
+      store = open(header);
     } catch (error) {
       const status = error instanceof CoreError ? error.status : "internal";
       if (whole || status === "internal") throw headerError(source, header, status, error);

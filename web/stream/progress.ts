@@ -1,5 +1,6 @@
 import type { CoreSelection } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
 import type { ChunkUploads } from "./chunk_uploads.ts";
 import type { Preparation } from "./fetch_ahead.ts";
@@ -12,7 +13,7 @@ import type { Progress, StreamError } from "./types.ts";
 /** The inputs of progress. */
 export interface ProgressInputs {
   source: Source;
-  queue: ChunkQueue;
+  queue: ChunkQueue<DecodedChunk>;
   pages: PageLoader;
   uploads: ChunkUploads;
   motion: Motion;
@@ -31,18 +32,19 @@ export interface ProgressInputs {
 
 export function progressOf(inputs: ProgressInputs): Progress {
   const { source, queue, pages, uploads, selection } = inputs;
-  const { residency } = uploads;
+  const { residency, fields } = uploads;
   const load = selection?.load ?? [];
   const work = remainingWork(inputs);
   const limitedByBudget = (selection?.limitedByBudget ?? false) || queue.full;
   const sourceFault = work.isDone ? undefined : inputs.sourceFault;
   const state = stateOf(inputs, work, sourceFault, limitedByBudget);
-  const [chunkDamage, pageDamage] = [queue.damaged, pages.damaged];
-  const fault = sourceFault ?? pageDamage.error ?? chunkDamage.error ?? uploads.overflow;
+  const [chunkDamage, pageDamage, fieldDamage] = [queue.damaged, pages.damaged, fields.damaged];
+  const damage = pageDamage.error ?? chunkDamage.error ?? fieldDamage.error;
+  const fault = sourceFault ?? damage ?? uploads.overflow;
   return {
     state,
-    chunksToGo: load.length,
-    bytesToGo: load.reduce((bytes, chunk) => bytes + chunk.bytes, 0),
+    chunksToGo: load.length + fields.missing.chunks,
+    bytesToGo: load.reduce((bytes, chunk) => bytes + chunk.bytes, fields.missing.bytes),
     bytesFetched: source.bytesReceived,
     requests: source.requests,
     chunksResident: residency.chunks,
@@ -53,7 +55,7 @@ export function progressOf(inputs: ProgressInputs): Progress {
     limitedByBudget,
     complete: state === "complete",
     preparation: state === "complete" ? inputs.preparation : null,
-    damagedParts: chunkDamage.count + pageDamage.count,
+    damagedParts: chunkDamage.count + pageDamage.count + fieldDamage.count,
     fault: fault ? { kind: fault.kind, message: fault.message } : null,
   };
 }
@@ -77,8 +79,12 @@ function remainingWork(inputs: ProgressInputs): RemainingWork {
     selection.load.every(hasFailed) &&
     selection.pages.every((page) => pages.isDamaged(page)) &&
     selection.undecided === 0 &&
+    uploads.fields.missing.chunks === 0 &&
     occlusion.done;
-  const isMissingNothing = selection.load.length === 0 && selection.pages.length === 0;
+  const isMissingNothing =
+    selection.load.length === 0 &&
+    selection.pages.length === 0 &&
+    uploads.fields.damaged.count === 0;
   return {
     isSettled,
     isDone: isSettled && isMissingNothing,
@@ -87,14 +93,15 @@ function remainingWork(inputs: ProgressInputs): RemainingWork {
 }
 
 function stateOf(
-  { selection, isHere, motion, isLoadingCoarse }: ProgressInputs,
+  { selection, uploads, isHere, motion, isLoadingCoarse }: ProgressInputs,
   { isSettled, isDone, isFull }: RemainingWork,
   sourceFault: StreamError | undefined,
   limitedByBudget: boolean,
 ): Progress["state"] {
   const isMoving = (motion.isovalueMoves && !isHere) || motion.cameraMoves;
   const isDrawn = (selection?.finestLevel ?? -1) >= 0;
-  const missing = (selection?.load.length ?? 0) + (selection?.pages.length ?? 0);
+  const missing =
+    (selection?.load.length ?? 0) + (selection?.pages.length ?? 0) + uploads.fields.damaged.count;
   if (sourceFault) return sourceFault.retrying ? "offline" : "incomplete";
   if ((isDone || isFull) && !isMoving) return limitedByBudget ? "limited" : "complete";
   if (!isDrawn && isLoadingCoarse) return "opening";

@@ -8,6 +8,7 @@ import type { Chunk } from "../core/records.ts";
 export type UploadPurpose = "view" | "coarse" | "advance";
 
 interface Resident {
+  chunk: Chunk;
   samples: number;
   /** Number of the last selection that used it; −1 if none did, because it was fetched in advance. */
   lastUse: number;
@@ -79,6 +80,11 @@ export class Residency {
     return this.#residents.has(handle);
   }
 
+  /** The chunk of a handle, if it is resident. */
+  chunk(handle: number): Chunk | undefined {
+    return this.#residents.get(handle)?.chunk;
+  }
+
   /** The number of samples of the listed chunks. Chunks that are not resident have none. */
   samplesOf(handles: Uint32Array): number {
     return handles.reduce((sum, handle) => sum + (this.#residents.get(handle)?.samples ?? 0), 0);
@@ -143,11 +149,12 @@ export class Residency {
   }
 
   /** `purpose`: see UploadPurpose. Chunks fetched in advance are the first to be dropped. */
-  add(handle: number, samples: number, purpose: UploadPurpose): void {
+  add(chunk: Chunk, samples: number, purpose: UploadPurpose): void {
+    const { handle } = chunk;
     this.release(handle);
     const pinned = purpose === "coarse";
     const lastUse = purpose === "advance" ? -1 : this.#now;
-    this.#residents.set(handle, { samples, lastUse, pinned });
+    this.#residents.set(handle, { chunk, samples, lastUse, pinned });
     this.#samples += samples;
     if (pinned) this.#pinnedSamples += samples;
     this.#store.setResident(handle, true);

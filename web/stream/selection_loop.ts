@@ -1,5 +1,6 @@
 import type { CoreSelection, SelectionView, Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
+import type { DecodedChunk } from "../core/types.ts";
 import type { BackgroundLoader } from "./background_loader.ts";
 import type { Backoff } from "./backoff.ts";
 import type { ChunkQueue } from "./chunk_queue.ts";
@@ -26,7 +27,7 @@ const maxPrefetchBytes = 160 * 1024;
 /** The parts that the selection loop uses. */
 export interface SelectionParts {
   store: Store;
-  queue: ChunkQueue;
+  queue: ChunkQueue<DecodedChunk>;
   pages: PageLoader;
   uploads: ChunkUploads;
   coarse: CoarseLoader;
@@ -71,6 +72,11 @@ export class SelectionLoop {
   /** The last selection. */
   get selection(): CoreSelection | undefined {
     return this.#selection;
+  }
+
+  /** The chunks that are drawn. */
+  get drawn(): Uint32Array {
+    return this.#visible;
   }
 
   /** Whether no chunk of the last selection needs a request, so that movement does not delay it. */

@@ -37,7 +37,13 @@ export class StreamSession {
   /** Selects after changes of the resident chunks. A change of the camera view selects at once. */
   readonly #selecting = new CoalescedTask(() => this.#select());
 
-  private constructor(source: Source, store: Store, backoff: Backoff, options: SessionOptions) {
+  private constructor(
+    core: Core,
+    source: Source,
+    store: Store,
+    backoff: Backoff,
+    options: SessionOptions,
+  ) {
     this.source = source;
     this.info = store.info;
     this.#store = store;
@@ -45,7 +51,7 @@ export class StreamSession {
     this.#ownsDecoder = !options.decoder;
     this.#decoder = options.decoder ?? new WorkerPool();
     this.#backoff = backoff;
-    this.#parts = makeSessionParts(this.access, this.#decoder, options, {
+    this.#parts = makeSessionParts(core, this.access, this.#decoder, options, {
       changed: () => this.#selecting.request(),
       advanced: () => this.#onAdvance(),
       rested: () => this.#select(),
@@ -79,10 +85,10 @@ export class StreamSession {
       },
     });
     try {
-      const store = await openStore(source, core, backoff, signal);
+      const store = await openStore(source, (header) => core.openStore(header), backoff, signal);
       signal.throwIfAborted();
       const kept = keptSource(source, store, options.readAheadBytes);
-      session = new StreamSession(kept, store, backoff, options);
+      session = new StreamSession(core, kept, store, backoff, options);
       const opened = session;
       signal.addEventListener("abort", () => opened.close(), { once: true });
       session.#loadCoarse(options.firstIsovalues);
@@ -163,6 +169,16 @@ export class StreamSession {
   /** See ValueMapping::quantized_isovalue. */
   quantizedIsovalue(isovalue: number): number {
     return this.#store.quantizedIsovalue(isovalue);
+  }
+
+  /**
+   * Fetches the values of a field of the store for all chunks that are drawn (`StreamEvents.fieldValues`), or those
+   * of none. The viewer forgets the values of another field. Throws a RangeError if the store has no such field.
+   */
+  showField(name: string | null): void {
+    const field = name === null ? null : this.info.fields.find((each) => each.name === name);
+    if (field === undefined) throw new RangeError(`the store has no field "${name}"`);
+    if (!this.isClosed) this.#parts.uploads.fields.show(field);
   }
 
   /** Call it when opacity or clipping has changed, because this changes the occlusion. */
@@ -298,6 +314,7 @@ export class StreamSession {
     measured("isosplat:streaming", () => {
       try {
         this.#parts.selectionLoop.run(cameraView);
+        this.#parts.uploads.fields.draw(this.#parts.selectionLoop.drawn);
       } catch (error) {
         this.#report(new StreamError("internal", `selection: ${String(error)}`, error));
       }

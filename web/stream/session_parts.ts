@@ -1,4 +1,4 @@
-import type { Store } from "../core/core.ts";
+import type { Core, Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
 import type { DecodedChunk } from "../core/types.ts";
 import { BackgroundLoader, defaultBackgroundBytes, savesData } from "./background_loader.ts";
@@ -61,15 +61,21 @@ export interface SessionParts extends SelectionParts {
 
 /** Makes the parts of a session, and connects them. */
 export function makeSessionParts(
-  { source, store, backoff, closed }: StoreAccess,
+  core: Core,
+  access: StoreAccess,
   decoder: Decoder,
   options: SessionOptions,
   host: SessionPartsHost,
 ): SessionParts {
+  const { source, store, backoff, closed } = access;
   const viewer = options.events;
-  const uploads = new ChunkUploads(store, options.sampleBudget ?? defaultSampleBudget(), viewer, {
+  const ofFields = { core, store: access, decoder, requests: options.requests };
+  const budget = options.sampleBudget ?? defaultSampleBudget();
+  const uploads = new ChunkUploads(ofFields, budget, viewer, {
     changed: () => host.changed(),
     uploadedInAdvance: () => host.advanced(),
+    fieldFailed: (error, isFirst) => host.partFailed(error, isFirst),
+    fieldChanged: () => host.progressChanged(),
     overflowed: (error) => host.failed(error),
   });
   const { residency } = uploads;
@@ -102,8 +108,8 @@ export function makeSessionParts(
   };
   const { coarseBytes } = options;
   const coarse = new CoarseLoader(source, store, backoff, decoder, coarseEvents, coarseBytes);
-  const budget = options.backgroundBytes ?? defaultBackgroundBytes(store.info.fileBytes);
-  const background = new BackgroundLoader(source, store, decoder, savesData() ? 0 : budget, {
+  const ahead = options.backgroundBytes ?? defaultBackgroundBytes(store.info.fileBytes);
+  const background = new BackgroundLoader(source, store, decoder, savesData() ? 0 : ahead, {
     isResident: (handle) => residency.has(handle) || uploads.isQueued(handle),
     admit: (chunk) => residency.reserveFree(chunk),
     released: (chunk) => residency.release(chunk.handle),

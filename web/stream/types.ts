@@ -104,6 +104,13 @@ export interface StreamEvents {
    * sample budget is lowered.
    */
   samples(id: number, place: ChunkPlace, samples: Uint32Array, clusters: Uint8Array): boolean;
+  /**
+   * Upload the values of the field that is shown (StreamSession.showField) for the samples of a chunk: PackedField,
+   * four words each, in the order of the samples. The viewer owns the array.
+   */
+  fieldValues?(id: number, values: Uint32Array): void;
+  /** The samples of a chunk, read back from the GPU: they are needed to decode its field chunk. */
+  readSamples?(id: number): Uint32Array | undefined;
   /** The chunk with this id is no longer needed: free it. It is never a visible chunk. */
   drop(id: number): void;
   /**

@@ -4,8 +4,8 @@ import type { CoreProgram } from "../core/instantiate_core.ts";
 import { compiledCore } from "../core/load_core.ts";
 import { messageOfLoss, startWorker } from "../core/page_worker.ts";
 import type { DecodedChunk } from "../core/types.ts";
-import type { WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
-import type { DecodeJob, Decoder } from "./decoder.ts";
+import type { Decoded, WorkerRequest, WorkerResponse, WorkerStart } from "./decode_worker.ts";
+import type { DecodeJob, Decoder, FieldJob } from "./decoder.ts";
 
 /**
  * Number of requests that a worker has at a time, so that it never waits for the main thread between two
@@ -29,9 +29,9 @@ const startStepMs = 500;
 
 interface Task {
   id: number;
-  job: DecodeJob;
+  job: DecodeJob | FieldJob;
   bytes: Uint8Array;
-  resolve(decoded: DecodedChunk): void;
+  resolve(decoded: Decoded): void;
   reject(reason: unknown): void;
 }
 
@@ -78,12 +78,20 @@ export class WorkerPool implements Decoder {
   }
 
   decode(job: DecodeJob, bytes: Uint8Array, signal: AbortSignal): Promise<DecodedChunk> {
+    return this.#decode(shapeOf(job), bytes, signal) as Promise<DecodedChunk>;
+  }
+
+  decodeField(job: FieldJob, bytes: Uint8Array, signal: AbortSignal): Promise<Uint32Array> {
+    const { field } = job;
+    return this.#decode({ ...shapeOf(job), field }, bytes, signal) as Promise<Uint32Array>;
+  }
+
+  #decode(job: DecodeJob | FieldJob, bytes: Uint8Array, signal: AbortSignal): Promise<Decoded> {
     if (signal.aborted) return Promise.reject(signal.reason);
     if (this.#silence) return Promise.reject(new CoreError("worker_lost", this.#silence));
     // All workers have died. The caller has waited before this attempt.
     if (this.#members.length === 0 && !this.#closed) this.#spawn();
     return new Promise((resolve, reject) => {
-      const { level, blockCells, bandBegin, bandEnd, cells, checksum } = job;
       // A task that a worker has begun is finished; a waiting task is removed.
       const aborted = (): void => {
         const at = this.#waiting.indexOf(task);
@@ -92,7 +100,7 @@ export class WorkerPool implements Decoder {
       };
       const task: Task = {
         id: this.#nextId++,
-        job: { level, blockCells, bandBegin, bandEnd, cells, checksum },
+        job,
         bytes,
         resolve: (decoded) => {
           signal.removeEventListener("abort", aborted);
@@ -253,4 +261,10 @@ export class WorkerPool implements Decoder {
     }
     return this.#waiting.splice(0, count);
   }
+}
+
+/** What a worker needs: not the other members of a chunk, which would be copied as well. */
+function shapeOf(job: DecodeJob): DecodeJob {
+  const { level, blockCells, bandBegin, bandEnd, cells, checksum } = job;
+  return { level, blockCells, bandBegin, bandEnd, cells, checksum };
 }

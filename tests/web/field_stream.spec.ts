@@ -1,0 +1,206 @@
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Core } from "../../web/core/index.ts";
+import { FileSource, ServerSource, type Source } from "../../web/stream/index.ts";
+import { program, type RunningServer, serve } from "../browser/support/server.ts";
+import { type RangeHost, rangeHost } from "../support/range_host.ts";
+import { core as load } from "./fixture.ts";
+import { Harness } from "./stream_harness.ts";
+
+/** More than one block along x and y. */
+const voxels = [150, 131, 70] as const;
+const folder = mkdtempSync(join(tmpdir(), "isosplat-fields-"));
+const missing = 65_535;
+
+/** A ball; the field is linear, and missing in a corner of the volume. */
+const ball = (x: number, y: number, z: number): number =>
+  Math.min(255, Math.round(3 * Math.hypot(x - 75, y - 65, z - 35)));
+const pressure = (x: number, y: number, z: number): number => 4 * x + 8 * y + 16 * z;
+const hasPressure = (x: number, y: number): boolean => x + y > 120;
+
+function writeVolumes(): string {
+  const [nx, ny, nz] = voxels;
+  const first = new Uint8Array(nx * ny * nz);
+  const second = new Float32Array(nx * ny * nz);
+  let at = 0;
+  for (let z = 0; z < nz; ++z) {
+    for (let y = 0; y < ny; ++y) {
+      for (let x = 0; x < nx; ++x, ++at) {
+        first[at] = ball(x, y, z);
+        second[at] = hasPressure(x, y) ? pressure(x, y, z) : Number.NaN;
+      }
+    }
+  }
+  const header = (type: string): string =>
+    `NRRD0004\ntype: ${type}\ndimension: 3\nsizes: ${voxels.join(" ")}\nspacings: 1 1 1\n` +
+    "encoding: raw\nendian: little\n\n";
+  const write = (name: string, type: string, values: Uint8Array | Float32Array): string => {
+    const bytes = new Uint8Array(values.buffer);
+    writeFileSync(join(folder, name), Buffer.concat([Buffer.from(header(type)), bytes]));
+    return join(folder, name);
+  };
+  const store = join(folder, "ball.isosplat");
+  const field = `pressure=${write("pressure.nrrd", "float", second)}`;
+  const volume = write("ball.nrrd", "uint8", first);
+  execFileSync(program, ["build", volume, "--field", field, "-o", store], { stdio: "pipe" });
+  return store;
+}
+
+let core: Core;
+let isosplat: RunningServer;
+let host: RangeHost;
+let harness = new Harness();
+
+beforeAll(async () => {
+  const store = writeVolumes();
+  core = await load();
+  isosplat = await serve([store]);
+  const file = readFileSync(store);
+  host = await rangeHost((path) => (path === "/ball.isosplat" ? file : undefined));
+});
+
+afterEach(() => {
+  harness.close();
+  harness = new Harness();
+});
+
+afterAll(async () => {
+  host?.stop();
+  await isosplat?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+const sources: [string, () => Source][] = [
+  ["a server", () => new ServerSource({ base: isosplat.url, volume: "ball" })],
+  ["a static file", () => new FileSource(`${host.origin}/ball.isosplat`)],
+];
+
+/** The ball from the front, as large as the picture. */
+function view(isovalue: number, size: number) {
+  const focal = 1 / Math.tan(Math.PI / 8);
+  const [near, far, away] = [1, 5000, 200];
+  const depth = (far + near) / (far - near);
+  const y0 = 65 - away;
+  return {
+    viewProjection: [
+      ...[focal, 0, 0, 0],
+      ...[0, 0, depth, 1],
+      ...[0, focal, 0, 0],
+      ...[-focal * 75, -focal * 35, -depth * y0 - (2 * far * near) / (far - near), -y0],
+    ],
+    viewport: { width: size, height: size },
+    isovalues: [isovalue],
+    moving: false,
+  };
+}
+
+/** Compares the values of all drawn chunks of level 0 with the field. Returns the number of corners. */
+function compareWithField(): number {
+  const { mapping } = harness.session?.info.fields[0] ?? { mapping: undefined };
+  if (!mapping) throw new Error("the store has no field");
+  let corners = 0;
+  for (const id of harness.visible) {
+    const { level, block } = harness.resident.get(id)?.place ?? { level: 1, block: [0, 0, 0] };
+    const samples = harness.samplesOf.get(id) as Uint32Array;
+    const values = harness.values.get(id) as Uint32Array;
+    expect(values.length).toBe(samples.length);
+    if (level > 0) continue;
+    for (let i = 0; i < samples.length; i += 4) {
+      const cell = samples[i] as number;
+      for (let c = 0; c < 8; ++c, ++corners) {
+        const x = 64 * block[0] + (cell & 63) + (c & 1);
+        const y = 64 * block[1] + ((cell >> 6) & 63) + ((c >> 1) & 1);
+        const z = 64 * block[2] + ((cell >> 12) & 63) + (c >> 2);
+        const found = ((values[i + (c >> 1)] as number) >>> (16 * (c & 1))) & 0xffff;
+        const isExpected = hasPressure(x, y)
+          ? Math.abs(mapping.offset + mapping.scale * found - pressure(x, y, z)) <=
+            mapping.maxError * 1.001
+          : found === missing;
+        if (!isExpected) throw new Error(`voxel ${x} ${y} ${z}: found ${found}`);
+      }
+    }
+  }
+  return corners;
+}
+
+const hasValues = (): boolean => harness.visible.every((id) => harness.values.has(id));
+
+test.each(sources)("the values of a field come with the chunks of %s", async (_, source) => {
+  const session = await harness.open(source(), core);
+  expect(session.info.fields).toMatchObject([{ name: "pressure", mapping: { hasMissing: true } }]);
+  expect(() => session.showField("temperature")).toThrow(RangeError);
+  session.showField("pressure");
+  session.update(view(100.5, 1600));
+  await harness.until(() => harness.progress?.complete === true);
+  expect(hasValues()).toBe(true);
+  expect(compareWithField()).toBeGreaterThan(50_000);
+});
+
+test.each(sources)("a field of %s can be shown and hidden later", async (_, source) => {
+  const session = await harness.open(source(), core);
+  session.update(view(100.5, 1600));
+  await harness.until(() => harness.progress?.complete === true);
+  expect(harness.values.size).toBe(0);
+  const { bytesFetched, samplesResident } = harness.progress ?? {};
+  session.showField("pressure");
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  expect(compareWithField()).toBeGreaterThan(50_000);
+  expect(harness.progress?.samplesResident).toBe(samplesResident);
+  expect(harness.progress?.bytesFetched).toBeGreaterThan(bytesFetched ?? 0);
+  // Another isovalue: its chunks come with their values.
+  session.update(view(60.5, 1600));
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  expect(compareWithField()).toBeGreaterThan(10_000);
+  session.showField(null);
+  harness.values.clear();
+  session.update(view(140.5, 1600));
+  await harness.until(() => harness.progress?.complete === true);
+  expect(harness.values.size).toBe(0);
+});
+
+test.each([
+  ["chunks", 32 * 1024],
+  ["header", 100],
+])("a surface is drawn without the values of a field whose %s are damaged", async (_, from) => {
+  const file = new Uint8Array(readFileSync(join(folder, "ball.isosplat")));
+  const [field] = (await harness.open(sources[1]?.[1]() as Source, core)).info.fields;
+  if (!field) throw new Error("the store has no field");
+  harness.close();
+  // The header, and then the chunks of the finest level, come first.
+  file.fill(0xaa, field.offset + from, field.offset + field.bytes / 2);
+  const damaged = await rangeHost(() => file);
+  try {
+    harness = new Harness();
+    const session = await harness.open(new FileSource(`${damaged.origin}/ball.isosplat`), core);
+    session.showField("pressure");
+    session.update(view(100.5, 1600));
+    await harness.until(() => harness.progress?.state === "incomplete");
+    expect(harness.progress?.damagedParts).toBeGreaterThan(0);
+    expect(harness.progress?.fault?.kind).toBe("damaged-part");
+    expect(harness.progress?.finestLevel).toBe(0);
+    expect(hasValues()).toBe(false);
+    session.showField(null);
+    await harness.until(() => harness.progress?.complete === true);
+  } finally {
+    damaged.stop();
+  }
+});
+
+test("nothing of a field is fetched while none is shown", async () => {
+  const fetched = async (isShown: boolean): Promise<number> => {
+    const one = new Harness();
+    const session = await one.open(new FileSource(`${host.origin}/ball.isosplat`), core);
+    if (isShown) session.showField("pressure");
+    session.update(view(100.5, 1600));
+    await one.until(() => one.progress?.complete === true);
+    one.close();
+    return one.progress?.bytesFetched ?? 0;
+  };
+  const without = await fetched(false);
+  const { fields } = await harness.open(sources[1]?.[1]() as Source, core).then(({ info }) => info);
+  expect(await fetched(true)).toBeGreaterThan(without);
+  expect(without).toBeLessThan((harness.session?.info.fileBytes ?? 0) - (fields[0]?.bytes ?? 0));
+});
