@@ -28,6 +28,10 @@ int run(const ExtractCall& call) {
   }
   const auto format = mesh_format(path, call.content());
   if (!format) return report(format.error());
+  if (!call.fields.empty()) {
+    const auto holds = check_holds_fields(path, **format, call.content());
+    if (!holds) return report(holds.error());
+  }
   const auto replaceable =
       check_replaceable(path, (*format)->beginning, (*format)->name, call.force);
   if (!replaceable) return report(replaceable.error());
@@ -39,7 +43,12 @@ int run(const ExtractCall& call) {
   const std::string comment =
       fmt::format("isosurface {} of {}, level {}, by isosplat " ISOSPLAT_VERSION, isovalue,
                   (*store)->path().filename().string(), call.level);
-  const auto file = (*format)->create(path, {info.grid, isovalue, comment, call.content()});
+  auto fields = open_fields(**store, call.fields);
+  if (!fields) return report(fields.error());
+  options->fields = std::move(*fields);
+  const std::vector<FieldColumn> columns = columns_of(options->fields);
+  const auto file =
+      (*format)->create(path, {info.grid, isovalue, comment, call.content(), {}, columns});
   if (!file) return report(file.error());
   if (call.mesh) {
     const auto mesh = append_mesh(**store, isovalue, *options, call.changes, *solid, **file);
@@ -95,6 +104,17 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "normal and value. An .npz file has the arrays positions, normals and isovalue, and with "
       "--mesh the\n"
       "array triangles.\n"
+      "With --field, a point has the value of the field's trilinear function in its cell, and a "
+      "vertex\n"
+      "of a mesh, which lies on an edge of cells, the value between the ends of this edge: within\n"
+      "the error that isosplat info states, at level 0. PLY has a property, and NumPy an array, of "
+      "the\n"
+      "field's name; missing values are NaN. GLB has an attribute, _PRESSURE for pressure, with\n"
+      "-3.4028235e38 for missing values, and colours (viridis) that show the first field from its "
+      "1st\n"
+      "to its 99th percentile. The other formats have no values. Where a closed surface is cut, "
+      "the\n"
+      "outline of the cut has values, and points inside of it have none.\n"
       "A closed surface (--closed, and STL and 3MF files of level 0 unless --open is given) "
       "encloses the "
       "solid: where\n"
@@ -115,6 +135,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
           "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
           "  isosplat extract head.isosplat -i -300 --exact --level 1\n"
           "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.npz\n"
+          "  isosplat extract flow.isosplat -i 0.5 --mesh --field pressure -o flow.ply\n"
           "  isosplat extract engine.isosplat --isovalue 60.5 --mesh -o engine.stl\n"
           "  isosplat extract engine.isosplat -i 60.5 --mesh --largest --simplify 0.1 -o "
           "part.3mf\n"

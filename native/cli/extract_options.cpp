@@ -36,6 +36,12 @@ void add_extract_options(CLI::App* command, ExtractCall* call) {
                    "Scenes: only the layer of this name or index; repeat the option for several\n"
                    "layers (default: all visible layers)")
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--field", call->fields,
+          "Write the values of this field of the store at each point or vertex; repeat the\n"
+          "option for several fields (isosplat info lists those of a store)")
+      ->allow_extra_args(false);
   command->add_option(
       "-o,--output", call->output,
       "The file (default: STORE_ISOVALUE.ply in the current folder, or SCENE.glb for the\n"

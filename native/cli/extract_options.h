@@ -16,6 +16,7 @@ struct ExtractCall {
   std::string input, output;
   std::optional<double> isovalue;   ///< of a store
   std::optional<uint64_t> step;     ///< of a scene; none: the one that it shows first
+  std::vector<std::string> fields;  ///< names of the store's fields whose values are written
   std::vector<std::string> layers;  ///< of a scene: names or indices; empty: all that are visible
   uint32_t level = 0;
   unsigned threads = 0;

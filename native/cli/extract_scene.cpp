@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 struct Part {
   size_t layer = 0;
   double isovalue = 0;
+  std::vector<FieldColumn> fields = {};  ///< those of --field that its store has
 };
 
 /// The surfaces of a scene at a step of time. Stores are opened once for the list, and once more
@@ -38,7 +39,9 @@ class SceneExtraction {
   Result<void> list_parts();
   std::vector<fs::path> paths(const fs::path& output, const MeshFormat& format) const;
   Result<void> check_outputs(std::span<const fs::path> outputs, const MeshFormat& format) const;
-  Result<void> append(size_t part, MeshFile& file);
+  Result<void> list_fields(size_t layer, const StoreFile& store, std::vector<FieldColumn>& fields);
+  Result<void> order_fields();
+  Result<void> append(size_t part, std::span<const FieldColumn> fields, MeshFile& file);
   Result<void> write_one(const fs::path& path, const MeshFormat& format);
   Result<void> write_each(std::span<const fs::path> outputs, const MeshFormat& format);
   std::string comment(const std::string& of_what) const;
@@ -49,6 +52,7 @@ class SceneExtraction {
   std::optional<SolidRequest> solid_;
   std::vector<Part> parts_;
   std::vector<MeshObject> objects_;  ///< of the parts
+  std::vector<FieldColumn> fields_;  ///< of all parts, in the order of --field
   MeshCounts counts_;  ///< of what was written since they were reset; vertices: points
 };
 
@@ -97,16 +101,57 @@ Result<void> SceneExtraction::list_parts() {
                       [](const SceneLayer& before) { return before.visible; }));
     const auto surfaces = surfaces_of(layer, opened->store->info(), number);
     if (surfaces.empty()) note(no_surfaces(scene(), i));
+    std::vector<FieldColumn> fields;
+    if (auto listed = list_fields(i, *opened->store, fields); !listed) return listed;
     const std::string name = layer.name.empty() ? fmt::format("layer {}", i) : layer.name;
     for (const SceneSurface& surface : surfaces) {
-      parts_.push_back({i, surface.isovalue});
+      parts_.push_back({i, surface.isovalue, fields});
       objects_.push_back({surfaces.size() > 1 ? fmt::format("{} {}", name, surface.isovalue) : name,
                           *surface.colour, surface.opacity, opened->grid});
     }
   }
-  if (!parts_.empty()) return {};
+  if (!parts_.empty()) return order_fields();
   return fail(Status::not_found,
               "expected a surface, found none: add surfaces to the layers of the scene");
+}
+
+/// Appends the fields of --field that the store of a layer has, and notes those that it lacks.
+Result<void> SceneExtraction::list_fields(size_t layer, const StoreFile& store,
+                                          std::vector<FieldColumn>& fields) {
+  std::vector<std::string> names;
+  for (const std::string& name : call_.fields) {
+    if (has_field(store.info(), name)) {
+      names.push_back(name);
+    } else {
+      note(fmt::format("the store of {} has no field '{}'", name_of(scene(), layer), name));
+    }
+  }
+  const auto opened = open_fields(store, names);
+  if (!opened) return tl::unexpected(opened.error());
+  fields = columns_of(*opened);
+  for (const FieldColumn& field : fields) {
+    const auto known = std::ranges::find(fields_, field.name, &FieldColumn::name);
+    if (known == fields_.end()) fields_.push_back(field);
+  }
+  return {};
+}
+
+/// Brings fields_ into the order of --field. Errors: not_found, if no store has one of them.
+Result<void> SceneExtraction::order_fields() {
+  auto next = fields_.begin();
+  for (const std::string& name : call_.fields) {
+    const auto found = std::ranges::find(fields_, name, &FieldColumn::name);
+    if (found != fields_.end()) {
+      std::iter_swap(next++, found);
+      continue;
+    }
+    return fail(
+        Status::not_found,
+        fmt::format("--field: expected a field of a store of the chosen layers, found '{}': "
+                    "isosplat info lists the fields of a store",
+                    printable(name)));
+  }
+  return {};
 }
 
 /// A name as a part of a file's name: letters, digits, "-", "_", "." and characters beyond ASCII.
@@ -154,13 +199,18 @@ Result<void> SceneExtraction::check_outputs(std::span<const fs::path> outputs,
   return {};
 }
 
-Result<void> SceneExtraction::append(size_t i, MeshFile& file) {
-  const auto [layer, isovalue] = parts_[i];
+Result<void> SceneExtraction::append(size_t i, std::span<const FieldColumn> fields,
+                                     MeshFile& file) {
+  const size_t layer = parts_[i].layer;
+  const double isovalue = parts_[i].isovalue;
   const auto opened = open_layer(file_, layer, step_);
   if (!opened) return tl::unexpected(opened.error());
   const StoreFile& store = *opened->store;
-  const auto options = extract_options(call_, opened->grid);
+  auto options = extract_options(call_, opened->grid);
   if (!options) return tl::unexpected(options.error());
+  auto values = open_known_fields(store, fields);
+  if (!values) return tl::unexpected(values.error());
+  options->fields = std::move(*values);
   bool is_empty = false;
   if (call_.mesh) {
     const auto mesh = append_mesh(store, isovalue, *options, call_.changes, solid_, file);
@@ -188,14 +238,15 @@ std::string SceneExtraction::comment(const std::string& of_what) const {
 }
 
 Result<void> SceneExtraction::write_one(const fs::path& path, const MeshFormat& format) {
-  const auto file = format.create(path, {objects_[0].grid, parts_[0].isovalue,
-                                         comment("isosurfaces"), call_.content(), objects_});
+  const auto file =
+      format.create(path, {objects_[0].grid, parts_[0].isovalue, comment("isosurfaces"),
+                           call_.content(), objects_, fields_});
   if (!file) return tl::unexpected(file.error());
   for (size_t i = 0; i < parts_.size(); ++i) {
     if (i > 0) {
       if (auto begun = (*file)->next_object(); !begun) return begun;
     }
-    if (auto done = append(i, **file); !done) return done;
+    if (auto done = append(i, fields_, **file); !done) return done;
   }
   if (auto published = (*file)->publish(); !published) return published;
   fmt::print("{}: {} surfaces, {} triangles, {} vertices, {}\n", path.string(),
@@ -210,10 +261,14 @@ Result<void> SceneExtraction::write_each(std::span<const fs::path> outputs,
     counts_ = {};
     const std::string what =
         fmt::format("isosurface {} of {}", parts_[i].isovalue, name_of(scene(), parts_[i].layer));
-    const auto file = format.create(
-        outputs[i], {objects_[i].grid, parts_[i].isovalue, comment(what), call_.content()});
+    const auto file = format.create(outputs[i], {objects_[i].grid,
+                                                 parts_[i].isovalue,
+                                                 comment(what),
+                                                 call_.content(),
+                                                 {},
+                                                 parts_[i].fields});
     if (!file) return tl::unexpected(file.error());
-    if (auto done = append(i, **file); !done) return done;
+    if (auto done = append(i, parts_[i].fields, **file); !done) return done;
     if (auto published = (*file)->publish(); !published) return published;
     const std::string count =
         call_.mesh ? fmt::format("{} triangles, {} vertices", with_commas(counts_.triangles),
@@ -231,6 +286,10 @@ Result<void> SceneExtraction::run() {
                               : call_.output;
   const auto format = mesh_format(output, call_.content());
   if (!format) return tl::unexpected(format.error());
+  if (!call_.fields.empty()) {
+    auto holds = check_holds_fields(output, **format, call_.content());
+    if (!holds) return holds;
+  }
   auto solid = solid_request(call_, **format);
   if (!solid) return tl::unexpected(solid.error());
   solid_ = std::move(*solid);

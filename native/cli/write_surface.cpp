@@ -69,7 +69,7 @@ Result<WrittenMesh> append_mesh(const StoreFile& store, double isovalue,
 Result<uint64_t> append_points(const StoreFile& store, double isovalue,
                                const ProjectionOptions& projection, const ExtractOptions& options,
                                MeshFile& file) {
-  return extract_points(store, isovalue, projection, options, [&](const PointArrays& batch) {
+  return extract_points(store, isovalue, projection, options, [&](const PointsWithFields& batch) {
     return file.append({batch, {}});
   });
 }

@@ -42,8 +42,10 @@ Index3 origin_of(BlockKey block) {
 
 Result<void> decode_cells(ChunkDecoder& decoder, std::span<const std::byte> bytes,
                           const ChunkRef& chunk, const ChunkShape& shape,
-                          const ExtractOptions& options, DecodedCells& cells) {
+                          const ExtractOptions& options, DecodedCells& cells, FieldReader* fields) {
   auto decoded = decoder.decode(bytes, shape, cells);
+  // All cells of the chunk are needed to decode its field chunks.
+  if (decoded && fields) decoded = fields->read(decoder, chunk, shape.block_cells, cells.cell);
   if (decoded && options.region) {
     options.region->keep(cells, origin_of(chunk.block), chunk.block.level);
   }

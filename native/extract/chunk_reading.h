@@ -30,10 +30,12 @@ unsigned thread_count(const ExtractOptions& options, size_t chunks);
 /// The low corner of a block, in cells of its level.
 Index3 origin_of(BlockKey block);
 
-/// Decodes a chunk, and removes the cells that are not in the region of the options.
+/// Decodes a chunk, and removes the cells that are not in the region of the options. `fields`:
+/// null, or reads the field chunks as well.
 Result<void> decode_cells(ChunkDecoder& decoder, std::span<const std::byte> bytes,
                           const ChunkRef& chunk, const ChunkShape& shape,
-                          const ExtractOptions& options, DecodedCells& cells);
+                          const ExtractOptions& options, DecodedCells& cells,
+                          FieldReader* fields = nullptr);
 
 /// Prefixes the message with the names of the store and the chunk.
 Error name_chunk(Error error, const StoreFile& store, const ChunkRef& chunk);

@@ -38,6 +38,10 @@ Result<void> EncodedFile::publish() {
     });
     if (!copied) return copied;
   }
+  std::vector<std::byte> rest;
+  encoder_->finish(rest);
+  if (auto written = file_.write(end_, rest); !written) return written;
+  end_ += rest.size();
   const std::vector<std::byte> header = encoder_->header();
   if (auto written = file_.write(0, header); !written) return written;
   // The header of a mesh without triangles may be shorter.

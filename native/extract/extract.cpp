@@ -59,9 +59,11 @@ class PointExtraction {
         threads_(thread_count(options, chunks.size())),
         cells_(threads_) {
     if (options.smooth_normals) gradients_.resize(threads_);
+    if (options.fields.empty()) return;
+    for (unsigned thread = 0; thread < threads_; ++thread) fields_.emplace_back(options.fields);
   }
 
-  Result<uint64_t> run(const std::function<Result<void>(PointArrays&&)>& write) {
+  Result<uint64_t> run(const std::function<Result<void>(PointsWithFields&&)>& write) {
     uint64_t count = 0;
     for (size_t layer = 0; layer < layer_ends_.size(); ++layer) {
       Result<void> done;
@@ -80,15 +82,15 @@ class PointExtraction {
 
  private:
   /// Decodes chunks and calls use(thread, index) for each; the cells of a chunk are in
-  /// cells_[thread].
+  /// cells_[thread], and their values in fields_[thread].
   template <class Use>
-  Result<void> decode(std::span<const ChunkRef> chunks, const Use& use) {
+  Result<void> decode(std::span<const ChunkRef> chunks, bool has_fields, const Use& use) {
     return for_each_chunk(store_, chunks, threads_,
                           [&](unsigned thread, ChunkDecoder& decoder,
                               std::span<const std::byte> bytes, size_t i) -> Result<void> {
-                            auto decoded = decode_cells(decoder, bytes, chunks[i],
-                                                        shape_of(store_.info(), chunks[i]),
-                                                        options_, cells_[thread]);
+                            auto decoded = decode_cells(
+                                decoder, bytes, chunks[i], shape_of(store_.info(), chunks[i]),
+                                options_, cells_[thread], has_fields ? &fields_[thread] : nullptr);
                             if (decoded) use(thread, i);
                             return decoded;
                           });
@@ -101,20 +103,21 @@ class PointExtraction {
   }
 
   Result<void> find_borders(size_t layer) {
-    return decode(chunks_of_layer(layer), [&](unsigned thread, size_t i) {
+    return decode(chunks_of_layer(layer), false, [&](unsigned thread, size_t i) {
       borders_.set(layer_begin(layer) + i, gradients_[thread].border_of(cells_[thread]));
     });
   }
 
   /// The chunks are decoded in batches, whose points are written in order.
-  Result<void> write_points(size_t layer, const std::function<Result<void>(PointArrays&&)>& write,
+  Result<void> write_points(size_t layer,
+                            const std::function<Result<void>(PointsWithFields&&)>& write,
                             uint64_t& count) {
     const std::span<const ChunkRef> chunks = chunks_of_layer(layer);
-    std::vector<PointArrays> points(std::min(kBatchChunks, chunks.size()));
+    std::vector<PointsWithFields> points(std::min(kBatchChunks, chunks.size()));
     return for_each_batch(
         chunks,
         [&](std::span<const ChunkRef> batch) {
-          return decode(batch, [&](unsigned thread, size_t i) {
+          return decode(batch, !fields_.empty(), [&](unsigned thread, size_t i) {
             points[i] = points_of(thread, batch[i].block);
           });
         },
@@ -124,11 +127,19 @@ class PointExtraction {
         });
   }
 
-  PointArrays points_of(unsigned thread, BlockKey block) {
+  PointsWithFields points_of(unsigned thread, BlockKey block) {
     const DecodedCells& cells = cells_[thread];
     const ChunkFrame frame{&grid_of(store_, options_), &store_.info().mapping, block};
-    if (gradients_.empty()) return project_samples(cells, frame, quantized_isovalue_, projection_);
-    return borders_.project(cells, frame, quantized_isovalue_, projection_, gradients_[thread]);
+    std::vector<PointPlace> found;
+    std::vector<PointPlace>* const places = fields_.empty() ? nullptr : &found;
+    PointsWithFields points{
+        gradients_.empty()
+            ? project_samples(cells, frame, quantized_isovalue_, projection_, nullptr, places)
+            : borders_.project(cells, frame, quantized_isovalue_, projection_, gradients_[thread],
+                               places),
+        {}};
+    if (places) points.fields = fields_[thread].at(found);
+    return points;
   }
 
   const StoreFile& store_;
@@ -140,12 +151,13 @@ class PointExtraction {
   BlockBorders borders_;
   unsigned threads_;
   std::vector<DecodedCells> cells_;          ///< by thread
+  std::vector<FieldReader> fields_;          ///< by thread; none if no fields are wanted
   std::vector<LatticeGradients> gradients_;  ///< by thread; all sums are zero between chunks
 };
 
 Result<uint64_t> project_chunks(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(PointArrays&&)>& write) {
+                                const std::function<Result<void>(PointsWithFields&&)>& write) {
   auto chunks = chunks_of(store, isovalue, options);
   if (!chunks) return tl::unexpected(chunks.error());
   // The builder writes chunks in raster order, but the format does not require it.
@@ -169,7 +181,7 @@ Result<void> extract_samples(const StoreFile& store, double isovalue, const Extr
 
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(PointArrays&&)>& write) {
+                                const std::function<Result<void>(PointsWithFields&&)>& write) {
   return catch_out_of_memory(
       store, [&] { return project_chunks(store, isovalue, projection, options, write); });
 }

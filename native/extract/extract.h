@@ -4,7 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "native/extract/field_reading.h"
 #include "shared/core/mesh/cell_region.h"
+#include "shared/core/mesh/mesh_part.h"
 #include "shared/core/points/chunk_samples.h"
 #include "shared/core/sampling/packed_sample.h"
 #include "shared/system/store_file/store_file.h"
@@ -18,6 +20,7 @@ struct ExtractOptions {
   std::optional<CellRegion> region = {};  ///< only these cells are extracted
   std::optional<VolumeGrid> grid = {};    ///< where the volume lies, if not where its store says
   float least_distance = 0;               ///< of meshes: BlockMesher::keep_off_lattice_points
+  OpenedFields fields = {};               ///< of the store, whose values are wanted as well
 };
 
 /// Where the volume of a store lies.
@@ -47,9 +50,11 @@ Result<void> extract_samples(const StoreFile& store, double isovalue, const Extr
 /// of blocks, on the calling thread. Memory: a few chunks. Smooth normals need 4.4 MB more per
 /// thread. They also need the sums at the borders of the blocks of three layers along z: 16 bytes
 /// for each lattice point of a border that a cell touches. Returns the number of points. Errors:
-/// those of extract_samples, and the first error of `write`, which ends the extraction.
+/// those of extract_samples, those of FieldReader, and the first error of `write`, which ends the
+/// extraction. Fields: of a point that Displaced::drop leaves outside of its cell, the values at
+/// the nearest point of the cell.
 Result<uint64_t> extract_points(const StoreFile& store, double isovalue,
                                 const ProjectionOptions& projection, const ExtractOptions& options,
-                                const std::function<Result<void>(PointArrays&&)>& write);
+                                const std::function<Result<void>(PointsWithFields&&)>& write);
 
 }  // namespace isosplat

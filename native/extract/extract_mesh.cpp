@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "native/extract/chunk_reading.h"
 #include "shared/core/mesh/mesh_assembly.h"
 
@@ -19,7 +21,10 @@ class MeshExtraction {
         threads_(thread_count(options, chunks_.size())),
         workers_(threads_),
         assembly_(grid_of(store, options), options.level) {
-    for (Worker& worker : workers_) worker.mesher.keep_off_lattice_points(options.least_distance);
+    for (Worker& worker : workers_) {
+      worker.mesher.keep_off_lattice_points(options.least_distance);
+      if (!options.fields.empty()) worker.fields.emplace(options.fields);
+    }
     std::ranges::sort(chunks_, {}, [](const ChunkRef& chunk) {
       const Index3 at = chunk.block.index;
       return std::array{at.z, at.y, at.x};
@@ -44,6 +49,7 @@ class MeshExtraction {
   struct Worker {
     BlockMesher mesher;
     DecodedCells cells;
+    std::optional<FieldReader> fields;  ///< none if no fields are wanted
   };
 
   /// Meshes the blocks of a layer, whose chunks begin at `first`.
@@ -55,12 +61,16 @@ class MeshExtraction {
                             Worker& worker = workers_[thread];
                             const ChunkShape shape = shape_of(store_.info(), chunks[i]);
                             auto decoded = decode_cells(decoder, bytes, chunks[i], shape, options_,
-                                                        worker.cells);
+                                                        worker.cells,
+                                                        worker.fields ? &*worker.fields : nullptr);
                             if (!decoded) return decoded;
                             MeshedBlock& block = layer[i];
                             block.origin = origin_of(chunks[i].block);
                             worker.mesher.run(worker.cells, shape.block_cells, block.origin,
                                               quantized_isovalue_, block.mesh);
+                            if (worker.fields) {
+                              block.mesh.fields = worker.fields->at(block.mesh.vertices);
+                            }
                             return {};
                           });
   }

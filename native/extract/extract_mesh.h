@@ -10,9 +10,10 @@ namespace isosplat {
 /// The isosurface of the store's trilinear function as triangles (shared/core/mesh). It is closed
 /// and 2-manifold, except at the borders of the volume and of its missing voxels, and does not
 /// depend on the number of threads. Calls `write` for layers of blocks, in ascending z, on the
-/// calling thread; at most two layers are in memory. Errors: those of extract_samples,
-/// out_of_memory (more than 2³² − 1 vertices), and the first error of `write`, which ends the
-/// extraction.
+/// calling thread; at most two layers are in memory. A vertex lies on an edge of cells, and has the
+/// values of fields that are interpolated between the ends of this edge. Errors: those of
+/// extract_samples and FieldReader, out_of_memory (more than 2³² − 1 vertices), and the first error
+/// of `write`, which ends the extraction.
 Result<MeshCounts> extract_mesh(const StoreFile& store, double isovalue,
                                 const ExtractOptions& options,
                                 const std::function<Result<void>(MeshPart&&)>& write);

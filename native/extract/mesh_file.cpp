@@ -14,6 +14,7 @@
 #include "shared/core/mesh_files/glb_encoder.h"
 #include "shared/core/mesh_files/ply_encoder.h"
 #include "shared/core/mesh_files/stl_encoder.h"
+#include "shared/render/settings/colour_maps.h"
 
 namespace isosplat {
 namespace {
@@ -29,15 +30,23 @@ Result<std::unique_ptr<MeshFile>> create_ply(const std::filesystem::path& path,
                                              const SurfaceDescription& surface) {
   const auto content = surface.content == SurfaceContent::points ? PlyEncoder::Content::points
                                                                  : PlyEncoder::Content::triangles;
-  return encoded(path, std::make_unique<PlyEncoder>(surface.grid, surface.comment, content));
+  return encoded(
+      path, std::make_unique<PlyEncoder>(surface.grid, surface.comment, content, surface.fields));
 }
 
 Result<std::unique_ptr<MeshFile>> create_glb(const std::filesystem::path& path,
                                              const SurfaceDescription& surface) {
+  const auto& table = render::kColourMapTable[static_cast<size_t>(render::ColourMap::viridis)];
+  static const std::vector<std::array<uint8_t, 3>> colours = [&] {
+    std::vector<std::array<uint8_t, 3>> all;
+    for (const auto& c : table) all.push_back({c[0], c[1], c[2]});
+    return all;
+  }();
+  const GlbFields fields{surface.fields, colours};
   if (surface.objects.empty()) {
-    return encoded(path, std::make_unique<GlbEncoder>(surface.grid, surface.comment));
+    return encoded(path, std::make_unique<GlbEncoder>(surface.grid, surface.comment, fields));
   }
-  return encoded(path, std::make_unique<GlbEncoder>(surface.objects, surface.comment));
+  return encoded(path, std::make_unique<GlbEncoder>(surface.objects, surface.comment, fields));
 }
 
 Result<std::unique_ptr<MeshFile>> create_stl(const std::filesystem::path& path,
@@ -47,7 +56,8 @@ Result<std::unique_ptr<MeshFile>> create_stl(const std::filesystem::path& path,
 
 Result<std::unique_ptr<MeshFile>> create_npy(const std::filesystem::path& path,
                                              const SurfaceDescription& surface) {
-  return encoded(path, std::make_unique<NpyEncoder>(surface.grid, surface.isovalue));
+  return encoded(path,
+                 std::make_unique<NpyEncoder>(surface.grid, surface.isovalue, surface.fields));
 }
 
 template <class File>
@@ -58,29 +68,46 @@ Result<std::unique_ptr<MeshFile>> create(const std::filesystem::path& path,
   return std::make_unique<File>(std::move(*file));
 }
 
-// extension, beginning, name; whether it has points, triangles, objects, and is solid; creation
+// extension, beginning, name; whether it has points, triangles, objects, is solid, and has fields;
+// creation
 constexpr std::array kFormats{
-    MeshFormat{".ply", "ply\n", "a PLY file", true, true, false, false, create_ply},
-    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true, false, true,
+    MeshFormat{".ply", "ply\n", "a PLY file", true, true, false, false, true, create_ply},
+    MeshFormat{".stl", "isosurface", "an STL file of this program", false, true, false, true, false,
                create_stl},
     MeshFormat{".obj", "# isosurface", "an OBJ file of this program", false, true, true, false,
-               create<ObjFile>},
-    MeshFormat{".glb", "glTF", "a GLB file", false, true, true, false, create_glb},
-    MeshFormat{".3mf", "PK", "a 3MF file", false, true, true, true, create<ThreeMfFile>},
-    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, false, false, create_npy},
-    MeshFormat{".npz", "PK", "an NPZ file", true, true, false, false, create<NpzFile>},
+               false, create<ObjFile>},
+    MeshFormat{".glb", "glTF", "a GLB file", false, true, true, false, true, create_glb},
+    MeshFormat{".3mf", "PK", "a 3MF file", false, true, true, true, false, create<ThreeMfFile>},
+    MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, false, false, true, create_npy},
+    MeshFormat{".npz", "PK", "an NPZ file", true, true, false, false, true, create<NpzFile>},
 };
+
+/// The extensions of the formats for which this is true.
+template <class Predicate>
+std::string extensions(const Predicate& is_listed) {
+  std::string all;
+  for (const MeshFormat& format : kFormats) {
+    if (is_listed(format)) all += fmt::format("{}{}", all.empty() ? "" : ", ", format.extension);
+  }
+  return all;
+}
 
 }  // namespace
 
 std::string mesh_extensions(SurfaceContent content) {
-  std::string all;
-  for (const MeshFormat& format : kFormats) {
-    if (format.has(content)) {
-      all += fmt::format("{}{}", all.empty() ? "" : ", ", format.extension);
-    }
-  }
-  return all;
+  return extensions([&](const MeshFormat& format) { return format.has(content); });
+}
+
+Result<void> check_holds_fields(const std::filesystem::path& path, const MeshFormat& format,
+                                SurfaceContent content) {
+  if (format.has_fields) return {};
+  return fail(Status::invalid_argument,
+              fmt::format("{}: expected a format that can hold values of fields ({}), found {}: "
+                          "choose one of them, or extract without fields",
+                          path.string(), extensions([&](const MeshFormat& other) {
+                            return other.has_fields && other.has(content);
+                          }),
+                          format.extension));
 }
 
 Result<const MeshFormat*> mesh_format(const std::filesystem::path& path, SurfaceContent content) {

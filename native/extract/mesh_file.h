@@ -48,6 +48,8 @@ struct SurfaceDescription {
   SurfaceContent content = SurfaceContent::triangles;
   /// The surfaces of a file with has_objects, in order; empty: one without a name.
   std::span<const MeshObject> objects = {};
+  /// Fields whose values all parts have, in this order. Only for formats with has_fields.
+  std::span<const FieldColumn> fields = {};
 };
 
 /// A format of meshes, of points, or of both.
@@ -59,6 +61,7 @@ struct MeshFormat {
   bool has_points, has_triangles;
   bool has_objects;  ///< several surfaces of triangles, with names
   bool is_solid;     ///< for printing: surfaces are closed unless the user wants them open
+  bool has_fields;   ///< values of fields at points and vertices
 
   /// Creates a file. Errors: those of OutputFile.
   Result<std::unique_ptr<MeshFile>> (*create)(const std::filesystem::path& path,
@@ -75,5 +78,10 @@ Result<const MeshFormat*> mesh_format(const std::filesystem::path& path, Surface
 
 /// The extensions of all formats of this content: ".ply, .stl, …".
 std::string mesh_extensions(SurfaceContent content);
+
+/// Checks that a format can hold values of fields. Errors: invalid_argument, with the extensions of
+/// those that can.
+Result<void> check_holds_fields(const std::filesystem::path& path, const MeshFormat& format,
+                                SurfaceContent content);
 
 }  // namespace isosplat

@@ -4,16 +4,15 @@
 
 namespace isosplat {
 
-std::string npy_header(std::string_view dtype, std::string_view shape) {
+std::string npy_header(std::string_view dtype, std::string_view shape, size_t bytes) {
   constexpr std::string_view kMagic{"\x93NUMPY\x01\x00", 8};
   // magic, 2 bytes of length, then the dictionary, padded with blanks and ended by a line feed
-  constexpr size_t kTextBytes = kNpyHeaderBytes - kMagic.size() - 2;
-  static_assert(kNpyHeaderBytes % 64 == 0, "the format requires it");
+  const size_t text_bytes = bytes - kMagic.size() - 2;
   std::string header(kMagic);
-  header += static_cast<char>(kTextBytes & 0xFF);
-  header += static_cast<char>(kTextBytes >> 8);
+  header += static_cast<char>(text_bytes & 0xFF);
+  header += static_cast<char>(text_bytes >> 8);
   header += fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': {}, }}", dtype, shape);
-  header.resize(kNpyHeaderBytes - 1, ' ');
+  header.resize(bytes - 1, ' ');
   header += '\n';
   return header;
 }

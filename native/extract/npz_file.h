@@ -11,6 +11,7 @@ namespace isosplat {
 ///   normals.npy    (points, 3), f4: of unit length, towards smaller values
 ///   triangles.npy  (triangles, 3), u4: indices of points; only of a mesh
 ///   isovalue.npy   (), f8
+///   NAME.npy       (points,), f4: the values of the field NAME; missing values are NaN
 /// The arrays are kept in temporary files until publish().
 class NpzFile : public MeshFile {
  public:
@@ -28,10 +29,12 @@ class NpzFile : public MeshFile {
 
  private:
   NpzFile(OutputFile file, SpooledBytes positions, SpooledBytes normals, SpooledBytes triangles,
-          const SurfaceDescription& surface);
+          std::vector<SpooledBytes> fields, const SurfaceDescription& surface);
 
   OutputFile file_;
   SpooledBytes positions_, normals_, triangles_;
+  std::vector<SpooledBytes> fields_;
+  std::vector<std::string> names_;  ///< of the arrays of the fields
   bool has_doubles_, is_mesh_;
   double isovalue_;
   uint64_t end_ = 0;

@@ -1,7 +1,8 @@
-// isosplat build --field.
+// isosplat build --field and extract --field.
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "tests/native/cli_program.h"
@@ -23,6 +24,21 @@ class CliFields : public ::testing::Test {
 
   const TempFolder folder;
   const std::string store = folder / "x.isosplat", volume = test::write_ball(folder, 24);
+  /// The number of vertices of a PLY file whose field "temperature", the last property, is x − 300.
+  static size_t vertices_with_temperature(const std::string& ply) {
+    EXPECT_NE(ply.find("property float nz\nproperty float temperature\n"), std::string::npos)
+        << ply;
+    const size_t count = std::stoul(ply.substr(ply.find("element vertex ") + 15, 20));
+    const size_t begin = ply.find("end_header\n") + 11;
+    for (size_t i = 0; i < count; ++i) {
+      std::array<float, 7> vertex;
+      std::memcpy(vertex.data(), &ply.at(begin + i * sizeof vertex), sizeof vertex);
+      EXPECT_NEAR(vertex[6], vertex[0] - 300, 1e-3) << i;
+      if (HasFailure()) return 0;
+    }
+    return count;
+  }
+
   const std::string field = test::write_cube(
       folder, "t.nrrd", "int16", 24, test::cube<int16_t>(24, [](int i) { return i % 24 - 300; }));
 };
@@ -71,6 +87,64 @@ TEST_F(CliFields, RefusesWhatItCannotBuild) {
       run({"build", volume, "-o", field, "--force", "--no-thumbnail", "--field", "t=" + field});
   EXPECT_NE(overwritten.exit_code, 0);
   EXPECT_EQ(run({"info", field}).exit_code, 0);
+}
+
+TEST_F(CliFields, AreExtractedWithPointsAndMeshes) {
+  ASSERT_EQ(build({"--field", "temperature=" + field}).exit_code, 0);
+  const std::string ply = folder / "a.ply";
+  const auto extract = [&](std::vector<std::string> options) {
+    std::vector<std::string> arguments{"extract", store, "-i", "100.5", "--force", "-o"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return run(arguments);
+  };
+  const auto expect_values = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {ply, "--field", "temperature"});
+    const Ended done = extract(options);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return vertices_with_temperature(test::read_file(ply));
+  };
+  EXPECT_GT(expect_values({}), 300u);
+  EXPECT_GT(expect_values({"--exact"}), 300u);
+  const size_t vertices = expect_values({"--mesh"});
+  EXPECT_GT(vertices, 300u);
+  EXPECT_GT(expect_values({"--mesh", "--closed"}), 300u);
+  EXPECT_LT(expect_values({"--mesh", "--simplify", "0.3"}), vertices);
+  const Ended unknown = extract({ply, "--field", "density"});
+  EXPECT_NE(unknown.err.find("which has temperature"), std::string::npos) << unknown.err;
+  const Ended stl = extract({folder / "a.stl", "--mesh", "--field", "temperature"});
+  EXPECT_NE(stl.exit_code, 0);
+  EXPECT_NE(stl.err.find("(.ply, .glb, .npz)"), std::string::npos) << stl.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.stl"));
+}
+
+TEST_F(CliFields, AreExtractedFromTheLayersOfScenes) {
+  ASSERT_EQ(build({"--field", "temperature=" + field}).exit_code, 0);
+  const std::string plain = folder / "plain.isosplat", scene = folder / "scene.json";
+  ASSERT_EQ(run({"build", volume, "-o", plain, "--no-thumbnail"}).exit_code, 0);
+  test::write_file(scene, R"({"format": "isosplat-scene", "version": 1, "layers": [
+    {"name": "with", "store": "x.isosplat", "surfaces": [{"isovalue": 100.5}]},
+    {"name": "without", "store": "plain.isosplat", "surfaces": [{"isovalue": 100.5}]}]})");
+  const Ended ended =
+      run({"extract", scene, "--mesh", "--field", "temperature", "-o", folder / "a.ply"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("has no field 'temperature'"), std::string::npos) << ended.err;
+  EXPECT_GT(vertices_with_temperature(test::read_file(folder / "a-with.ply")), 300u);
+  EXPECT_EQ(test::read_file(folder / "a-without.ply").find("temperature"), std::string::npos);
+  const Ended glb =
+      run({"extract", scene, "--mesh", "--field", "temperature", "-o", folder / "a.glb"});
+  ASSERT_EQ(glb.exit_code, 0) << glb.err;
+  const std::string bytes = test::read_file(folder / "a.glb");
+  uint32_t length = 0;
+  std::memcpy(&length, bytes.data() + 12, 4);
+  const auto json = nlohmann::json::parse(bytes.substr(20, length));
+  const auto attributes = [&](size_t mesh) {
+    return json["meshes"][mesh]["primitives"][0]["attributes"];
+  };
+  EXPECT_TRUE(attributes(0).contains("_TEMPERATURE"));
+  EXPECT_FALSE(attributes(1).contains("_TEMPERATURE"));
+  const Ended unknown = run({"extract", scene, "--mesh", "--field", "x", "-o", folder / "b.ply"});
+  EXPECT_NE(unknown.err.find("expected a field of a store of the chosen layers"), std::string::npos)
+      << unknown.err;
 }
 
 }  // namespace

@@ -68,6 +68,7 @@ describe("the README's commands", () => {
   beforeAll(() => {
     folder = mkdtempSync(join(tmpdir(), "isosplat-readme-"));
     writeFileSync(join(folder, "head.nii.gz"), header());
+    writeFileSync(join(folder, "dose.nii.gz"), header());
     writeFileSync(join(folder, "organs.nii.gz"), header()); // each value is a label
     writeAdaptiveGrid(folder);
     for (const step of [1, 2]) writeFileSync(join(folder, `step_${step}.nii.gz`), header());

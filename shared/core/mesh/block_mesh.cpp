@@ -210,6 +210,7 @@ void BlockMesher::run(const DecodedCells& cells, Index3 block_cells, Index3 orig
   mesh.vertices.clear();
   mesh.border.clear();
   mesh.triangles.clear();
+  mesh.fields.clear();
   cells_ = block_cells;
   origin_ = origin;
   isovalue_ = quantized_isovalue;

@@ -7,6 +7,7 @@
 #include "shared/core/base/vec3.h"
 #include "shared/core/codec/chunk_codec.h"
 #include "shared/core/mesh/cell_surface.h"
+#include "shared/core/mesh/mesh_part.h"
 
 namespace isosplat {
 
@@ -45,6 +46,7 @@ struct BlockMesh {
   std::vector<MeshVertex> vertices;
   std::vector<BorderVertex> border;  ///< ascending by vertex
   std::vector<std::array<uint32_t, 3>> triangles;
+  FieldValues fields;  ///< at the vertices; BlockMesher leaves them to its caller
 };
 
 /// Makes triangles of decoded cells. Keeps scratch memory between calls, so use one per thread.

@@ -14,14 +14,24 @@ namespace {
 class CutVertices {
  public:
   CutVertices(MeshPart& mesh, const std::vector<double>& heights)
-      : vertices_(mesh.vertices), heights_(heights) {}
+      : vertices_(mesh.vertices),
+        heights_(heights),
+        first_(static_cast<uint32_t>(mesh.vertices.positions.size())) {}
 
-  /// The vertex on the edge between a vertex inside of the half-space and one outside.
-  uint32_t between(uint32_t inside, uint32_t outside) {
+  /// The vertex on the edge between a vertex inside of the half-space and one outside. is_of_cap:
+  /// of the triangle. Fields have values where an edge is also that of another triangle.
+  uint32_t between(uint32_t inside, uint32_t outside, bool is_of_cap) {
     const uint64_t key = uint64_t{std::min(inside, outside)} << 32 | std::max(inside, outside);
     const auto number = static_cast<uint32_t>(vertices_.positions.size());
     const auto [found, is_new] = number_.try_emplace(key, number);
-    if (!is_new) return found->second;
+    if (is_new) shares_.push_back(append(inside, outside));
+    if (!is_of_cap) interpolate_fields(inside, outside, found->second);
+    return found->second;
+  }
+
+ private:
+  /// Adds a vertex. Returns its distance from the inner end, as a share of the edge.
+  double append(uint32_t inside, uint32_t outside) {
     const Vec3d from = vertices_.positions[inside], line = vertices_.positions[outside] - from;
     const double size = length(line);
     const double least = size > 0 ? std::min(0.25, 0x1p-14 / size) : 0.25;
@@ -30,12 +40,22 @@ class CutVertices {
     const Vec3f a = vertices_.normals[inside], b = vertices_.normals[outside];
     vertices_.positions.push_back(from + line * t);
     vertices_.normals.push_back(a + (b - a) * static_cast<float>(t));
-    return number;
+    for (auto& values : vertices_.fields) values.push_back(NAN);
+    return t;
   }
 
- private:
-  PointArrays& vertices_;
+  void interpolate_fields(uint32_t inside, uint32_t outside, uint32_t vertex) {
+    const double t = shares_[vertex - first_];
+    for (auto& values : vertices_.fields) {
+      const double a = values[inside], b = values[outside];
+      values[vertex] = static_cast<float>(a + (b - a) * t);
+    }
+  }
+
+  PointsWithFields& vertices_;
   const std::vector<double>& heights_;
+  const uint32_t first_;        ///< the first one
+  std::vector<double> shares_;  ///< of each: see append()
   std::unordered_map<uint64_t, uint32_t> number_;
 };
 
@@ -48,7 +68,7 @@ Vec3d any_perpendicular(Vec3d n) {
 
 }  // namespace
 
-Result<void> clip_closed(MeshPart& mesh, const HalfSpace& half_space) {
+Result<void> clip_closed(MeshPart& mesh, std::vector<bool>& is_cap, const HalfSpace& half_space) {
   std::vector<double> heights;
   heights.reserve(mesh.vertices.positions.size());
   for (const Vec3d at : mesh.vertices.positions) {
@@ -58,6 +78,7 @@ Result<void> clip_closed(MeshPart& mesh, const HalfSpace& half_space) {
   CutVertices cuts(mesh, heights);
   std::vector<CapSide> sides;
   std::vector<std::array<uint32_t, 3>> more;
+  std::vector<bool> more_is_cap;
   size_t kept = 0;
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     std::array<uint32_t, 3> t = mesh.triangles[i];
@@ -68,25 +89,35 @@ Result<void> clip_closed(MeshPart& mesh, const HalfSpace& half_space) {
       while (is_inside(t[0]) != (inside == 1) || is_inside(t[1]) != (inside == 2)) {
         t = {t[1], t[2], t[0]};
       }
-      const uint32_t first = inside == 1 ? cuts.between(t[0], t[1]) : cuts.between(t[1], t[0]);
-      const uint32_t last = inside == 1 ? cuts.between(t[0], t[2]) : cuts.between(t[2], t[0]);
+      const bool is_of_cap = is_cap[i];
+      const auto cut = [&](uint32_t other) {
+        return inside == 1 ? cuts.between(t[0], other, is_of_cap)
+                           : cuts.between(other, t[0], is_of_cap);
+      };
+      const uint32_t first = cut(t[1]), last = cut(t[2]);
       if (inside == 1) {
         t = {t[0], first, last};
         sides.push_back({last, first});
       } else {
         more.push_back({first, t[1], t[2]});
+        more_is_cap.push_back(is_of_cap);
         t = {first, t[2], last};
         sides.push_back({first, last});
       }
     }
+    is_cap[kept] = is_cap[i];
     mesh.triangles[kept++] = t;
   }
   mesh.triangles.resize(kept);
   mesh.triangles.insert(mesh.triangles.end(), more.begin(), more.end());
+  is_cap.resize(kept);
+  is_cap.insert(is_cap.end(), more_is_cap.begin(), more_is_cap.end());
   // The removed side is outside.
   const Vec3d outwards = half_space.normal * -1;
   const Vec3d u = any_perpendicular(outwards);
-  return append_cap(mesh, std::move(sides), u, cross(outwards, u));
+  auto closed = append_cap(mesh, std::move(sides), u, cross(outwards, u));
+  is_cap.resize(mesh.triangles.size(), true);
+  return closed;
 }
 
 }  // namespace isosplat

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "shared/core/base/status.h"
 #include "shared/core/mesh/mesh_part.h"
 
@@ -14,8 +16,10 @@ struct HalfSpace {
 /// Cuts off what is outside of a half-space, and closes the cut. mesh: closed, with coordinates in
 /// voxels; vertices that are no longer used stay in it. half_space: finite, with a normal of unit
 /// length. Vertices of the cut are between the ends of edges, at least 2⁻¹⁴ voxels from them if the
-/// edge is long enough: so those of different edges differ. Errors: invalid_argument (the mesh is
-/// not closed).
-Result<void> clip_closed(MeshPart& mesh, const HalfSpace& half_space);
+/// edge is long enough: so those of different edges differ. is_cap: for each triangle, whether it
+/// closes a cut; changed as the triangles are. Values of fields are interpolated on the edges of
+/// other triangles; inside of caps they are missing. Errors: invalid_argument (the mesh is not
+/// closed).
+Result<void> clip_closed(MeshPart& mesh, std::vector<bool>& is_cap, const HalfSpace& half_space);
 
 }  // namespace isosplat

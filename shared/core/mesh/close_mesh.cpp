@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <tuple>
 
@@ -229,6 +230,8 @@ class BoxClosing {
         return static_cast<float>((corner >> axis & 1) == 1 ? 1 : -1);
       };
       mesh_.vertices.normals.push_back({outwards(0), outwards(1), outwards(2)});
+      // No cell of the surface is known to be there.
+      for (auto& values : mesh_.vertices.fields) values.push_back(NAN);
     }
     return *vertex;
   }

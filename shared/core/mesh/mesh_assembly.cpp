@@ -69,6 +69,7 @@ MeshPart MeshAssembly::take_part(size_t i) {
   MeshPart part;
   part.vertices.positions.reserve(mesh.vertices.size());
   part.vertices.normals.reserve(mesh.vertices.size());
+  part.vertices.fields.resize(mesh.fields.size());
   std::vector<uint32_t> numbers(mesh.vertices.size());
   uint32_t next_number = numbered.first_number;
   auto border = numbered.border.begin();
@@ -85,6 +86,9 @@ MeshPart MeshAssembly::take_part(size_t i) {
       g = shared.gradient;
     }
     numbers[v] = next_number++;
+    for (size_t field = 0; field < mesh.fields.size(); ++field) {
+      part.vertices.fields[field].push_back(mesh.fields[field][v]);
+    }
     const Vec3f at = vertex.position;
     part.vertices.positions.push_back(
         grid_.world({cell_size_ * (low.x + double{at.x}), cell_size_ * (low.y + double{at.y}),

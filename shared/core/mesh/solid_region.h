@@ -33,7 +33,8 @@ class SolidRegion {
   /// Turns the mesh of these cells into the surface of the solid in the region: the part with
   /// values above the isovalue. It is closed, in the world, and has no unused vertices. Meshes are
   /// those of MeshAssembly with lattice_grid(), and of a BlockMesher that keeps vertices off
-  /// lattice points. Where a cut is, vertices have the normals of the surface. Errors:
+  /// lattice points. Where a cut is, vertices have the normals of the surface. Values of fields are
+  /// known on the isosurface and its edges; at other vertices of cuts they are missing. Errors:
   /// invalid_argument (the mesh has holes, from missing voxels).
   Result<void> close(MeshPart& mesh) const;
 

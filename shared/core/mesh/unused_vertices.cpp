@@ -18,10 +18,12 @@ void drop_unused_vertices(MeshPart& mesh) {
     if (number[v] == kUnused) continue;
     positions[next] = positions[v];
     normals[next] = normals[v];
+    for (auto& values : mesh.vertices.fields) values[next] = values[v];
     number[v] = next++;
   }
   positions.resize(next);
   normals.resize(next);
+  for (auto& values : mesh.vertices.fields) values.resize(next);
   for (auto& triangle : mesh.triangles) {
     for (uint32_t& v : triangle) v = number[v];
   }

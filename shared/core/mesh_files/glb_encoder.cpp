@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -20,16 +21,21 @@ namespace {
 //   0          "glTF", version 2, length of the file
 //   12         length and type of the JSON chunk, then its text, filled up with blanks
 //   20 + J     length and type of the binary chunk; J: bytes of the text
-//   28 + J     vertices of all objects, of 24 bytes each, then triangles of 12 bytes
+//   28 + J     vertices of all objects, of 24 bytes each, then triangles of 12 bytes; then, of each
+//              object, the values of its fields, of 4 bytes; and then the colours, of 8 bytes
 // J is fixed before the numbers of vertices and triangles are known, so that the file can be
 // written from the first vertex on.
 constexpr size_t kSceneBytes = 2048, kObjectBytes = 2048;  // more than their JSON needs
+constexpr size_t kFieldBytes = 1024;                       // of an object, besides names
 constexpr size_t kMaxNameBytes = 256;
 constexpr size_t kTextBegin = 12 + 8, kBinaryHeader = 8;
-constexpr uint32_t kVertexBytes = 24, kTriangleBytes = 12;
+constexpr uint32_t kVertexBytes = 24, kTriangleBytes = 12, kValueBytes = 4, kColourBytes = 8;
 constexpr uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kArrayBuffer = 34962, kElementBuffer = 34963;
+constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123, kArrayBuffer = 34962,
+              kElementBuffer = 34963;
 constexpr std::array<float, 4> kPlainColour{0.69f, 0.64f, 0.53f, 1};  // linear
+constexpr std::array<uint8_t, 3> kMissingColour{128, 128, 128};       // sRGB
+constexpr float kMissingValue = std::numeric_limits<float>::lowest();
 
 struct GlbVertex {
   Vec3f position, normal;
@@ -50,6 +56,34 @@ float to_linear(float srgb) {
   return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
+/// "_" and the name in capital letters, with digits and "_": each one only once.
+std::vector<std::string> attribute_names(std::span<const FieldColumn> fields) {
+  std::vector<std::string> names;
+  for (const FieldColumn& field : fields) {
+    std::string name = "_";
+    for (const char c : field.name) {
+      name += c >= 'a' && c <= 'z'                               ? static_cast<char>(c - 'a' + 'A')
+              : (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c
+                                                                 : '_';
+    }
+    while (std::find(names.begin(), names.end(), name) != names.end()) name += "_";
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+/// The 1st and the 99th percentile of numbers; 0 and 0 if there are none. Reorders them.
+std::array<float, 2> percentiles(std::vector<float>& numbers) {
+  if (numbers.empty()) return {};
+  const auto at = [&](double share) {
+    const auto nth = numbers.begin() +
+                     static_cast<ptrdiff_t>(share * static_cast<double>(numbers.size() - 1) + 0.5);
+    std::nth_element(numbers.begin(), nth, numbers.end());
+    return *nth;
+  };
+  return {at(0.01), at(0.99)};
+}
+
 Vec3d offset_of(const VolumeGrid& grid) {
   if (!needs_doubles(grid)) return {};
   return grid.world({0.5 * grid.voxels.x, 0.5 * grid.voxels.y, 0.5 * grid.voxels.z});
@@ -57,13 +91,15 @@ Vec3d offset_of(const VolumeGrid& grid) {
 
 }  // namespace
 
-GlbEncoder::GlbEncoder(const VolumeGrid& grid, std::string_view comment)
+GlbEncoder::GlbEncoder(const VolumeGrid& grid, std::string_view comment, const GlbFields& fields)
     : objects_(1), comment_(comment.substr(0, 300)), json_bytes_(kSceneBytes + kObjectBytes) {
   objects_[0].colour = kPlainColour;
   objects_[0].offset = offset_of(grid);
+  reserve_text(fields);
 }
 
-GlbEncoder::GlbEncoder(std::span<const MeshObject> objects, std::string_view comment)
+GlbEncoder::GlbEncoder(std::span<const MeshObject> objects, std::string_view comment,
+                       const GlbFields& fields)
     : comment_(comment.substr(0, 300)), json_bytes_(kSceneBytes) {
   for (const MeshObject& from : objects) {
     Object& object = objects_.emplace_back();
@@ -73,6 +109,21 @@ GlbEncoder::GlbEncoder(std::span<const MeshObject> objects, std::string_view com
     object.offset = offset_of(from.grid);
     json_bytes_ += kObjectBytes + 2 * to_text(object.name).size();
   }
+  reserve_text(fields);
+}
+
+/// Sets the fields, and completes the bytes of the JSON text.
+void GlbEncoder::reserve_text(const GlbFields& fields) {
+  fields_.assign(fields.columns.begin(), fields.columns.end());
+  attributes_ = attribute_names(fields_);
+  colour_map_ = fields.colour_map;
+  for (FieldColumn& field : fields_) {
+    field.title.resize(std::min(field.title.size(), kMaxNameBytes));
+    field.units.resize(std::min(field.units.size(), kMaxNameBytes));
+    json_bytes_ +=
+        objects_.size() * (kFieldBytes + to_text(field.title).size() + to_text(field.units).size());
+  }
+  for (Object& object : objects_) object.values.resize(fields_.size());
   json_bytes_ = (json_bytes_ + 3) / 4 * 4;
 }
 
@@ -80,7 +131,8 @@ Result<void> GlbEncoder::append(const MeshPart& part, EncodedPart& out) {
   const size_t count = part.vertices.positions.size();
   vertices_ += count;
   triangles_ += part.triangles.size();
-  if (header_bytes() + vertices_ * kVertexBytes + triangles_ * kTriangleBytes >
+  const uint64_t field_bytes = fields_.empty() ? 0 : kValueBytes * fields_.size() + kColourBytes;
+  if (header_bytes() + vertices_ * (kVertexBytes + field_bytes) + triangles_ * kTriangleBytes >
       std::numeric_limits<uint32_t>::max()) {
     return fail(Status::invalid_argument,
                 "expected a mesh of less than 4 GiB, the most that a GLB file can hold, found "
@@ -94,6 +146,7 @@ Result<void> GlbEncoder::append(const MeshPart& part, EncodedPart& out) {
   }
   object.vertices += count;
   object.triangles += part.triangles.size();
+  append_values(object.values, part.vertices.fields);
   const size_t begin = out.body.size();
   out.body.resize(begin + count * kVertexBytes);
   for (size_t i = 0; i < count; ++i) {
@@ -114,6 +167,65 @@ Result<void> GlbEncoder::append(const MeshPart& part, EncodedPart& out) {
   return {};
 }
 
+void GlbEncoder::finish(std::vector<std::byte>& out) {
+  if (fields_.empty()) return;
+  std::vector<float> known;
+  for (Object& object : objects_) {
+    for (auto& values : object.values) {
+      const bool has_none =
+          std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); });
+      if (has_none) values = {};
+    }
+    std::copy_if(object.values[0].begin(), object.values[0].end(), std::back_inserter(known),
+                 [](float value) { return !std::isnan(value); });
+  }
+  coloured_ = percentiles(known);
+  const auto append = [&](const auto& value) {
+    const auto bytes = std::as_bytes(std::span(&value, 1));
+    out.insert(out.end(), bytes.begin(), bytes.end());
+  };
+  out.reserve(out.size() + static_cast<size_t>(value_bytes() + colour_bytes()));
+  for (const Object& object : objects_) {
+    for (const auto& values : object.values) {
+      for (const float value : values) append(std::isnan(value) ? kMissingValue : value);
+    }
+  }
+  const auto linear = [](std::array<uint8_t, 3> colour) {
+    std::array<uint16_t, 4> result{0, 0, 0, 65535};
+    for (size_t i = 0; i < 3; ++i) {
+      result[i] = static_cast<uint16_t>(to_linear(colour[i] / 255.0f) * 65535 + 0.5f);
+    }
+    return result;
+  };
+  std::vector<std::array<uint16_t, 4>> colours;
+  for (const auto& colour : colour_map_) colours.push_back(linear(colour));
+  const auto of_missing = linear(kMissingColour);
+  const auto last = static_cast<double>(colours.size() - 1);
+  const double low = coloured_[0], width = coloured_[1] - low;
+  for (const Object& object : objects_) {
+    for (const float value : object.values[0]) {
+      const double share = width > 0 ? std::clamp((value - low) / width, 0.0, 1.0) : 0.5;
+      append(std::isnan(value) ? of_missing : colours[static_cast<size_t>(share * last + 0.5)]);
+    }
+  }
+}
+
+uint64_t GlbEncoder::value_bytes() const {
+  uint64_t bytes = 0;
+  for (const Object& object : objects_) {
+    for (const auto& values : object.values) bytes += kValueBytes * values.size();
+  }
+  return bytes;
+}
+
+uint64_t GlbEncoder::colour_bytes() const {
+  uint64_t bytes = 0;
+  for (const Object& object : objects_) {
+    if (!fields_.empty()) bytes += kColourBytes * object.values[0].size();
+  }
+  return bytes;
+}
+
 std::string GlbEncoder::scene() const {
   using nlohmann::json;
   json scene = {{"asset", {{"version", "2.0"}, {"generator", comment_}}}, {"scene", 0}};
@@ -123,13 +235,18 @@ std::string GlbEncoder::scene() const {
                      {"rotation", {-std::sqrt(0.5), 0.0, 0.0, std::sqrt(0.5)}},
                      {"scale", {0.001, 0.001, 0.001}}}};
   if (triangles_ == 0) return to_text(scene);
-  uint64_t vertex_bytes = 0, triangle_bytes = 0;
+  uint64_t vertex_bytes = 0, triangle_bytes = 0, values_before = 0, colours_before = 0;
   for (const Object& object : objects_) {
     const uint64_t first_vertex = vertex_bytes, first_triangle = triangle_bytes;
     vertex_bytes += object.vertices * kVertexBytes;
     triangle_bytes += object.triangles * kTriangleBytes;
+    const uint64_t first_value = values_before, first_colour = colours_before;
+    for (const auto& values : object.values) values_before += kValueBytes * values.size();
+    const bool is_coloured = !fields_.empty() && !object.values[0].empty();
+    if (is_coloured) colours_before += kColourBytes * object.vertices;
     if (object.triangles == 0) continue;
-    const size_t mesh = scene["meshes"].size(), accessor = scene["accessors"].size();
+    const size_t mesh = scene["meshes"].size();
+    const size_t accessor = scene["accessors"].size();
     const Vec3d at = object.offset;
     json node = {{"mesh", mesh}, {"translation", {at.x, at.y, at.z}}};
     json surface = {{"primitives",
@@ -142,6 +259,30 @@ std::string GlbEncoder::scene() const {
          {{"baseColorFactor", object.colour}, {"metallicFactor", 0.0}, {"roughnessFactor", 0.5}}}};
     if (!object.name.empty()) node["name"] = surface["name"] = object.name;
     if (object.colour[3] < 1) material["alphaMode"] = "BLEND";
+    json& attributes = surface["primitives"][0]["attributes"];
+    if (is_coloured) {
+      attributes["COLOR_0"] = accessor + 3;
+      material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, object.colour[3]};
+    }
+    const size_t first_field = accessor + 3 + (is_coloured ? 1 : 0);
+    json field_accessors = json::array();
+    uint64_t value_at = first_value;
+    for (size_t i = 0; i < fields_.size(); ++i) {
+      if (object.values[i].empty()) continue;
+      attributes[attributes_[i]] = first_field + field_accessors.size();
+      field_accessors.push_back({{"bufferView", 2},
+                                 {"byteOffset", value_at},
+                                 {"componentType", kFloat},
+                                 {"count", object.vertices},
+                                 {"type", "SCALAR"}});
+      value_at += kValueBytes * object.vertices;
+      json field = {
+          {"attribute", attributes_[i]}, {"name", fields_[i].name}, {"missing", kMissingValue}};
+      if (!fields_[i].title.empty()) field["title"] = fields_[i].title;
+      if (!fields_[i].units.empty()) field["units"] = fields_[i].units;
+      if (i == 0) field["coloured"] = coloured_;
+      surface["extras"]["fields"].push_back(field);
+    }
     scene["nodes"][0]["children"].push_back(mesh + 1);
     scene["nodes"].push_back(node);
     scene["meshes"].push_back(surface);
@@ -163,6 +304,15 @@ std::string GlbEncoder::scene() const {
                                   {"componentType", kUnsignedInt},
                                   {"count", object.triangles * 3},
                                   {"type", "SCALAR"}});
+    if (is_coloured) {
+      scene["accessors"].push_back({{"bufferView", 3},
+                                    {"byteOffset", first_colour},
+                                    {"componentType", kUnsignedShort},
+                                    {"normalized", true},
+                                    {"count", object.vertices},
+                                    {"type", "VEC4"}});
+    }
+    for (json& of_field : field_accessors) scene["accessors"].push_back(std::move(of_field));
   }
   scene["bufferViews"] = {{{"buffer", 0},
                            {"byteLength", vertex_bytes},
@@ -172,7 +322,17 @@ std::string GlbEncoder::scene() const {
                            {"byteOffset", vertex_bytes},
                            {"byteLength", triangle_bytes},
                            {"target", kElementBuffer}}};
-  scene["buffers"] = {{{"byteLength", vertex_bytes + triangle_bytes}}};
+  const uint64_t before_values = vertex_bytes + triangle_bytes;
+  const auto add_view = [&](uint64_t offset, uint64_t bytes, uint32_t stride) {
+    scene["bufferViews"].push_back({{"buffer", 0},
+                                    {"byteOffset", offset},
+                                    {"byteLength", bytes},
+                                    {"byteStride", stride},
+                                    {"target", kArrayBuffer}});
+  };
+  if (values_before > 0) add_view(before_values, values_before, kValueBytes);
+  if (colours_before > 0) add_view(before_values + values_before, colours_before, kColourBytes);
+  scene["buffers"] = {{{"byteLength", before_values + values_before + colours_before}}};
   return to_text(scene);
 }
 
@@ -183,7 +343,8 @@ size_t GlbEncoder::header_bytes() const {
 std::vector<std::byte> GlbEncoder::header() const {
   std::string text = scene();
   text.resize(json_bytes_, ' ');
-  const uint64_t data = vertices_ * kVertexBytes + triangles_ * kTriangleBytes;
+  const uint64_t data =
+      vertices_ * kVertexBytes + triangles_ * kTriangleBytes + value_bytes() + colour_bytes();
   // A file without vertices has no binary chunk.
   std::vector<std::byte> header(header_bytes() - (data > 0 ? 0 : kBinaryHeader));
   const auto put = [&](size_t offset, uint64_t number) {

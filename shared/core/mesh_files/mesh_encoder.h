@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,20 @@ struct MeshObject {
   VolumeGrid grid;  ///< of the volume, in the world of the file
 };
 
+/// A field whose values a file has at each of its vertices.
+struct FieldColumn {
+  std::string name;          ///< FieldInfo::name
+  std::string title, units;  ///< UTF-8, for people; may be empty
+};
+
+/// Names for the columns of fields in a file that has other columns of the names `used`: those of
+/// the fields, with "_field" appended as long as another column has the name.
+std::vector<std::string> column_names(std::span<const FieldColumn> fields,
+                                      std::span<const std::string_view> used);
+
+/// One line about a field, for people: "pressure: Static pressure, in Pa".
+std::string description_of(const FieldColumn& field);
+
 /// The bytes that a part of a mesh adds to a file: those after the header, and those at the end.
 struct EncodedPart {
   std::vector<std::byte> body, tail;
@@ -34,13 +49,17 @@ class MeshEncoder {
  public:
   virtual ~MeshEncoder() = default;
 
-  /// Appends a part to `out`. Parts are those of MeshAssembly, in its order. Errors:
+  /// Appends a part to `out`. Parts are those of MeshAssembly, in its order. They have the values
+  /// of the fields that the encoder was made for, in its order. Errors:
   /// invalid_argument if the format cannot hold this number of vertices or triangles.
   virtual Result<void> append(const MeshPart& part, EncodedPart& out) = 0;
 
   /// Starts the next object. The parts that follow belong to it, and number their vertices from 0.
   /// Formats without objects do not get this call.
   virtual void next_object() {}
+
+  /// Appends the bytes that follow the tails of all parts. To be called once, before header().
+  virtual void finish(std::vector<std::byte>&) {}
 
   /// The size of the header of a mesh that has triangles.
   virtual size_t header_bytes() const = 0;

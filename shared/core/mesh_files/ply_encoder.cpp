@@ -29,21 +29,33 @@ std::string count_text(uint64_t count) {
   return std::string(20 - digits.size(), '0') + digits + "\n";
 }
 
+/// A line of the header.
+std::string comment_line(std::string_view text) {
+  std::string line = "comment ";
+  for (const char c : text) line += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+  return line + "\n";
+}
+
+constexpr std::array<std::string_view, 6> kProperties{"x", "y", "z", "nx", "ny", "nz"};
+
 }  // namespace
 
-PlyEncoder::PlyEncoder(const VolumeGrid& grid, std::string_view comment, Content content)
-    : has_doubles_(needs_doubles(grid)), content_(content), comment_(comment) {
-  for (char& c : comment_) {
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  }
+PlyEncoder::PlyEncoder(const VolumeGrid& grid, std::string_view comment, Content content,
+                       std::span<const FieldColumn> fields)
+    : has_doubles_(needs_doubles(grid)),
+      content_(content),
+      comments_(comment_line(comment)),
+      fields_(column_names(fields, kProperties)) {
+  for (const FieldColumn& field : fields) comments_ += comment_line(description_of(field));
 }
 
 std::vector<std::byte> PlyEncoder::header() const {
   const std::string property = has_doubles_ ? "property double " : "property float ";
-  std::string text = "ply\nformat binary_little_endian 1.0\ncomment " + comment_ +
-                     "\nelement vertex " + count_text(points_);
+  std::string text = "ply\nformat binary_little_endian 1.0\n" + comments_ + "element vertex " +
+                     count_text(points_);
   for (const char* name : {"x\n", "y\n", "z\n"}) text += property + name;
   text += "property float nx\nproperty float ny\nproperty float nz\n";
+  for (const std::string& name : fields_) text += "property float " + name + "\n";
   if (content_ == Content::triangles) {
     text += "element face " + count_text(triangles_) + "property list uchar uint vertex_indices\n";
   }
@@ -53,9 +65,10 @@ std::vector<std::byte> PlyEncoder::header() const {
 }
 
 Result<void> PlyEncoder::append(const MeshPart& part, EncodedPart& out) {
-  const PointArrays& points = part.vertices;
+  const PointsWithFields& points = part.vertices;
   const size_t count = points.positions.size(), vertices_begin = out.body.size();
-  const size_t position_bytes = has_doubles_ ? 24 : 12, point_bytes = position_bytes + 12;
+  const size_t position_bytes = has_doubles_ ? 24 : 12, fields_begin = position_bytes + 12;
+  const size_t point_bytes = fields_begin + 4 * fields_.size();
   out.body.resize(vertices_begin + count * point_bytes);
   for (size_t i = 0; i < count; ++i) {
     const Vec3d& at = points.positions[i];
@@ -68,6 +81,9 @@ Result<void> PlyEncoder::append(const MeshPart& part, EncodedPart& out) {
       std::memcpy(to, &rounded, 12);
     }
     std::memcpy(to + position_bytes, &points.normals[i], 12);
+    for (size_t field = 0; field < fields_.size(); ++field) {
+      std::memcpy(to + fields_begin + 4 * field, &points.fields[field][i], 4);
+    }
   }
   points_ += count;
   if (content_ == Content::points) return {};

@@ -39,11 +39,13 @@ void BlockBorders::for_neighbours(Index3 block, const F& f) const {
 
 PointArrays BlockBorders::project(const DecodedCells& cells, const ChunkFrame& frame,
                                   float quantized_isovalue, const ProjectionOptions& options,
-                                  LatticeGradients& gradients) const {
+                                  LatticeGradients& gradients,
+                                  std::vector<PointPlace>* places) const {
   gradients.add(cells);
   for_neighbours(frame.block.index,
                  [&](const BlockBorder& border, Index3 offset) { gradients.add(border, offset); });
-  PointArrays points = project_samples(cells, frame, quantized_isovalue, options, &gradients);
+  PointArrays points =
+      project_samples(cells, frame, quantized_isovalue, options, &gradients, places);
   gradients.remove(cells);
   for_neighbours(frame.block.index, [&](const BlockBorder& border, Index3 offset) {
     gradients.remove(border, offset);

@@ -24,9 +24,11 @@ class BlockBorders {
   uint64_t memory(size_t i) const;
 
   /// project_samples() with smooth normals. The neighbours of frame.block that are in `blocks` must
-  /// be set. All sums of `gradients` must be zero before; they are zero afterwards.
+  /// be set. All sums of `gradients` must be zero before; they are zero afterwards. places: see
+  /// project_samples.
   PointArrays project(const DecodedCells& cells, const ChunkFrame& frame, float quantized_isovalue,
-                      const ProjectionOptions& options, LatticeGradients& gradients) const;
+                      const ProjectionOptions& options, LatticeGradients& gradients,
+                      std::vector<PointPlace>* places = nullptr) const;
 
  private:
   const BlockBorder* find(Index3 block) const;

@@ -81,7 +81,8 @@ SampleArrays samples_of(const DecodedCells& cells, const ChunkFrame& frame) {
 
 PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
                             float quantized_isovalue, const ProjectionOptions& options,
-                            const LatticeGradients* smooth_gradients) {
+                            const LatticeGradients* smooth_gradients,
+                            std::vector<PointPlace>* places) {
   const CellFrame cell_frame(frame.block);
   const VolumeGrid& grid = *frame.grid;
   // Computes the step in the world, relative to the cell's centre, and converts it to cell units.
@@ -125,6 +126,7 @@ PointArrays project_samples(const DecodedCells& cells, const ChunkFrame& frame,
     }
     const Vec3d index = cell_frame.index(cells.cell[i], as_double(in_cell));
     result.positions.push_back(grid.world(index));
+    if (places) places->push_back({cells.cell[i], in_cell});
     if (options.values) {
       result.values.push_back(static_cast<float>(frame.mapping->value(field.at(in_cell).value)));
     }
