@@ -8,6 +8,7 @@
 
 #include "shared/core/sampling/sample_neighbours.h"
 #include "shared/render/passes/image_passes.h"
+#include "shared/render/pick/field_pick.h"
 #include "shared/render/pick/slice_pick.h"
 #include "shared/render/pick/volume_pick.h"
 #include "shared/render/renderer_state.h"
@@ -315,6 +316,10 @@ Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width,
     if (found->distance >= nearest_distance + same) continue;
     nearest = found->pick;
     nearest_distance = found->distance;
+  }
+  if (nearest) {
+    const Volume& picked = *s.find_volume(s.settings.isosurfaces[nearest->isosurface].volume);
+    if (picked.field) pick_field(picked.chunks, *picked.field, *nearest);
   }
   const Volume* sliced = s.find_volume(s.settings.slice_volume);
   if (!sliced) return nearest;

@@ -9,6 +9,7 @@
 #include "shared/core/base/status.h"
 #include "shared/core/grid/drawn_chunk.h"
 #include "shared/core/grid/grid.h"
+#include "shared/core/sampling/packed_field.h"
 #include "shared/core/sampling/packed_sample.h"
 #include "shared/core/sampling/sample_clusters.h"
 #include "shared/render/gl/gl_limits.h"
@@ -16,6 +17,7 @@
 #include "shared/render/passes/mesh_vertex.h"
 #include "shared/render/passes/surface_pixel.h"
 #include "shared/render/pick/surface_pick.h"
+#include "shared/render/samples/sample_buffers.h"
 #include "shared/render/settings/camera.h"
 #include "shared/render/settings/render_settings.h"
 
@@ -79,9 +81,33 @@ class Renderer {
   Result<uint64_t> reserve_chunk(ChunkHandle handle, const BlockKey& block,
                                  std::vector<SampleCluster> clusters, VolumeId volume = 0);
 
+  /// Binds the vertex buffer of a resident chunk to GL_ARRAY_BUFFER, so that the caller can read
+  /// its samples back, in the order in which they were uploaded. Binds nothing if there are none.
+  /// Errors: invalid_argument (no such chunk), gl_error (the context is lost).
+  Result<SampleRange> bind_samples(ChunkHandle handle, VolumeId volume = 0) const;
+
+  /// Sets or removes the field of a volume: a second scalar with this mapping, whose values colour
+  /// its surfaces with ColourBy::field. The values that its chunks have are freed in any case.
+  /// set_volume() removes the field as well. Errors: invalid_argument (no such volume).
+  Result<void> set_field(const std::optional<ValueMapping>& field, VolumeId volume = 0);
+
+  /// Uploads the values of the volume's field at the cells of a chunk: one for each sample, in the
+  /// order of cluster_samples. Replaces earlier ones. They are freed with the chunk, and lost when
+  /// the chunk is added again. Until then surfaces have the colours of their isosurfaces. Errors:
+  /// invalid_argument (no field, no such chunk, or another number of samples), gl_error (the
+  /// context is lost). check_gpu() reports whether the GPU had memory for them.
+  Result<void> set_chunk_field(ChunkHandle handle, std::span<const PackedField> values,
+                               VolumeId volume = 0);
+
+  /// The same, but leaves the upload of 16 · `samples` bytes to the caller, as reserve_chunk does.
+  /// Binds the buffer to GL_ARRAY_BUFFER, and returns the offset in bytes where the values belong.
+  /// The buffer stays unbound if there are no samples.
+  Result<uint64_t> reserve_chunk_field(ChunkHandle handle, uint64_t samples, VolumeId volume = 0);
+
   /// Reports GPU errors since the last call. Waits for pending GPU commands, so call it when the
   /// GPU is idle. Errors: out_of_memory, gl_error. After out_of_memory, the chunks without memory
-  /// are removed; all of them were added since the last call.
+  /// are removed, and the field values of other chunks if these have no memory; all of them were
+  /// added since the last call.
   Result<void> check_gpu();
 
   /// Removes a chunk. Unknown handles are ignored.
@@ -174,8 +200,9 @@ class Renderer {
   /// The nearest surface at a position in an image of this size, x px to the right of and y px
   /// below its upper left corner, with the current camera and settings; or the cap or the values of
   /// a slice before it. Intersects the ray with the cells of the visible chunks near it, in the
-  /// precision of PackedSample, and does not depend on earlier draws. Returns nothing if there is
-  /// no surface. Reads samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
+  /// precision of PackedSample, and does not depend on earlier draws. Finds the field's value on
+  /// the surface as well, whatever the colours show. Returns nothing if there is no surface. Reads
+  /// samples back from the GPU. Errors: gl_error, invalid_argument (no volume).
   Result<std::optional<SurfacePick>> pick(double x, double y, int width, int height) const;
 
   /// Starts an occlusion query, which finds the regions of these chunks of a volume that are

@@ -318,10 +318,12 @@ void Renderer::State::start_still_programs() {
       ComposeVariant{.several_layers = layers.count > 1,
                      .eye_dome = settings.eye_dome > 0,
                      .still = Lighting::has_occlusion(settings.light),
-                     .many_surfaces = settings.isosurfaces.size() > size_t{kMaxIsosurfaces}});
+                     .many_surfaces = settings.isosurfaces.size() > size_t{kMaxIsosurfaces},
+                     .field = shows_fields()});
   if (lit) {
     const bool clipped = cuts_of(settings) > 0;
-    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = clipped});
+    const bool field = shows_fields();
+    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = clipped, .field = field});
     const auto is_triangles = [&](const DrawItem& item) {
       return is_drawn_as_triangles(item, settings);
     };
@@ -332,7 +334,8 @@ void Renderer::State::start_still_programs() {
                         .pulled = true,
                         .clipped = clipped,
                         .smooth = settings.shading == Shading::smooth &&
-                                  GradientLattice::has_triangles(context(), each.volume->list)});
+                                  GradientLattice::has_triangles(context(), each.volume->list),
+                        .field = field});
     }
   }
   if (!has_smooth_normals()) return;

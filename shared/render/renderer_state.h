@@ -3,6 +3,7 @@
 #include <GLES3/gl3.h>
 
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,7 @@ inline constexpr VolumeGrid kNoVolume{{2, 2, 2}};
 struct Volume {
   VolumeGrid grid;
   ValueMapping mapping;
+  std::optional<ValueMapping> field;  ///< whose values its chunks may have
   ChunkStore chunks;
   DrawList list;            ///< of the last draw
   GLuint frame_buffer = 0;  ///< with the uniform block of its frame; 0: not drawn yet
@@ -113,6 +115,8 @@ struct Renderer::State {
   SceneExtent scene_extent() const;
   Volume* find_volume(VolumeId id);
   const Volume* find_volume(VolumeId id) const;
+  /// Whether colours show the field of any volume.
+  bool shows_fields() const;
   /// Splat programs differ for sheared grids. If any volume has a sheared grid, all volumes use the
   /// programs for sheared grids.
   void choose_programs();
@@ -140,8 +144,8 @@ struct Renderer::State {
 
  private:
   DrawContext context_of(SurfaceTargets& layers_) {
-    return {settings,          layers.isosurfaces, limits, programs, layers_, lighting, statistics,
-            tile.image_height, empty_vertex_array};
+    return {settings,   layers.isosurfaces, limits,         programs,          layers_, lighting,
+            statistics, tile.image_height,  shows_fields(), empty_vertex_array};
   }
   bool has_caps() const;
   Result<void> draw_caps();

@@ -41,6 +41,12 @@ const Volume* Renderer::State::find_volume(VolumeId id) const {
   return found == volumes.end() ? nullptr : &found->second;
 }
 
+bool Renderer::State::shows_fields() const {
+  return settings.colour_by == ColourBy::field && mesh.is_empty() &&
+         std::any_of(volumes.begin(), volumes.end(),
+                     [](const auto& entry) { return entry.second.field.has_value(); });
+}
+
 void Renderer::State::choose_programs() {
   programs.set_sheared(std::any_of(volumes.begin(), volumes.end(), [](const auto& entry) {
     return shear_degrees(entry.second.grid.direction) >= kMinShearDegrees;
@@ -111,8 +117,14 @@ void Renderer::State::bind_picture_frame() const {
 
 SplatFrame Renderer::State::splats_of(DrawnVolume& each) const {
   Volume& volume = *each.volume;
-  return {each.frame,    volume.list, volume.chunks, volume.mapping, each.isosurfaces,
-          settings.kind, lit};
+  return {each.frame,
+          volume.list,
+          volume.chunks,
+          volume.mapping,
+          each.isosurfaces,
+          settings.kind,
+          lit,
+          volume.field && shows_fields() ? &*volume.field : nullptr};
 }
 
 Result<void> Renderer::State::begin_occlusion_query(const Volume& volume,
@@ -161,8 +173,10 @@ Result<void> Renderer::State::begin_occlusion_query(const Volume& volume,
 void Renderer::State::start_lit_programs() {
   // A driver that compiles at once would delay the caller.
   if (!limits.parallel_compile) return;
-  programs.prepare(
-      SplatVariant{.pass = SplatPass::quad, .clipped = cuts_of(settings) > 0, .lit = true});
+  programs.prepare(SplatVariant{.pass = SplatPass::quad,
+                                .clipped = cuts_of(settings) > 0,
+                                .lit = true,
+                                .field = shows_fields()});
   if (settings.eye_dome > 0) programs.prepare(ImagePass::darken);
 }
 

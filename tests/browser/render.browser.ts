@@ -166,6 +166,9 @@ test("draws what the native renderer draws, before and after a lost context", as
             colourBy: 0,
             colourMap: 0,
             background: [1, 1, 1, 1],
+            fieldMissing: [0, 0, 0],
+            fieldScale: 0,
+            fieldSteps: 0,
             eyeDome: atOnce ? 0 : look.eyeDome,
           });
           m._isosplat_renderer_set_appearance(appearance);

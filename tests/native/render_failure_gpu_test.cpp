@@ -4,6 +4,8 @@
 #include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -143,6 +145,49 @@ TEST(RenderFailureGpu, AFullGpuLosesOnlyTheChunksThatItHasNoMemoryFor) {
   EXPECT_TRUE(renderer.check_gpu());
   ASSERT_TRUE(draw_image(renderer, 160, 120, &after, /*smooth=*/false));
   EXPECT_EQ(after.samples_resident, before.samples_resident + 2 * many.size());
+  EXPECT_GT(after.gpu_bytes, before.gpu_bytes);
+}
+
+TEST(RenderFailureGpu, AFullGpuLosesTheValuesOfAFieldAndKeepsTheChunks) {
+  auto context = EglContext::create();
+  ASSERT_TRUE(context) << context.error().message;
+  const TestVolume volume = sphere_volume({49, 49, 49});
+  auto created = Renderer::create();
+  ASSERT_TRUE(created);
+  Renderer& renderer = **created;
+  renderer.set_camera(default_camera(volume.grid, 4.0 / 3));
+  RenderSettings settings;
+  settings.isosurfaces = {{2000, {1, 1, 1}, 1}};
+  settings.colour_by = ColourBy::field;
+  renderer.set_settings(settings);
+  const uint64_t samples = show_volume(renderer, volume, 2000, 2000, 0);
+  ASSERT_TRUE(renderer.check_gpu());
+  ASSERT_TRUE(renderer.set_field(ValueMapping{}));
+  FrameStatistics before;
+  const auto wanted = draw_image(renderer, 160, 120, &before, /*smooth=*/false);
+  ASSERT_TRUE(wanted) << wanted.error().message;
+
+  std::vector<PackedField> values(samples);
+  for (PackedField& each : values) std::fill(std::begin(each.word), std::end(each.word), 1u);
+  is_full = true;
+  EXPECT_TRUE(renderer.set_chunk_field(0, values));
+  is_full = false;
+  const auto checked = renderer.check_gpu();
+  ASSERT_FALSE(checked);
+  EXPECT_EQ(checked.error().status, Status::out_of_memory);
+  FrameStatistics after;
+  const auto again = draw_image(renderer, 160, 120, &after, /*smooth=*/false);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->rgba, wanted->rgba);
+  EXPECT_EQ(after.samples_resident, before.samples_resident);
+  EXPECT_EQ(after.gpu_bytes, before.gpu_bytes);
+
+  // Once there is memory again, they can be added.
+  EXPECT_TRUE(renderer.set_chunk_field(0, values));
+  EXPECT_TRUE(renderer.check_gpu());
+  const auto coloured = draw_image(renderer, 160, 120, &after, /*smooth=*/false);
+  ASSERT_TRUE(coloured) << coloured.error().message;
+  EXPECT_NE(coloured->rgba, wanted->rgba);
   EXPECT_GT(after.gpu_bytes, before.gpu_bytes);
 }
 

@@ -2,7 +2,13 @@
 import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 import * as layouts from "../../build/wasm/web/layouts.js";
-import { colourings, colourMaps, shadings, splatKinds } from "../../web/viewer/types.ts";
+import {
+  colourings,
+  colourMaps,
+  fieldScales,
+  shadings,
+  splatKinds,
+} from "../../web/viewer/types.ts";
 
 const file = (path: string) => readFileSync(new URL(`../../${path}`, import.meta.url), "utf8");
 
@@ -29,7 +35,8 @@ test("records are as large as C lays them out", () => {
 test("the viewer's lists have the enumerations of the renderer, in their order", () => {
   expect(splatKinds).toEqual(layouts.splatKindNames);
   expect(shadings).toEqual(layouts.shadingNames);
-  expect(colourings).toEqual(layouts.colourByNames);
+  expect([...colourings, "field"]).toEqual(layouts.colourByNames);
+  expect(fieldScales).toEqual(layouts.fieldScaleNames);
   expect(colourMaps).toEqual(layouts.colourMapNames);
 });
 

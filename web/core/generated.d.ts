@@ -27,6 +27,7 @@ declare module "*/layouts.js" {
   export const splatKindNames: readonly string[];
   export const shadingNames: readonly string[];
   export const colourByNames: readonly string[];
+  export const fieldScaleNames: readonly string[];
   export const colourMapNames: readonly string[];
 
   export interface Chunk {
@@ -168,6 +169,21 @@ declare module "*/layouts.js" {
   export const volumeBytes: number;
   export function writeVolume(data: DataView, at: number, record: Volume): void;
 
+  export interface SampleRange {
+    offset: number;
+    count: number;
+  }
+  export const sampleRangeBytes: number;
+  export function readSampleRange(data: DataView, at: number): SampleRange;
+
+  export interface FieldMapping {
+    valueOffset: number;
+    valueScale: number;
+    hasMissing: number;
+  }
+  export const fieldMappingBytes: number;
+  export function writeFieldMapping(data: DataView, at: number, record: FieldMapping): void;
+
   export interface Isosurface {
     isovalue: number;
     colour: [number, number, number];
@@ -182,6 +198,9 @@ declare module "*/layouts.js" {
     colourBy: number;
     colourMap: number;
     background: number[];
+    fieldMissing: [number, number, number];
+    fieldScale: number;
+    fieldSteps: number;
     eyeDome: number;
   }
   export const appearanceBytes: number;
@@ -238,11 +257,13 @@ declare module "*/layouts.js" {
     gradient: number;
     toNext: number;
     value: number;
+    field: number;
     volume: number;
     isosurface: number;
     level: number;
     found: number;
     face: number;
+    hasField: number;
   }
   export const pickBytes: number;
   export function readPick(data: DataView, at: number): Pick;

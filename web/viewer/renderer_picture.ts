@@ -8,6 +8,8 @@ import {
   type ColourMap,
   colourings,
   colourMaps,
+  type FieldColours,
+  fieldScales,
   type Look,
   type SlicePlane,
   type Splats,
@@ -36,14 +38,26 @@ export class RendererPicture {
     exports._isosplat_renderer_set_splats(splatKinds.indexOf(kind), shadings.indexOf(shading));
   }
 
-  /** range: of the quantity that the colour map shows. opacity: of the background. */
-  setLook(look: Look, [colourLow, colourHigh]: readonly [number, number], opacity = 1): void {
+  /**
+   * range: of the quantity that the colour map shows. opacity: of the background. field: colours
+   * show the fields of volumes instead; surfaces without values have their own colours.
+   */
+  setLook(
+    look: Look,
+    range: readonly [number, number],
+    opacity = 1,
+    field: FieldColours | null = null,
+  ): void {
+    const [colourLow, colourHigh] = field?.range ?? range;
     layouts.writeAppearance(this.#instance.view(), this.#instance.scratch, {
       colourLow,
       colourHigh,
-      colourBy: colourings.indexOf(look.colourBy),
+      colourBy: field ? layouts.colourByNames.indexOf("field") : colourings.indexOf(look.colourBy),
       colourMap: colourMaps.indexOf(look.colourMap),
       background: [...colourChannels(look.background), opacity],
+      fieldMissing: colourChannels(field?.missing ?? "#000000"),
+      fieldScale: field ? fieldScales.indexOf(field.scale) : 0,
+      fieldSteps: field?.steps ?? 0,
       eyeDome: look.eyeDome,
     });
     this.#instance.exports._isosplat_renderer_set_appearance(this.#instance.scratch);

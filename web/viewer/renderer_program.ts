@@ -27,6 +27,14 @@ export interface RendererExports extends CoreModule {
     clusterBytes: number,
     offset: number,
   ): number;
+  _isosplat_renderer_bind_samples(volume: number, handle: number, range: number): number;
+  _isosplat_renderer_set_field(volume: number, record: number): number;
+  _isosplat_renderer_reserve_chunk_field(
+    volume: number,
+    handle: number,
+    samples: number,
+    offset: number,
+  ): number;
   _isosplat_renderer_check_gpu(): number;
   _isosplat_renderer_remove_chunk(volume: number, handle: number): void;
   _isosplat_renderer_set_visible(volume: number, chunks: number, count: number): void;

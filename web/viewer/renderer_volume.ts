@@ -7,6 +7,13 @@ import { colourChannels } from "./colour_channels.ts";
 import type { RendererInstance } from "./renderer_instance.ts";
 import type { Surface } from "./types.ts";
 
+/** value = offset + scale · quantized value; hasMissing: 65535 marks missing ones. */
+export interface FieldMapping {
+  offset: number;
+  scale: number;
+  hasMissing: boolean;
+}
+
 const drawnChunkWords = layouts.drawnChunkBytes / 4;
 
 /** One volume that a renderer draws: its grid, its chunks, and its surfaces. */
@@ -61,6 +68,46 @@ export class RendererVolume {
     if (samples.length === 0) return;
     const offset = this.#instance.view().getFloat64(offsetAt, true);
     this.#gl.bufferSubData(WebGL2RenderingContext.ARRAY_BUFFER, offset, samples);
+  }
+
+  /** The samples of a chunk, read back from the GPU, which waits. Throws if it has no such chunk. */
+  readSamples(handle: number): Uint32Array {
+    const { exports, scratch } = this.#instance;
+    this.#instance.check(exports._isosplat_renderer_bind_samples(this.#number, handle, scratch));
+    const { offset, count } = layouts.readSampleRange(this.#instance.view(), scratch);
+    const samples = new Uint32Array((count * layouts.packedSampleBytes) / 4);
+    if (count > 0) {
+      this.#gl.getBufferSubData(WebGL2RenderingContext.ARRAY_BUFFER, offset, samples);
+    }
+    return samples;
+  }
+
+  /**
+   * Sets the field whose values chunks can have, or none. Chunks lose the values that they have, also of the same
+   * field.
+   */
+  setField(mapping: FieldMapping | null): void {
+    const { exports, scratch } = this.#instance;
+    if (mapping) {
+      layouts.writeFieldMapping(this.#instance.view(), scratch, {
+        valueOffset: mapping.offset,
+        valueScale: mapping.scale,
+        hasMissing: mapping.hasMissing ? 1 : 0,
+      });
+    }
+    this.#instance.check(exports._isosplat_renderer_set_field(this.#number, mapping ? scratch : 0));
+  }
+
+  /** Adds the values of the field to a chunk: PackedField, four words for each sample, in their order. */
+  addField(handle: number, values: Uint32Array): void {
+    const { exports, scratch } = this.#instance;
+    const samples = (4 * values.length) / layouts.packedSampleBytes;
+    this.#instance.check(
+      exports._isosplat_renderer_reserve_chunk_field(this.#number, handle, samples, scratch),
+    );
+    if (values.length === 0) return;
+    const offset = this.#instance.view().getFloat64(scratch, true);
+    this.#gl.bufferSubData(WebGL2RenderingContext.ARRAY_BUFFER, offset, values);
   }
 
   removeChunk(handle: number): void {

@@ -131,6 +131,21 @@ export const colourings = [
 /** The quantity that a pixel's colour shows (shared/render/settings/render_settings.h, ColourBy). */
 export type Colouring = (typeof colourings)[number];
 
+/** How the values of a field are laid out along the colour map (FieldScale in C++). */
+export const fieldScales = ["linear", "logarithmic", "symmetric"] as const;
+export type FieldScale = (typeof fieldScales)[number];
+
+/** How colours show the field of a volume, in place of Look.colourBy. */
+export interface FieldColours {
+  /** Of the field's values; symmetric: from −m to m, where m is the larger absolute value. */
+  range: readonly [number, number];
+  scale: FieldScale;
+  /** The number of colours, at least 2; 0: all of the colour map. */
+  steps: number;
+  /** #rrggbb, where the field has no value. */
+  missing: string;
+}
+
 export const colourMaps = ["viridis", "magma", "cividis", "turbo"] as const;
 export type ColourMap = (typeof colourMaps)[number];
 

@@ -75,6 +75,20 @@ const char* name_of(ColourBy quantity) {
       return "level";
     case ColourBy::projection_error:
       return "projection-error";
+    case ColourBy::field:
+      return "field";
+  }
+  return nullptr;
+}
+
+const char* name_of(FieldScale scale) {
+  switch (scale) {
+    case FieldScale::linear:
+      return "linear";
+    case FieldScale::logarithmic:
+      return "logarithmic";
+    case FieldScale::symmetric:
+      return "symmetric";
   }
   return nullptr;
 }
@@ -133,9 +147,13 @@ std::vector<Record> all_records() {
       RECORD(Visibility, in_bulk, FIELD(handle), FIELD(tested), FIELD(visible)),
       RECORD(Volume, by_javascript, FIELD(voxels), FIELD(spacing), FIELD(origin), FIELD(direction),
              FIELD(value_offset), FIELD(value_scale)),
+      RECORD(SampleRange, by_cpp, FIELD(offset), FIELD(count)),
+      RECORD(FieldMapping, by_javascript, FIELD(value_offset), FIELD(value_scale),
+             FIELD(has_missing)),
       RECORD(Isosurface, by_javascript, FIELD(isovalue), FIELD(colour), FIELD(opacity)),
       RECORD(Appearance, by_javascript, FIELD(colour_low), FIELD(colour_high), FIELD(colour_by),
-             FIELD(colour_map), FIELD(background), FIELD(eye_dome), FIELD(reserved)),
+             FIELD(colour_map), FIELD(background), FIELD(field_missing), FIELD(field_scale),
+             FIELD(field_steps), FIELD(eye_dome)),
       RECORD(Light, by_javascript, FIELD(azimuth), FIELD(elevation), FIELD(key), FIELD(sky),
              FIELD(rim), FIELD(highlight), FIELD(roughness), FIELD(occlusion),
              FIELD(occlusion_radius), FIELD(shadow), FIELD(shadow_softness)),
@@ -144,8 +162,8 @@ std::vector<Record> all_records() {
       RECORD(Camera, by_both, FIELD(target), FIELD(distance), FIELD(azimuth), FIELD(elevation),
              FIELD(roll), FIELD(field_of_view), FIELD(orthographic)),
       RECORD(Pick, by_cpp, FIELD(position), FIELD(voxel), FIELD(normal), FIELD(gradient),
-             FIELD(to_next), FIELD(value), FIELD(volume), FIELD(isosurface), FIELD(level),
-             FIELD(found), FIELD(face), FIELD(reserved)),
+             FIELD(to_next), FIELD(value), FIELD(field), FIELD(volume), FIELD(isosurface),
+             FIELD(level), FIELD(found), FIELD(face), FIELD(has_field)),
       RECORD(Projection, by_cpp, FIELD(clip_from_world)),
       RECORD(FrameStatistics, by_cpp, FIELD(samples_drawn), FIELD(samples_resident),
              FIELD(gpu_bytes), FIELD(chunks_drawn), FIELD(chunks_culled), FIELD(draw_calls),
@@ -196,6 +214,7 @@ std::vector<Enumeration> all_enumerations() {
   return {{"splatKindNames", names_of<SplatKind>()},
           {"shadingNames", names_of<Shading>()},
           {"colourByNames", names_of<ColourBy>()},
+          {"fieldScaleNames", names_of<FieldScale>()},
           {"colourMapNames", names_of<ColourMap>()}};
 }
 

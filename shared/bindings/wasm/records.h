@@ -130,6 +130,18 @@ typedef struct IsosplatVolume {
   double value_offset, value_scale;
 } IsosplatVolume;
 
+/// Where the samples of a chunk lie in their vertex buffer.
+typedef struct IsosplatSampleRange {
+  double offset;  ///< in bytes
+  double count;   ///< of samples
+} IsosplatSampleRange;
+
+/// The mapping of a field's values: ValueMapping.
+typedef struct IsosplatFieldMapping {
+  double value_offset, value_scale;
+  double has_missing;  ///< 0 or 1
+} IsosplatFieldMapping;
+
 /// Isosurface.
 typedef struct IsosplatIsosurface {
   double isovalue;
@@ -143,8 +155,10 @@ typedef struct IsosplatAppearance {
   uint32_t colour_by;              ///< ColourBy
   uint32_t colour_map;             ///< ColourMap
   float background[4];             ///< with alpha
+  float field_missing[3];          ///< colour where a field has no value
+  uint32_t field_scale;            ///< FieldScale
+  uint32_t field_steps;            ///< number of colours that show fields; below 2: all of the map
   float eye_dome;
-  float reserved;
 } IsosplatAppearance;
 
 /// LightSettings.
@@ -182,12 +196,13 @@ typedef struct IsosplatPick {
   double position[3], voxel[3], normal[3];
   double gradient, to_next;
   double value;
+  double field;  ///< of the volume's field; NaN where it is missing
   uint32_t volume;
   uint32_t isosurface;  ///< index among those of the volume
   uint32_t level;
   uint32_t found;
-  uint32_t face;  ///< 0: an isosurface; 1: a cap; 2: a slice
-  uint32_t reserved;
+  uint32_t face;       ///< 0: an isosurface; 1: a cap; 2: a slice
+  uint32_t has_field;  ///< 0 or 1: `field` is known
 } IsosplatPick;
 
 /// Projection::clip_from_world, column by column.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -139,6 +140,39 @@ IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t volume, uint32_t handle,
   const auto reserved =
       renderer->reserve_chunk(handle, {block->level, index},
                               {first, first + cluster_bytes / sizeof(SampleCluster)}, volume);
+  if (!reserved) return report(reserved.error());
+  *offset = static_cast<double>(*reserved);
+  return kOk;
+}
+
+IsosplatStatus isosplat_renderer_bind_samples(uint32_t volume, uint32_t handle,
+                                              IsosplatSampleRange* range) {
+  Renderer* renderer = current();
+  if (!renderer) return no_renderer();
+  const auto bound = renderer->bind_samples(handle, volume);
+  if (!bound) return report(bound.error());
+  *range = {static_cast<double>(bound->offset_bytes()), static_cast<double>(bound->count)};
+  return kOk;
+}
+
+IsosplatStatus isosplat_renderer_set_field(uint32_t volume, const IsosplatFieldMapping* record) {
+  Renderer* renderer = current();
+  if (!renderer) return no_renderer();
+  std::optional<ValueMapping> field;
+  if (record) {
+    field.emplace();
+    field->offset = record->value_offset;
+    field->scale = record->value_scale;
+    field->has_missing = record->has_missing != 0;
+  }
+  return status_of(renderer->set_field(field, volume));
+}
+
+IsosplatStatus isosplat_renderer_reserve_chunk_field(uint32_t volume, uint32_t handle,
+                                                     uint32_t samples, double* offset) {
+  Renderer* renderer = current();
+  if (!renderer) return no_renderer();
+  const auto reserved = renderer->reserve_chunk_field(handle, samples, volume);
   if (!reserved) return report(reserved.error());
   *offset = static_cast<double>(*reserved);
   return kOk;

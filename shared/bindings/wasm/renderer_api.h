@@ -50,6 +50,21 @@ IsosplatStatus isosplat_renderer_reserve_chunk(uint32_t volume, uint32_t handle,
                                                const IsosplatBlock* block, const void* clusters,
                                                uint32_t cluster_bytes, double* offset);
 
+/// Renderer::bind_samples: binds the vertex buffer of a chunk to ARRAY_BUFFER, from which
+/// getBufferSubData reads its samples (PackedSample).
+IsosplatStatus isosplat_renderer_bind_samples(uint32_t volume, uint32_t handle,
+                                              IsosplatSampleRange* range);
+
+/// Renderer::set_field: sets the field of a volume, or removes it if the record is null. Frees the
+/// values of its chunks in any case.
+IsosplatStatus isosplat_renderer_set_field(uint32_t volume, const IsosplatFieldMapping* record);
+
+/// Renderer::reserve_chunk_field: reserves room for the values of the field at the samples of a
+/// chunk, 16 bytes each (PackedField), in the order of the samples that were uploaded. Binds their
+/// buffer to ARRAY_BUFFER and sets *offset, in bytes, for bufferSubData.
+IsosplatStatus isosplat_renderer_reserve_chunk_field(uint32_t volume, uint32_t handle,
+                                                     uint32_t samples, double* offset);
+
 /// Renderer::check_gpu: returns the errors of the GPU since the last call.
 IsosplatStatus isosplat_renderer_check_gpu();
 void isosplat_renderer_remove_chunk(uint32_t volume, uint32_t handle);

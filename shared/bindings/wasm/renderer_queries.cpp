@@ -39,6 +39,8 @@ IsosplatStatus isosplat_renderer_pick(double x, double y, int32_t width, int32_t
   }
   pick->level = p.level;
   pick->value = p.value;
+  pick->field = p.field.value_or(0);
+  pick->has_field = p.field.has_value();
   pick->found = 1;
   pick->face = p.slice ? 2 : p.cap ? 1 : 0;
   return kOk;

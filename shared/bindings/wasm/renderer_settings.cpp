@@ -63,7 +63,9 @@ void isosplat_renderer_set_splats(uint32_t kind, uint32_t shading) {
 }
 
 void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
-  constexpr auto kLast = static_cast<uint32_t>(ColourBy::projection_error);
+  constexpr auto kLast = static_cast<uint32_t>(ColourBy::field);
+  constexpr auto kLastScale = static_cast<uint32_t>(FieldScale::symmetric);
+  constexpr uint32_t kMostSteps = 256;
   change_settings([&](RenderSettings& settings) {
     settings.colour_by = static_cast<ColourBy>(std::min(appearance->colour_by, kLast));
     settings.colour_map =
@@ -72,6 +74,10 @@ void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
     settings.colour_high = appearance->colour_high;
     std::copy(std::begin(appearance->background), std::end(appearance->background),
               settings.background.begin());
+    settings.field_scale = static_cast<FieldScale>(std::min(appearance->field_scale, kLastScale));
+    settings.field_steps = static_cast<int>(std::min(appearance->field_steps, kMostSteps));
+    const float* missing = appearance->field_missing;
+    settings.field_missing_colour = {missing[0], missing[1], missing[2]};
     settings.eye_dome = appearance->eye_dome;
   });
 }

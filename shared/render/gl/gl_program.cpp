@@ -46,6 +46,7 @@ std::string shader_text(std::string_view defines, std::initializer_list<std::str
   text += shader_file("shader_constants.h");
   text += shader_file("skippable_if.glsl");
   for (const std::string_view file : files) {
+    if (file.empty()) continue;
     const std::string_view part = shader_file(file);
     // The log of the driver then names the file that is missing.
     text += part.empty() ? "#error no shader file " + std::string(file) + "\n" : std::string(part);

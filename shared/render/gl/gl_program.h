@@ -20,7 +20,7 @@ class GlProgram {
 
   /// Starts to compile and link, and does not wait for the driver: call finish() before the program
   /// is used. Each shader is the concatenation of the named files (shared/render/shaders) after
-  /// `defines` (whole lines), shader_constants.h and skippable_if.glsl.
+  /// `defines` (whole lines), shader_constants.h and skippable_if.glsl. Empty names are left out.
   static GlProgram start(std::string_view defines,
                          std::initializer_list<std::string_view> vertex_files,
                          std::initializer_list<std::string_view> fragment_files);

@@ -24,6 +24,7 @@ struct DrawContext {
   Lighting& lighting;
   FrameStatistics& statistics;
   int image_height;           ///< of the whole image, of which a tile may be drawn
+  bool shows_fields;          ///< colours show the fields of volumes
   GLuint empty_vertex_array;  ///< for passes whose vertex shader only reads gl_VertexID
 };
 

@@ -74,9 +74,16 @@ void Lighting::bind_colours(std::span<const float> rgba) {
 void Lighting::apply(const GlProgram& program, const RenderSettings& settings,
                      std::span<const Isosurface> isosurfaces) {
   bind_colour_map(settings.colour_map);
-  glUniform1i(program.uniform("u_colour_by"), settings.colour_by == ColourBy::isosurface ? 0
-                                              : settings.colour_by == ColourBy::depth    ? 2
-                                                                                         : 1);
+  // Programs that show fields take their colours from values. Other surfaces have their own
+  // colours.
+  glUniform1i(program.uniform("u_colour_by"),
+              settings.colour_by == ColourBy::isosurface || settings.colour_by == ColourBy::field
+                  ? 0
+              : settings.colour_by == ColourBy::depth ? 2
+                                                      : 1);
+  set(program, "u_missing_colour", to_linear(settings.field_missing_colour));
+  set(program, "u_field_steps",
+      settings.field_steps >= 2 ? static_cast<float>(settings.field_steps) : 0.0f);
   glUniform1i(program.uniform("u_cap_colour_by"), settings.colour_by == ColourBy::isovalue ? 1
                                                   : settings.colour_by == ColourBy::depth  ? 2
                                                                                            : 0);

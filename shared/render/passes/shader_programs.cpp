@@ -8,17 +8,24 @@
 namespace isosplat::render {
 namespace {
 
+constexpr std::string_view kNoFile;  // in place of a file that a program does not need
+
 constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse};
 
 /// Indices of variants among those of a camera.
 size_t index_of(const SplatVariant& variant) {
-  return 16 * static_cast<size_t>(variant.pass) + (variant.smooth ? 8u : 0u) +
-         (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);
+  return 32 * static_cast<size_t>(variant.pass) + (variant.field ? 16u : 0u) +
+         (variant.smooth ? 8u : 0u) + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
+         (variant.lit ? 1u : 0u);
 }
 
 SplatVariant splat_variant(size_t index) {
-  return {static_cast<SplatPass>(index / 16), (index & 4) != 0, (index & 2) != 0, (index & 1) != 0,
-          (index & 8) != 0};
+  return {static_cast<SplatPass>(index / 32),
+          (index & 4) != 0,
+          (index & 2) != 0,
+          (index & 1) != 0,
+          (index & 8) != 0,
+          (index & 16) != 0};
 }
 
 }  // namespace
@@ -126,6 +133,7 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.clipped) defines += "#define CLIPPED\n";
   if (variant.lit) defines += "#define LIT\n";
   if (variant.smooth) defines += "#define SMOOTH\n";
+  if (variant.field) defines += "#define FIELD\n";
   if (sheared_) defines += "#define SHEARED\n";
   if (orthographic_) defines += kOrthographicDefine;
   if (variant.pass == SplatPass::gradients) {
@@ -151,30 +159,35 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
          "slice.glsl", "slice_cells.vert.glsl"},
         {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "slice.glsl", "slice_cells.frag.glsl"});
   }
+  const std::string_view field = variant.field ? "field.glsl" : kNoFile;
+  const std::string_view corners = variant.field ? "field_corners.glsl" : kNoFile;
   if (variant.pass == SplatPass::triangles) {
-    return GlProgram::start(defines,
-                            {"frame.glsl", "gamma.glsl", "light.glsl", "cell.glsl", "block.glsl",
-                             "lattice.glsl", "triangles.vert.glsl"},
-                            {"frame.glsl", "surface_pixel.glsl", "triangles.frag.glsl"});
-  }
-  if (variant.pass == SplatPass::quad) {
+    const auto if_field = [&](std::string_view file) { return variant.field ? file : kNoFile; };
     return GlProgram::start(
         defines,
-        {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "cell.glsl",
-         "crossings.glsl", "thin.glsl", "block.glsl", "splat.glsl", "quad.vert.glsl"},
-        {"gamma.glsl", "quad.frag.glsl"});
+        {"frame.glsl", "gamma.glsl", "light.glsl", "cell.glsl", field, corners, "block.glsl",
+         "lattice.glsl", "triangles.vert.glsl"},
+        {"frame.glsl", "surface_pixel.glsl", if_field("gamma.glsl"), if_field("light.glsl"),
+         if_field("cell.glsl"), field, "triangles.frag.glsl"});
+  }
+  if (variant.pass == SplatPass::quad) {
+    return GlProgram::start(defines,
+                            {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
+                             "cell.glsl", "crossings.glsl", "thin.glsl", "block.glsl", "splat.glsl",
+                             field, corners, "quad.vert.glsl"},
+                            {"gamma.glsl", "quad.frag.glsl"});
   }
   const std::initializer_list<std::string_view> vertex = {
-      "frame.glsl", "cell.glsl",  "crossings.glsl", "thin.glsl",
-      "block.glsl", "splat.glsl", "splat.vert.glsl"};
+      "frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl",      "block.glsl",
+      "splat.glsl", field,       corners,          "splat.vert.glsl"};
   if (variant.pass == SplatPass::ellipse) {
     return GlProgram::start(defines, vertex,
                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
-                             "cubic.glsl", "ellipse.frag.glsl"});
+                             "cubic.glsl", field, "ellipse.frag.glsl"});
   }
   return GlProgram::start(defines, vertex,
                           {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
-                           "cell.glsl", "ray.glsl", "cubic.glsl", "ray_cast.frag.glsl"});
+                           "cell.glsl", "ray.glsl", "cubic.glsl", field, "ray_cast.frag.glsl"});
 }
 
 Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant) {
@@ -189,6 +202,8 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   splat.quantized_isovalue = program.uniform("u_quantized_isovalue");
   splat.isosurface = program.uniform("u_isosurface");
   splat.scalar = program.uniform("u_scalar");
+  splat.field = program.uniform("u_field");
+  splat.field_missing = program.uniform("u_field_missing");
   splat.drops_hidden = program.uniform("u_drops_hidden");
   splat.gradient_weight = program.uniform("u_gradient_weight");
   splat.finest_side_px = program.uniform("u_finest_side_px");
@@ -204,6 +219,7 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   if (variant.pass == SplatPass::triangles) glUniform1i(program.uniform("u_cases"), 2);
   if (variant.pulled) {
     glUniform1i(program.uniform("u_samples"), 0);
+    glUniform1i(program.uniform("u_fields"), FIELD_TEXTURE_UNIT);
   }
   glUniform1i(program.uniform("u_drawn"), 1);
   splat.is_ready = true;
@@ -257,6 +273,7 @@ GlProgram ShaderPrograms::start(ComposeVariant variant) const {
   std::string defines = variant.several_layers ? "" : "#define ONE_LAYER\n";
   if (variant.eye_dome) defines += "#define EYE_DOME\n";
   if (variant.many_surfaces) defines += "#define MANY_SURFACES\n";
+  if (variant.field) defines += "#define FIELD\n";
   if (!variant.still) {
     return start_image(defines, {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                                  "depths.glsl", "eye_dome.glsl", "compose.frag.glsl"});

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "shared/render/passes/image_passes.h"
+#include "shared/render/passes/scalar_weights.h"
 #include "shared/render/shaders/shader_constants.h"
 
 namespace isosplat::render {
@@ -27,29 +28,6 @@ SplatPass pass_of(SplatKind kind) {
       break;
   }
   return SplatPass::exact;
-}
-
-/// u_scalar of shaders/splat.glsl: the weights of 1, of the gradient's length, and of the
-/// projection error. The weighted sum is the position in the colour map.
-std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueMapping& mapping,
-                                    double frame_unit, double isovalue, uint32_t level) {
-  const double range = settings.colour_high - settings.colour_low;
-  const double per_value = range != 0 ? 1 / range : 0;
-  switch (settings.colour_by) {
-    case ColourBy::isovalue:
-      return {static_cast<float>((isovalue - settings.colour_low) * per_value), 0, 0};
-    case ColourBy::gradient:
-      return {static_cast<float>(-settings.colour_low * per_value),
-              static_cast<float>(mapping.scale / frame_unit * per_value), 0};
-    case ColourBy::level:
-      return {static_cast<float>(level) / 7, 0, 0};
-    case ColourBy::projection_error:
-      return {0, 0, 2};
-    case ColourBy::isosurface:
-    case ColourBy::depth:
-      break;
-  }
-  return {0, 0, 0};
 }
 
 }  // namespace
@@ -102,6 +80,11 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
   glUniform1f(program.quantized_isovalue, pass.quantized_isovalue);
   glUniform1ui(program.isosurface, pass.number_in(variant));
   glUniform1i(program.drops_hidden, drops_hidden);
+  if (program.field >= 0) {
+    const auto weights = field_weights(context.settings, *pass.splats.field);
+    glUniform3fv(program.field, 1, weights.data());
+    glUniform1f(program.field_missing, least_missing(*pass.splats.field));
+  }
   if (variant == SplatPass::gradients) {
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_2D, smooth_normals_.positions());
@@ -149,7 +132,9 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   const bool is_surface = !is_gradients && pass.pass != SplatPass::cut_cells;
   const bool clipped = pass.splats.frame.clipped() && is_surface;
   const bool smooth = triangles && pass.smooth_triangles;
-  const auto program = context.programs.splat({variant, pulled, clipped, pass.splats.lit, smooth});
+  const bool field = is_surface && pass.splats.field && chunk.has_field;
+  const auto program =
+      context.programs.splat({variant, pulled, clipped, pass.splats.lit, smooth, field});
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
     const bool depth_tested = subset == ClusterSubset::likely_occluded || is_gradients;
@@ -179,6 +164,7 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   };
   pass.splats.list.for_each_range(item, culled ? subset : ClusterSubset::all, add_range);
   if (pulled && samples > 0) {
+    if (field) field_texture_.load_field(pass.splats.chunks.buffers(), range);
     sample_texture_.load(pass.splats.chunks.buffers(), range);
   } else if (!pulled && range.buffer != bound.buffer) {
     bound.buffer = range.buffer;
@@ -382,13 +368,15 @@ Result<GLuint> SplatPasses::farthest_depths(const DrawContext& context) {
 
 uint64_t SplatPasses::bytes() const {
   return drawn_depths_.bytes() + depth_tiles_.bytes() + sample_texture_.bytes() +
-         triangle_cases_.bytes() + smooth_normals_.bytes() + gradient_lattice_.bytes();
+         field_texture_.bytes() + triangle_cases_.bytes() + smooth_normals_.bytes() +
+         gradient_lattice_.bytes();
 }
 
 void SplatPasses::abandon() {
   drawn_depths_.abandon();
   depth_tiles_.abandon();
   sample_texture_.abandon();
+  field_texture_.abandon();
   triangle_cases_.abandon();
   smooth_normals_.abandon();
   gradient_lattice_.abandon();

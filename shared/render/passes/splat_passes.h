@@ -24,7 +24,8 @@ struct SplatFrame {
   const ValueMapping& mapping;
   std::span<const int> isosurfaces;  ///< of the volume, indices into those of the settings
   SplatKind kind;
-  bool lit;  ///< draws into the lit picture instead of a layer
+  bool lit;                             ///< draws into the lit picture instead of a layer
+  const ValueMapping* field = nullptr;  ///< that colours show; null: none
 };
 
 /// Draws the splats of chunks into a layer of surface pixels, or into the lit picture.
@@ -80,7 +81,7 @@ class SplatPasses {
 
   DrawnDepths drawn_depths_;
   DepthTiles depth_tiles_;
-  SampleTexture sample_texture_;
+  SampleTexture sample_texture_, field_texture_;
   TriangleCases triangle_cases_;
   SmoothNormals smooth_normals_;
   GradientLattice gradient_lattice_;

@@ -17,6 +17,9 @@ struct SurfacePixel {
   /// `isosurface` is 0 then.
   enum class Slice : uint8_t { none, values, no_data } slice = Slice::none;
   float scalar = 0;  ///< position in the colour map, 0 … 1; of slices: by value
+  /// With ColourBy::field, unless it is a cap or a slice: whether the field has a value there,
+  /// which `scalar` shows. none: the chunk has no values, or the volume no field.
+  enum class Field : uint8_t { none, missing, value } field = Field::none;
 };
 
 }  // namespace isosplat::render

@@ -20,8 +20,17 @@ Vec3f decode_normal(uint32_t bits) {
   return Vec3f{x, y, z} * (1 / length(Vec3f{x, y, z}));
 }
 
+/// The inverse of field_scalar in shaders/field.glsl.
+void decode_field(uint32_t code, SurfacePixel& pixel) {
+  using Field = SurfacePixel::Field;
+  pixel.field = code <= FIELD_HIGHEST   ? Field::value
+                : code == FIELD_MISSING ? Field::missing
+                                        : Field::none;
+  pixel.scalar = pixel.field == Field::value ? static_cast<float>(code) / FIELD_HIGHEST : 0;
+}
+
 /// From the four words that shaders/read.frag.glsl writes.
-SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
+SurfacePixel decode_pixel(const uint32_t* words, float world_unit, bool shows_fields) {
   SurfacePixel pixel;
   if (words[3] == 0) return pixel;
   pixel.hit = true;
@@ -36,6 +45,9 @@ SurfacePixel decode_pixel(const uint32_t* words, float world_unit) {
     pixel.isosurface = 0;
   }
   pixel.cap = (words[1] >> 16 & 3) == SIDE_CAP;
+  if (shows_fields && !pixel.cap && pixel.slice == SurfacePixel::Slice::none) {
+    decode_field(words[1] & 0xffff, pixel);
+  }
   return pixel;
 }
 
@@ -65,7 +77,9 @@ Result<std::vector<SurfacePixel>> read_surface_pixels(const DrawContext& context
   std::vector<uint32_t> words(4 * static_cast<size_t>(width) * static_cast<size_t>(height));
   glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, words.data());
   std::vector<SurfacePixel> pixels(words.size() / 4);
-  for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = decode_pixel(&words[4 * i], world_unit);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    pixels[i] = decode_pixel(&words[4 * i], world_unit, context.shows_fields);
+  }
   return pixels;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "shared/core/base/vec3.h"
 
@@ -21,6 +22,9 @@ struct SurfacePick {
   /// In a slice (RenderSettings::slices), whose value is `value`. The gradient and to_next are 0.
   bool slice = false;
   double value = 0;  ///< of the volume there; on a surface, its isovalue
+  /// The value of the volume's field on a surface, NaN where it is missing. Nothing if the volume
+  /// has no field, or its values are not on the GPU.
+  std::optional<double> field = {};
 };
 
 }  // namespace isosplat::render

@@ -1,6 +1,7 @@
 #include "shared/render/samples/chunk_store.h"
 
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -39,27 +40,51 @@ SampleRange ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle, cons
   return range;
 }
 
+SampleRange ChunkStore::reserve_field(ChunkHandle handle) {
+  Chunk& chunk = chunks_.at(handle);
+  if (chunk.has_field) buffers_.remove_field(chunk.range);
+  buffers_.reserve_field(chunk.range);
+  chunk.has_field = true;
+  return chunk.range;
+}
+
+void ChunkStore::clear_fields() {
+  for (auto& [handle, chunk] : chunks_) {
+    if (chunk.has_field) buffers_.remove_field(chunk.range);
+    chunk.has_field = false;
+  }
+}
+
+void ChunkStore::free_samples(const Chunk& chunk) {
+  if (chunk.has_field) buffers_.remove_field(chunk.range);
+  buffers_.remove(chunk.range);
+}
+
 bool ChunkStore::remove(ChunkHandle handle) {
   const auto found = chunks_.find(handle);
   if (found == chunks_.end()) return false;
-  buffers_.remove(found->second.range);
+  free_samples(found->second);
   chunks_.erase(found);
   return true;
 }
 
 void ChunkStore::clear() {
-  for (const auto& [handle, chunk] : chunks_) buffers_.remove(chunk.range);
+  for (const auto& [handle, chunk] : chunks_) free_samples(chunk);
   chunks_.clear();
   visible_.clear();
 }
 
 void ChunkStore::drop_unconfirmed() {
-  std::erase_if(chunks_, [this](const auto& entry) {
-    const SampleRange& range = entry.second.range;
-    if (buffers_.is_confirmed(range)) return false;
-    buffers_.remove(range);
-    return true;
-  });
+  for (auto each = chunks_.begin(); each != chunks_.end();) {
+    Chunk& chunk = each->second;
+    if (chunk.has_field && !buffers_.is_field_confirmed(chunk.range)) {
+      buffers_.remove_field(chunk.range);
+      chunk.has_field = false;
+    }
+    const bool has_memory = buffers_.is_confirmed(chunk.range);
+    if (!has_memory) free_samples(chunk);
+    each = has_memory ? std::next(each) : chunks_.erase(each);
+  }
 }
 
 const ChunkStore::Chunk* ChunkStore::find(ChunkHandle handle) const {

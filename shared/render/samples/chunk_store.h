@@ -24,6 +24,7 @@ class ChunkStore {
     CellInterval interval;  ///< of all samples: min of mins, max of maxes
     Vec3d low, high;        ///< bounding box in cells of level 0
     std::vector<SampleCluster> clusters;
+    bool has_field = false;  ///< whether its samples have values of the volume's field
   };
 
   /// The buffers must outlive the store.
@@ -39,11 +40,16 @@ class ChunkStore {
   /// not be in use. The caller uploads the samples: see SampleBuffers::reserve.
   SampleRange reserve(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
                       std::vector<SampleCluster> clusters);
+  /// Makes room for the field values of a chunk's samples, unless there is: see
+  /// SampleBuffers::reserve_field. The handle is in use. Returns the range of the samples.
+  SampleRange reserve_field(ChunkHandle handle);
+  /// Removes the field values of all chunks.
+  void clear_fields();
   /// Removes a chunk. Returns false if there is none with this handle.
   bool remove(ChunkHandle handle);
   /// Removes all chunks, and keeps the buffers.
   void clear();
-  /// Removes the chunks in buffers that are not confirmed.
+  /// Removes the chunks, and the field values, in buffers that are not confirmed.
   void drop_unconfirmed();
 
   /// The chunk with this handle, or null. Valid until it is removed.
@@ -65,6 +71,8 @@ class ChunkStore {
   void abandon();
 
  private:
+  void free_samples(const Chunk& chunk);
+
   std::unordered_map<ChunkHandle, Chunk> chunks_;
   std::vector<DrawnChunk> visible_;
   SampleBuffers& buffers_;

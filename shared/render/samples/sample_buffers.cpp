@@ -74,26 +74,72 @@ void SampleBuffers::remove(const SampleRange& range) {
   samples_ -= range.count;
 }
 
+void SampleBuffers::reserve_field(const SampleRange& range) {
+  static_assert(sizeof(PackedField) == sizeof(PackedSample));  // for SampleRange::offset_bytes
+  if (range.count == 0 || range.buffer >= buffers_.size()) return;
+  Buffer& buffer = buffers_[range.buffer];
+  if (!buffer.field) {
+    glGenBuffers(1, &buffer.field);
+    glBindVertexArray(buffer.vertex_array);
+    glBindBuffer(GL_ARRAY_BUFFER, buffer.field);
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(buffer.capacity * sizeof(PackedField)),
+                 nullptr, GL_STATIC_DRAW);
+    glEnableVertexAttribArray(1);
+    glVertexAttribIPointer(1, 4, GL_UNSIGNED_INT, sizeof(PackedField), nullptr);
+    glBindVertexArray(0);
+    buffer.is_field_confirmed = false;
+  }
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.field);
+  buffer.field_samples += range.count;
+}
+
+void SampleBuffers::remove_field(const SampleRange& range) {
+  if (range.count == 0 || range.buffer >= buffers_.size()) return;
+  Buffer& buffer = buffers_[range.buffer];
+  buffer.field_samples -= range.count;
+  if (buffer.field_samples == 0) delete_field(buffer);
+}
+
+void SampleBuffers::delete_field(Buffer& buffer) {
+  if (!buffer.field) return;
+  // Buffers are only detached from the vertex array that is bound.
+  glBindVertexArray(buffer.vertex_array);
+  glDisableVertexAttribArray(1);
+  glDeleteBuffers(1, &buffer.field);
+  glBindVertexArray(0);
+  buffer.field = 0;
+  buffer.field_samples = 0;
+}
+
+void SampleBuffers::confirm() {
+  confirmed_ = buffers_.size();
+  for (Buffer& buffer : buffers_) buffer.is_field_confirmed = buffer.field != 0;
+}
+
 void SampleBuffers::drop_unconfirmed() {
+  for (Buffer& buffer : buffers_) {
+    if (!buffer.is_field_confirmed) delete_field(buffer);
+  }
   while (buffers_.size() > confirmed_) {
+    delete_field(buffers_.back());
     glDeleteVertexArrays(1, &buffers_.back().vertex_array);
     glDeleteBuffers(1, &buffers_.back().buffer);
     buffers_.pop_back();
   }
 }
 
-void SampleBuffers::read(const SampleRange& range, uint32_t first,
-                         std::span<PackedSample> samples) const {
-  if (samples.empty() || range.buffer >= buffers_.size()) return;
+void SampleBuffers::read_from(GLuint buffer, const SampleRange& range, uint32_t first,
+                              std::span<std::byte> out) {
+  if (out.empty() || buffer == 0) return;
   const auto offset =
       static_cast<GLintptr>(range.offset_bytes() + uint64_t{first} * sizeof(PackedSample));
-  const auto size = static_cast<GLsizeiptr>(samples.size_bytes());
-  glBindBuffer(GL_COPY_READ_BUFFER, buffers_[range.buffer].buffer);
+  const auto size = static_cast<GLsizeiptr>(out.size());
+  glBindBuffer(GL_COPY_READ_BUFFER, buffer);
 #ifdef __EMSCRIPTEN__
-  glGetBufferSubData(GL_COPY_READ_BUFFER, offset, size, samples.data());
+  glGetBufferSubData(GL_COPY_READ_BUFFER, offset, size, out.data());
 #else
   if (const void* mapped = glMapBufferRange(GL_COPY_READ_BUFFER, offset, size, GL_MAP_READ_BIT)) {
-    std::memcpy(static_cast<void*>(samples.data()), mapped, samples.size_bytes());
+    std::memcpy(out.data(), mapped, out.size());
     glUnmapBuffer(GL_COPY_READ_BUFFER);
   }
 #endif
@@ -102,7 +148,10 @@ void SampleBuffers::read(const SampleRange& range, uint32_t first,
 
 uint64_t SampleBuffers::bytes() const {
   uint64_t sum = 0;
-  for (const Buffer& buffer : buffers_) sum += uint64_t{buffer.capacity} * sizeof(PackedSample);
+  for (const Buffer& buffer : buffers_) {
+    sum += uint64_t{buffer.capacity} *
+           (sizeof(PackedSample) + (buffer.field ? sizeof(PackedField) : 0));
+  }
   return sum;
 }
 

@@ -6,11 +6,15 @@
 
 namespace isosplat::render {
 
-void SampleTexture::load(const SampleBuffers& buffers, const SampleRange& range) {
+void SampleTexture::load_field(const SampleBuffers& buffers, const SampleRange& range) {
+  load_from(buffers.field_buffer_name(range.buffer), range, FIELD_TEXTURE_UNIT);
+}
+
+void SampleTexture::load_from(GLuint buffer, const SampleRange& range, GLuint unit) {
   constexpr int kMinRows = 64;
   const int rows =
       static_cast<int>((range.count + SAMPLE_TEXTURE_WIDTH - 1) / SAMPLE_TEXTURE_WIDTH);
-  glActiveTexture(GL_TEXTURE0);
+  glActiveTexture(GL_TEXTURE0 + unit);
   if (rows > rows_) {
     release();
     rows_ = std::max(rows, kMinRows);
@@ -21,7 +25,7 @@ void SampleTexture::load(const SampleBuffers& buffers, const SampleRange& range)
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   }
   glBindTexture(GL_TEXTURE_2D, texture_);
-  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, buffers.buffer_name(range.buffer));
+  glBindBuffer(GL_PIXEL_UNPACK_BUFFER, buffer);
   const auto copy_rows = [&](int row, int width, int height) {
     const size_t sample = range.first + size_t(row) * SAMPLE_TEXTURE_WIDTH;
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, row, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT,

@@ -35,6 +35,16 @@ enum class ColourBy : uint8_t {
   depth,             ///< distance from the eye along the view, from near plane to far plane
   level,             ///< level of detail, 0 to 7
   projection_error,  ///< distance of the projected sample from the isosurface, 0 to ½ cell
+  /// The field of each volume (Renderer::set_field), in the field's values, within [colour_low,
+  /// colour_high]. Surfaces without values have Isosurface::colour.
+  field,
+};
+
+/// How the values of a field are laid out along the colour map.
+enum class FieldScale : uint8_t {
+  linear,       ///< from colour_low to colour_high
+  logarithmic,  ///< the same for their logarithms; a limit that is not above 0: see field_range()
+  symmetric,    ///< from −m to m, where m is the larger of |colour_low| and |colour_high|
 };
 
 enum class ColourMap : uint8_t { viridis, magma, cividis, turbo };
@@ -66,7 +76,10 @@ struct RenderSettings {
   ColourBy colour_by = ColourBy::isosurface;
   ColourMap colour_map = ColourMap::viridis;
   double colour_low = 0, colour_high = 1;
-  std::array<float, 4> background{1, 1, 1, 1};  ///< sRGB, not premultiplied
+  FieldScale field_scale = FieldScale::linear;
+  int field_steps = 0;  ///< number of colours that show fields, ≥ 2; less: all of the map
+  Vec3f field_missing_colour{0.62f, 0.62f, 0.62f};  ///< sRGB, where a field has no value
+  std::array<float, 4> background{1, 1, 1, 1};      ///< sRGB, not premultiplied
   LightSettings light;
   float eye_dome = 0.15f;  ///< strength of edge shading (eye-dome lighting), 0: none … 1
   float splat_scale = 1;   ///< multiplies the footprint; 1 closes all holes
@@ -94,5 +107,13 @@ struct RenderSettings {
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };
+
+/// The values of a field with the first and the last colour of the map. Logarithmic: both are above
+/// 0; a high limit that is not is replaced by 1, and then such a low limit by a thousandth of the
+/// high one.
+struct FieldRange {
+  double low = 0, high = 1;
+};
+FieldRange field_range(const RenderSettings& settings);
 
 }  // namespace isosplat::render

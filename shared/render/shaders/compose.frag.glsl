@@ -27,7 +27,13 @@ vec4 shade(ivec2 at, int layer, float depth) {
   }
   float z = distance_of(depth);
   bool is_cap = side_of(bits) == SIDE_CAP;
-  vec3 base = colour_of(is_cap ? u_cap_colour_by : u_colour_by, isosurface, float(bits.z) / 65535.0, z);
+  float scalar = float(bits.z) / 65535.0;
+#ifdef FIELD
+  // Caps have no values of a field.
+  vec3 base = is_cap ? surface_colour(isosurface).rgb : field_colour(isosurface, scalar);
+#else
+  vec3 base = colour_of(is_cap ? u_cap_colour_by : u_colour_by, isosurface, scalar, z);
+#endif
   // Colours that stand for values stay those of the legend.
   if (is_cap && u_cap_colour_by == 0) base *= CAP_SHADE;
   vec3 normal = decode_normal(bits.xy), to_eye = eye_from(gl_FragCoord.xy);

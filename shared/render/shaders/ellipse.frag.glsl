@@ -7,7 +7,11 @@ flat in vec3 v_place, v_place_x, v_place_y;
 flat in vec3 v_along;
 flat in vec3 v_size;
 flat in vec4 v_a, v_b;
+#ifdef FIELD
+flat in vec4 v_field_a, v_field_b;
+#else
 flat in float v_scalar;
+#endif
 
 uniform uint u_isosurface;
 
@@ -48,5 +52,10 @@ void main() {
   }
   gl_FragDepth = window_depth(v_distance.x + t);
   int side = v_distance.w < 0.0 ? SIDE_UNKNOWN : cubic(k, between.x) > 0.0 ? SIDE_FALLING : SIDE_RISING;
-  o_pixel = encode_surface(row_to_view(at.yzw / v_size), v_scalar, u_isosurface, side);
+#ifdef FIELD
+  float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p + t * along);
+#else
+  float scalar = v_scalar;
+#endif
+  o_pixel = encode_surface(row_to_view(at.yzw / v_size), scalar, u_isosurface, side);
 }

@@ -33,8 +33,28 @@ vec3 colour_of(int colour_by, uint isosurface, float scalar, float z) {
   }
   return colour;
 }
+#ifdef FIELD
+uniform vec3 u_missing_colour;
+uniform float u_field_steps;  // colours of the map; 0: all of them
+
+// scalar: as that of surface pixels, 0 to 1 (field.glsl). Without values it is the isosurface's colour.
+vec3 field_colour(uint isosurface, float scalar) {
+  float code = scalar * 65535.0, position = code / float(FIELD_HIGHEST);
+  SKIPPABLE_IF(u_field_steps > 1.0) {
+    position = min(floor(position * u_field_steps), u_field_steps - 1.0) / (u_field_steps - 1.0);
+  }
+  vec3 mapped = colour_of(1, isosurface, position, 0.0);
+  return code < float(FIELD_MISSING) - 0.5 ? mapped
+         : code < float(FIELD_NO_VALUES) - 0.5 ? u_missing_colour : surface_colour(isosurface).rgb;
+}
+#endif
+
 vec3 base_colour(uint isosurface, float scalar, float z) {
+#ifdef FIELD
+  return field_colour(isosurface, scalar);
+#else
   return colour_of(u_colour_by, isosurface, scalar, z);
+#endif
 }
 
 float highlight(float n_l, float n_v, float n_h, float v_h) {

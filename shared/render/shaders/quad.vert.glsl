@@ -45,7 +45,11 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float per_steepness = 1.0 / steepness;
   in_view = steepness > 0.0 ? in_view * per_steepness : vec3(0.0, 0.0, 1.0);
   vec3 normal = steepness > 0.0 ? gradient * per_steepness : -u_forward.xyz;
+#ifdef FIELD
+  float scalar = field_scalar(trilinear_field(fetch_field(sample_index())), displacement / size + 0.5);
+#else
   float scalar = scalar_of(f, displacement / size + 0.5, steepness);
+#endif
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, z);
   vec3 light = lit(in_view, to_eye_from(position), base);

@@ -5,7 +5,11 @@ flat in vec2 v_centre_px;
 #endif
 flat in vec3 v_size;
 flat in vec4 v_a, v_b;
+#ifdef FIELD
+flat in vec4 v_field_a, v_field_b;
+#else
 flat in float v_scalar;
+#endif
 flat in float v_span;           // negative: the ray crosses no surface of the trilinear function
 
 uniform uint u_isosurface;
@@ -40,7 +44,11 @@ void main() {
   float steepness = length(gradient);
   vec3 normal = steepness > 0.0 ? gradient / steepness : vec3(0.0, 0.0, 1.0);
   gl_FragDepth = window_depth(v_centre.w + t);
+#ifdef FIELD
+  float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p);
+#else
   float scalar = v_scalar + u_scalar.y * steepness * abs(v_span);
+#endif
 #ifdef LIT
   vec3 base = base_colour(u_isosurface, scalar, v_centre.w + t);
   o_colour = apply_gamma(vec4(lit(normal, eye_from(gl_FragCoord.xy), base), 1.0));

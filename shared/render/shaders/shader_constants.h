@@ -18,8 +18,10 @@
 // Width of the texture of colours, where there are more than MAX_ISOSURFACES isosurfaces.
 #define COLOURS_WIDTH 128
 
-// Width of the texture from which large splats fetch their samples, in samples.
+// Width of the textures from which large splats fetch their samples and the values of a field, in
+// samples; texture unit of the latter.
 #define SAMPLE_TEXTURE_WIDTH 1024
+#define FIELD_TEXTURE_UNIT 7
 
 // Squares of the quad kind, by measurements with tests/bench/render.
 // MARGIN_PX: px by which they reach beyond the crossings. SETBACK: distance by which a square is
@@ -129,6 +131,12 @@
 #define SLICE_MARGIN 0.01
 #define SLICE_GREY 0.5
 #define SLICE_PERIOD_PX 9.0
+
+// The scalar of surface pixels that show the field of a volume. HIGHEST: of the last colour of the
+// map; the first one is 0. MISSING: the value is missing. NO_VALUES: the chunk has no values (yet).
+#define FIELD_HIGHEST 65533
+#define FIELD_MISSING 65534
+#define FIELD_NO_VALUES 65535
 
 // Occlusion queries. PROBES: largest number of pixels tested along each axis of the image when
 // pixels of a cell are counted. MAX_TILES: largest number of tiles along each axis when all pixels

@@ -21,9 +21,12 @@ uniform highp usampler2D u_drawn;     // depths of each tile (depth_tiles.frag.g
 #endif
 #endif
 
+// In the texture.
+int sample_index() { return gl_VertexID / 6; }
+
 uvec4 fetch_sample() {
 #ifdef PULLED
-  int index = gl_VertexID / 6;
+  int index = sample_index();
   return texelFetch(u_samples, ivec2(index % SAMPLE_TEXTURE_WIDTH, index / SAMPLE_TEXTURE_WIDTH), 0);
 #else
   return a_sample;

@@ -16,7 +16,11 @@ flat out float v_span;          // negative if the surface is not that of the tr
 #endif
 flat out vec3 v_size;           // of the cell, or of the box around the surface
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized isovalue, in spans
+#ifdef FIELD
+flat out vec4 v_field_a, v_field_b;  // the field's quantized values in the cell, or in the box
+#else
 flat out float v_scalar;
+#endif
 
 // Values of all outputs, for samples that are dropped.
 void clear_outputs() {
@@ -32,7 +36,11 @@ void clear_outputs() {
 #endif
   v_size = vec3(1.0);
   v_a = v_b = vec4(0.0);
+#ifdef FIELD
+  v_field_a = v_field_b = vec4(0.0);
+#else
   v_scalar = 0.0;
+#endif
 }
 
 // The sample after its projection.
@@ -145,7 +153,10 @@ void main() {
   float per_steepness = 1.0 / steepness;
   in_view = steepness > 0.0 ? in_view * per_steepness : vec3(0.0, 0.0, 1.0);
   vec3 normal = steepness > 0.0 ? gradient * per_steepness : -u_forward.xyz;
-#if KIND == KIND_ELLIPSE
+#ifdef FIELD
+  Trilinear field = trilinear_field(fetch_field(sample_index()));
+  vec3 cell_centre = centre, cell_extent = size;
+#elif KIND == KIND_ELLIPSE
   v_scalar = scalar_of(f, displacement / size + 0.5, steepness);
 #else
   v_scalar = scalar_of(f, displacement / size + 0.5, 0.0);  // each fragment computes its own gradient
@@ -154,7 +165,13 @@ void main() {
   if (is_plane) {
     // The trilinear function has no surface here, or projection is disabled: draws a plane through the
     // middle of a box. The box stays inside of the cell, since the occlusion query tests only the cell.
-    SKIPPABLE_IF(thin) bound_thin(cell, centre, size, in_view, normal);
+    SKIPPABLE_IF(thin) {
+      bound_thin(cell, centre, size, in_view, normal);
+#ifdef FIELD
+      vec3 extent = size / cell_extent;
+      field = in_box(field, (centre - cell_centre) / cell_extent + 0.5 - 0.5 * extent, extent);
+#endif
+    }
     displacement = vec3(0.0);
     vec3 across = size * normal * (steepness > 0.0 ? steepness : 1.0);
     f = Trilinear(vec4(quantized_isovalue - 0.5 * (across.x + across.y + across.z), across.xy, 0.0),
@@ -172,12 +189,19 @@ void main() {
   low -= margin;
   high += margin;
   f = in_box(f, low, high - low);
+#ifdef FIELD
+  field = in_box(field, low, high - low);
+#endif
   centre += (0.5 * (low + high) - 0.5) * size;
   size *= high - low;
 #endif
   v_size = size;
   v_a = f.a;
   v_b = f.b;
+#ifdef FIELD
+  v_field_a = field.a;
+  v_field_b = field.b;
+#endif
 #if KIND == KIND_ELLIPSE
   float mixed = abs(f.a.w) + abs(f.b.y) + abs(f.b.z) + abs(f.b.w);
   float bent = is_plane ? -1.0 : mixed / max(length(gradient * size), 1e-9);

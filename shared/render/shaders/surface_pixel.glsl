@@ -1,5 +1,6 @@
 // A surface pixel: the normal in the camera's frame (octahedral, 2 x 16 bits), a scalar for colouring
-// (16 bits), isosurface (14 bits) and side (2 bits).
+// (16 bits), isosurface (14 bits) and side (2 bits). The scalar is a position in the colour map, from 0
+// to 65535, or that of a field (FIELD_HIGHEST in shader_constants.h).
 uvec2 encode_normal(vec3 n) {
   n /= abs(n.x) + abs(n.y) + abs(n.z);
   vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);

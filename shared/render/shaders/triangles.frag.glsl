@@ -1,11 +1,17 @@
 // Triangles of cells (triangles.vert.glsl), lit at their vertices (LIT) or as surface pixels.
+uniform uint u_isosurface;
+#ifdef FIELD
+flat in vec4 v_field_a, v_field_b;
+in vec3 v_place;
+#endif
 #ifdef LIT
 in vec3 v_colour;
 layout(location = 0) out vec4 o_colour;
 #else
 in vec3 v_normal;
+#ifndef FIELD
 in float v_scalar;
-uniform uint u_isosurface;
+#endif
 layout(location = 0) out uvec4 o_pixel;
 #endif
 
@@ -16,11 +22,18 @@ void main() {
     if (dot(u_clip_plane[i].xyz, at) < u_clip_plane[i].w) discard;
   }
 #endif
-#ifdef LIT
+#ifdef FIELD
+  float scalar = field_scalar(Trilinear(v_field_a, v_field_b), v_place);
+#elif !defined(LIT)
+  float scalar = v_scalar;
+#endif
+#if defined(LIT) && defined(FIELD)
+  o_colour = apply_gamma(vec4(v_colour * field_colour(u_isosurface, scalar), 1.0));
+#elif defined(LIT)
   o_colour = vec4(v_colour, 1.0);
 #else
   // Triangles are counter-clockwise seen from the side of lower values.
   int side = gl_FrontFacing ? SIDE_RISING : SIDE_FALLING;
-  o_pixel = encode_surface(normalize(v_normal), v_scalar, u_isosurface, side);
+  o_pixel = encode_surface(normalize(v_normal), scalar, u_isosurface, side);
 #endif
 }

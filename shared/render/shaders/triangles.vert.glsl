@@ -16,11 +16,18 @@ uniform highp sampler2D u_gradients;
 uniform ivec3 u_first_region;  // of the block, in u_pages
 #endif
 
+#ifdef FIELD
+// Its colour is that of the value at each fragment.
+flat out vec4 v_field_a, v_field_b;  // the field's quantized values in the cell
+out vec3 v_place;                    // in the cell, 0 to 1
+#endif
 #ifdef LIT
-out vec3 v_colour;
+out vec3 v_colour;  // FIELD: the light alone, linear
 #else
 out vec3 v_normal;
+#ifndef FIELD
 out float v_scalar;
+#endif
 #endif
 
 // Whether a cell is outside of the image or, in all tiles that it touches, behind what is drawn. Large
@@ -104,14 +111,22 @@ void draw_vertex(Cell cell, vec4 lower, vec4 upper, int edge) {
   vec3 normal = row_to_view(gradient_at_vertex(own, start_point, axis, t) / size);
   float length_ = length(normal);
   normal = length_ > 0.0 ? normal / length_ : vec3(0.0, 0.0, 1.0);
-  float scalar = dot(u_scalar.xy, vec2(1.0, steepness));
   gl_Position = in_clip_space(position);
-#ifdef LIT
+#ifdef FIELD
+  v_place = p;
+#else
+  float scalar = dot(u_scalar.xy, vec2(1.0, steepness));
+#endif
+#if defined(LIT) && defined(FIELD)
+  v_colour = lit(normal, to_eye_from(position), vec3(1.0));
+#elif defined(LIT)
   vec3 base = base_colour(u_isosurface, scalar, dot(position, u_forward.xyz));
   v_colour = apply_gamma(vec4(lit(normal, to_eye_from(position), base), 1.0)).rgb;
 #else
   v_normal = normal;
+#ifndef FIELD
   v_scalar = scalar;
+#endif
 #endif
 }
 
@@ -122,7 +137,13 @@ void main() {
   v_colour = vec3(0.0);
 #else
   v_normal = vec3(0.0, 0.0, 1.0);
+#ifndef FIELD
   v_scalar = 0.0;
+#endif
+#endif
+#ifdef FIELD
+  v_place = vec3(0.0);
+  v_field_a = v_field_b = vec4(0.0);
 #endif
   int sample_ = gl_VertexID / TRIANGLE_SLOTS, slot = gl_VertexID % TRIANGLE_SLOTS;
   uvec4 words = texelFetch(u_samples, ivec2(sample_ % SAMPLE_TEXTURE_WIDTH, sample_ / SAMPLE_TEXTURE_WIDTH), 0);
@@ -140,5 +161,10 @@ void main() {
     uint eight = slot < 8 ? edges.x : slot < 16 ? edges.y : edges.z;
     int edge = int(eight >> 4 * (slot & 7) & 15u);
     SKIPPABLE_IF(edge < 12) draw_vertex(cell, lower, upper, edge);
+#ifdef FIELD
+    Trilinear field = trilinear_field(fetch_field(sample_));
+    v_field_a = field.a;
+    v_field_b = field.b;
+#endif
   }
 }

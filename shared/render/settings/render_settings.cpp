@@ -1,0 +1,21 @@
+#include "shared/render/settings/render_settings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isosplat::render {
+
+FieldRange field_range(const RenderSettings& settings) {
+  FieldRange range{settings.colour_low, settings.colour_high};
+  if (settings.field_scale == FieldScale::symmetric) {
+    const double most = std::max(std::abs(range.low), std::abs(range.high));
+    return {-most, most};
+  }
+  if (settings.field_scale == FieldScale::logarithmic) {
+    if (!(range.high > 0)) range.high = 1;
+    if (!(range.low > 0)) range.low = range.high / 1000;
+  }
+  return range;
+}
+
+}  // namespace isosplat::render

@@ -1,0 +1,23 @@
+// The values of a volume's field at the corners of a sample's cell (PackedField in
+// shared/core/sampling/packed_field.h). Splats that fetch their samples by index fetch these as well.
+uniform float u_field_missing;  // quantized values from here on are missing
+#ifdef PULLED
+uniform highp usampler2D u_fields;
+uvec4 fetch_field(int sample_) {
+  return texelFetch(u_fields, ivec2(sample_ % SAMPLE_TEXTURE_WIDTH, sample_ / SAMPLE_TEXTURE_WIDTH), 0);
+}
+#else
+layout(location = 1) in uvec4 a_field;
+uvec4 fetch_field(int sample_) { return a_field; }
+#endif
+
+// See field_scalar.
+Trilinear trilinear_field(uvec4 w) {
+  uvec4 low = w & 0xffffu, high = w >> 16;
+  vec4 lower = vec4(low.x, high.x, low.y, high.y), upper = vec4(low.z, high.z, low.w, high.w);
+  vec4 most = max(lower, upper);
+  if (max(max(most.x, most.y), max(most.z, most.w)) >= u_field_missing) {
+    return Trilinear(vec4(MISSING_VALUE, 0.0, 0.0, 0.0), vec4(0.0));
+  }
+  return trilinear(lower, upper);
+}
