@@ -1,53 +1,17 @@
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import type { Core } from "../../web/core/index.ts";
 import { FileSource, ServerSource, type Source } from "../../web/stream/index.ts";
-import { program, type RunningServer, serve } from "../browser/support/server.ts";
+import { type RunningServer, serve } from "../browser/support/server.ts";
+import { hasPressure, pressure, writeFieldStore } from "../support/field_volumes.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
 import { core as load } from "./fixture.ts";
 import { Harness } from "./stream_harness.ts";
 
-/** More than one block along x and y. */
-const voxels = [150, 131, 70] as const;
 const folder = mkdtempSync(join(tmpdir(), "isosplat-fields-"));
 const missing = 65_535;
-
-/** A ball; the field is linear, and missing in a corner of the volume. */
-const ball = (x: number, y: number, z: number): number =>
-  Math.min(255, Math.round(3 * Math.hypot(x - 75, y - 65, z - 35)));
-const pressure = (x: number, y: number, z: number): number => 4 * x + 8 * y + 16 * z;
-const hasPressure = (x: number, y: number): boolean => x + y > 120;
-
-function writeVolumes(): string {
-  const [nx, ny, nz] = voxels;
-  const first = new Uint8Array(nx * ny * nz);
-  const second = new Float32Array(nx * ny * nz);
-  let at = 0;
-  for (let z = 0; z < nz; ++z) {
-    for (let y = 0; y < ny; ++y) {
-      for (let x = 0; x < nx; ++x, ++at) {
-        first[at] = ball(x, y, z);
-        second[at] = hasPressure(x, y) ? pressure(x, y, z) : Number.NaN;
-      }
-    }
-  }
-  const header = (type: string): string =>
-    `NRRD0004\ntype: ${type}\ndimension: 3\nsizes: ${voxels.join(" ")}\nspacings: 1 1 1\n` +
-    "encoding: raw\nendian: little\n\n";
-  const write = (name: string, type: string, values: Uint8Array | Float32Array): string => {
-    const bytes = new Uint8Array(values.buffer);
-    writeFileSync(join(folder, name), Buffer.concat([Buffer.from(header(type)), bytes]));
-    return join(folder, name);
-  };
-  const store = join(folder, "ball.isosplat");
-  const field = `pressure=${write("pressure.nrrd", "float", second)}`;
-  const volume = write("ball.nrrd", "uint8", first);
-  execFileSync(program, ["build", volume, "--field", field, "-o", store], { stdio: "pipe" });
-  return store;
-}
 
 let core: Core;
 let isosplat: RunningServer;
@@ -55,7 +19,7 @@ let host: RangeHost;
 let harness = new Harness();
 
 beforeAll(async () => {
-  const store = writeVolumes();
+  const store = writeFieldStore(folder);
   core = await load();
   isosplat = await serve([store]);
   const file = readFileSync(store);

@@ -41,6 +41,7 @@ function said(text: Text | undefined, values: number[] = [12, 23, 34, 45]): stri
 const same = [
   "device.numbered.segment",
   "measure.text",
+  "panel.fieldScales.linear",
   "panel.quantities.gradient",
   "panel.splats",
 ];

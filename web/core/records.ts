@@ -131,6 +131,7 @@ function readFields(bytes: Uint8Array): FieldInfo[] {
         hasMissing: field.hasMissing !== 0,
       },
       range: [offset + scale * minQuantized, offset + scale * maxQuantized],
+      quantizedRange: [minQuantized, maxQuantized],
       missingVoxels: field.missingVoxels,
       offset: field.offset,
       bytes: field.bytes,

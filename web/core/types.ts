@@ -42,6 +42,8 @@ export interface FieldInfo {
   mapping: { offset: number; scale: number; maxError: number; bits: 8 | 16; hasMissing: boolean };
   /** The smallest and largest value of the field, not only on a surface. */
   range: [number, number];
+  /** The same as quantized values. */
+  quantizedRange: [number, number];
   missingVoxels: number;
   /** Where the field lies in the store's file. */
   offset: number;
@@ -92,7 +94,7 @@ export interface DecodedChunk {
   /** Bytes for the renderer: the range of samples, interval and bounding box of each region. */
   clusters: Uint8Array;
   /** The values of a field at the corners of the samples' cells: PackedField, four words each. */
-  field?: Uint32Array;
+  field?: { info: FieldInfo; values: Uint32Array };
 }
 
 /** Points of an isosurface, x, y, z each; normals of unit length, towards smaller values. */

@@ -32,6 +32,9 @@ type PictureDocument = Pick<
   "camera" | "clip" | "slices" | "look" | "background" | "measurements"
 >;
 
+/** Scenes cannot name the field that colours show. */
+const sceneColourings = colourings.filter((colouring) => colouring !== "field");
+
 /** Reads camera, clipping, slices, look, background and measurements. Throws the errors of parseScene. */
 export function readPicture(root: Member): PictureDocument {
   return {
@@ -112,7 +115,7 @@ function readLook(look: Member): LookDocument {
   if (kind) read.kind = kind;
   const shading = optional(look.at("shading"), (it) => it.oneOf(shadings), undefined);
   if (shading) read.shading = shading;
-  const colourBy = optional(look.at("colour_by"), (it) => it.oneOf(colourings), undefined);
+  const colourBy = optional(look.at("colour_by"), (it) => it.oneOf(sceneColourings), undefined);
   if (colourBy) read.colourBy = colourBy;
   const colourMap = optional(look.at("colour_map"), (it) => it.oneOf(colourMaps), undefined);
   if (colourMap) read.colourMap = colourMap;

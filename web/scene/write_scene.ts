@@ -163,8 +163,9 @@ function slicesDocument({ along, plane, range, mapped }: Slices): JsonObject {
 
 /** The member `look`. Undefined if the look is the default and the scene had none. */
 function lookDocument(look: Look, before: unknown): JsonObject | undefined {
-  const { background: _, light, colourBy, colourMap, eyeDome, ...splats } = look;
-  const { background: __, ...defaults } = defaultLook;
+  // Scenes cannot name the field that colours show.
+  const { background: _, field: __, light, colourBy, colourMap, eyeDome, ...splats } = look;
+  const { background: ___, field: ____, ...defaults } = defaultLook;
   const isDefault = Object.entries(defaults).every(
     ([name, value]) => JSON.stringify(look[name as keyof Look]) === JSON.stringify(value),
   );
@@ -174,7 +175,7 @@ function lookDocument(look: Look, before: unknown): JsonObject | undefined {
   return {
     ...others,
     ...splats,
-    colour_by: colourBy,
+    colour_by: colourBy === "field" ? defaultLook.colourBy : colourBy,
     colour_map: colourMap,
     light: { ...objectOf(lightBefore), ...numbers },
     eye_dome: eyeDome,

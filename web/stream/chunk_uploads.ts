@@ -130,10 +130,7 @@ export class ChunkUploads {
     } else if (this.#viewer.samples(handle, chunk, samples, clusters)) {
       this.residency.add(chunk, samples.length / 4, purpose);
       // The values may be those of a field that is no longer shown.
-      if (field && this.fields.shown) {
-        this.#viewer.fieldValues?.(handle, field);
-        this.fields.uploaded(handle);
-      }
+      if (field && field.info === this.fields.shown) this.fields.upload(handle, field.values);
     } else {
       this.residency.release(handle);
       // All chunks of the picture are resident.

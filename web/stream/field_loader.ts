@@ -1,6 +1,6 @@
 import type { Core, Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
-import type { FieldInfo } from "../core/types.ts";
+import type { FieldInfo, StoreMetadata } from "../core/types.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
 import type { Decoder } from "./decoder.ts";
 import { FieldSource } from "./field_source.ts";
@@ -65,6 +65,11 @@ export class FieldLoader {
       access.requests,
     );
     void this.#openField();
+  }
+
+  /** The description of the field; undefined until it is open. */
+  get metadata(): StoreMetadata | undefined {
+    return this.#open?.store.info.metadata;
   }
 
   /** Chunks whose values are needed and can still arrive, and their bytes as far as they are known. */

@@ -1,6 +1,7 @@
 import type { Chunk } from "../core/records.ts";
-import type { DecodedChunk, FieldInfo } from "../core/types.ts";
+import type { DecodedChunk, FieldInfo, StoreMetadata } from "../core/types.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
+import { FieldBins } from "./field_bins.ts";
 import { type FieldAccess, FieldLoader } from "./field_loader.ts";
 import type { StreamError, StreamEvents } from "./types.ts";
 
@@ -32,6 +33,7 @@ export class FieldValues {
   readonly #held = new Map<number, HeldChunk>();
   /** The chunks on the GPU whose values are there too. */
   readonly #present = new Set<number>();
+  #bins: FieldBins | undefined;
   #drawn: readonly number[] = [];
   readonly #needing = new CoalescedTask(() => this.#need());
 
@@ -61,6 +63,7 @@ export class FieldValues {
     this.#loader?.close();
     this.#loader = undefined;
     this.#present.clear();
+    this.#bins = field ? new FieldBins(field) : undefined;
     if (field) {
       this.#loader = new FieldLoader(this.#access, field, {
         samplesOf: (handle) => this.#samplesOf(handle),
@@ -98,14 +101,27 @@ export class FieldValues {
     if (this.#loader) this.#need();
   }
 
-  /** The values of a chunk were uploaded with its samples. */
-  uploaded(handle: number): void {
+  /** The field's description of itself; undefined until it is open. */
+  get metadata(): StoreMetadata | undefined {
+    return this.#loader?.metadata;
+  }
+
+  /** The range of the values on the surfaces that are drawn, without the lowest and highest `share`: FieldBins. */
+  surfaceRange(share: number): [number, number] | undefined {
+    return this.#bins?.percentiles(this.#drawn, share);
+  }
+
+  /** Passes the values of a chunk to the viewer, which has its samples. */
+  upload(handle: number, values: Uint32Array): void {
+    this.#bins?.add(handle, values);
     this.#present.add(handle);
+    this.#viewer.fieldValues?.(handle, values);
   }
 
   /** The chunk has left the GPU. */
   dropped(handle: number): void {
     this.#present.delete(handle);
+    this.#bins?.remove(handle);
   }
 
   retry(): void {
@@ -143,10 +159,10 @@ export class FieldValues {
     const held = this.#held.get(handle);
     if (held) {
       this.#held.delete(handle);
-      held.release(values ? { ...held.decoded, field: values } : held.decoded);
+      const info = this.shown;
+      held.release(values && info ? { ...held.decoded, field: { info, values } } : held.decoded);
     } else if (values && this.#events.chunkOf(handle)) {
-      this.#viewer.fieldValues?.(handle, values);
-      this.#present.add(handle);
+      this.upload(handle, values);
     }
     if (values) this.#needing.request();
   }

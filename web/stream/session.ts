@@ -1,5 +1,5 @@
 import type { Core, Store } from "../core/core.ts";
-import type { Points, StoreInfo } from "../core/types.ts";
+import type { FieldInfo, Points, StoreInfo, StoreMetadata } from "../core/types.ts";
 import { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
@@ -19,6 +19,12 @@ import type { Source } from "./source.ts";
 import { measured } from "./timeline.ts";
 import { type CameraView, type ChunkPlace, StreamError, type StreamEvents } from "./types.ts";
 import { WorkerPool } from "./worker_pool.ts";
+
+/** A field that is shown, and its description of itself, which is empty until the field is open. */
+export interface ShownField {
+  info: FieldInfo;
+  metadata: StoreMetadata;
+}
 
 /** One open volume: fetches, decodes and keeps what the camera view needs. See README.md. */
 export class StreamSession {
@@ -179,6 +185,21 @@ export class StreamSession {
     const field = name === null ? null : this.info.fields.find((each) => each.name === name);
     if (field === undefined) throw new RangeError(`the store has no field "${name}"`);
     if (!this.isClosed) this.#parts.uploads.fields.show(field);
+  }
+
+  /** The field that is shown. */
+  get shownField(): ShownField | null {
+    const { fields } = this.#parts.uploads;
+    const info = fields.shown;
+    return info && { info, metadata: fields.metadata ?? {} };
+  }
+
+  /**
+   * The range of the shown field's values around the drawn surfaces, without the lowest and highest hundredth of
+   * them. Undefined while there are no values, or if all are the same.
+   */
+  get fieldRange(): [number, number] | undefined {
+    return this.#parts.uploads.fields.surfaceRange(0.01);
   }
 
   /** Call it when opacity or clipping has changed, because this changes the occlusion. */

@@ -75,6 +75,7 @@ export const page: typeof English = {
   isNumber: "eine Zahl",
   isColours: "Farben wie d9ccb3",
   isColour: "eine Farbe wie ffffff",
+  isFieldName: "der Name eines Feldes",
   isShares: "Zahlen von 0 bis 1",
   isShare: "eine Zahl von 0 bis 1",
   isBox: "x0,x1,y0,y1,z0,z1, je von 0 bis 1",

@@ -72,6 +72,7 @@ export const pageTexts = part("page", {
   isNumber: "a number",
   isColours: "colours such as d9ccb3",
   isColour: "a colour such as ffffff",
+  isFieldName: "the name of a field",
   isShares: "numbers from 0 to 1",
   isShare: "a number from 0 to 1",
   isBox: "x0,x1,y0,y1,z0,z1 from 0 to 1",

@@ -204,6 +204,7 @@ export class Layers {
     if (!entry.hasSurfaces) entry.layer.surfaces = [firstSurface(info)];
     entry.hasSurfaces = true;
     this.#volumes.opened(entry, volume, renderer);
+    volume.showField(this.#settings.shownField);
     if (volume !== entry.volume) return;
     const view = entry.view ?? (this.#camera.camera ? null : {});
     entry.view = null;
@@ -216,7 +217,10 @@ export class Layers {
   /** Look, clipping and slices refer to the first layer. */
   applySettings(): void {
     const { renderer } = this.#life;
-    if (renderer) this.#settings.apply(renderer, this.list.firstPlaced, this.list.firstNumber);
+    if (!renderer) return;
+    this.#settings.apply(renderer, this.list.firstPlaced, this.list.firstNumber);
+    const { shownField } = this.#settings;
+    for (const volume of this.list.entries.flatMap(volumesOf)) volume.showField(shownField);
   }
 
   #changed(entry: LayerEntry, property: LayerProperty): void {

@@ -3,6 +3,7 @@ import { StreamSession } from "../stream/session.ts";
 import type { SessionOptions } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress, StreamError, StreamEvents } from "../stream/types.ts";
+import { fieldOf } from "./field_of.ts";
 import type { RendererError } from "./renderer_error.ts";
 import { abortOf, type RendererLife } from "./renderer_life.ts";
 import type { RendererModule } from "./renderer_module.ts";
@@ -163,6 +164,18 @@ export class OpenVolume {
         }
         return isTaken || this.#life.isContextLost;
       },
+      fieldValues: (id, values) => {
+        this.#life.guard((renderer) => renderer.volume(number).addField(id, values));
+        this.#host.uploaded(id);
+        this.#host.visibleChanged();
+      },
+      readSamples: (id) => {
+        let samples: Uint32Array | undefined;
+        this.#life.guard((renderer) => {
+          samples = renderer.volume(number).readSamples(id);
+        });
+        return samples;
+      },
       drop: (id) => {
         this.#life.guard((renderer) => renderer.volume(number).removeChunk(id));
         this.#host.chunksChanged();
@@ -186,6 +199,16 @@ export class OpenVolume {
       },
       replaced: () => this.#host.replaced(),
     };
+  }
+
+  /** Shows the field with this name, if the store has it, or none. */
+  showField(name: string | null): void {
+    const session = this.#session;
+    if (!session || this.#life.isContextLost) return;
+    const field = name === null ? null : fieldOf(session.info, name);
+    if (field?.name === session.shownField?.info.name) return;
+    this.#life.guard((renderer) => renderer.volume(this.number).setField(field?.mapping ?? null));
+    session.showField(field?.name ?? null);
   }
 
   /** Ends the volume's requests, and frees its samples. Its `info` stays. */

@@ -1,5 +1,7 @@
 import type { StoreInfo } from "../core/types.ts";
+import type { ShownField } from "../stream/session.ts";
 import { wholeVolume } from "./clipping.ts";
+import { fieldOf } from "./field_of.ts";
 import { greyRange } from "./grey_range.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
@@ -21,6 +23,11 @@ export class PictureSettings {
 
   set slices(slices: Slices) {
     this.#slices = usableSlices(slices);
+  }
+
+  /** The name of the field that colours represent. */
+  get shownField(): string | null {
+    return this.look.colourBy === "field" ? this.look.field.name : null;
   }
 
   get hasSlices(): boolean {
@@ -47,9 +54,10 @@ export class PictureSettings {
   }
 
   /**
-   * The meaning of colours; null if each surface has its own colour and there are no slices.
+   * The meaning of colours; null if each surface has its own colour and there are no slices. `shown`: the field
+   * that the first layer shows.
    */
-  legend(renderer: RendererModule, info: StoreInfo): Legend | null {
+  legend(renderer: RendererModule, info: StoreInfo, shown: ShownField | null): Legend | null {
     const { colourBy, colourMap } = this.look;
     const slices = this.hasSlices;
     const mapColours = () => renderer.picture.colours(colourMap, 16);
@@ -62,6 +70,13 @@ export class PictureSettings {
       return { colourBy: "isovalue", ...ofSlices, slices };
     }
     const legend: Legend = { colourBy, colours: mapColours(), range: this.#mappedRange(info) };
+    if (colourBy === "field") {
+      if (!shown) return null;
+      const { units } = shown.metadata;
+      const { name, scale, steps } = this.look.field;
+      legend.field = { name, ...(units && { units }), scale };
+      if (steps > 1) legend.colours = stepped(renderer.picture.colours(colourMap, steps));
+    }
     if (slices) legend.slices = slices;
     if (slices && colourBy !== "isovalue") legend.ofSlices = ofSlices;
     return legend;
@@ -85,8 +100,17 @@ export class PictureSettings {
   #colourRange(info: StoreInfo | null): [number, number] {
     if (!info) return [0, 1];
     const [low, high] = info.range;
+    if (this.look.colourBy === "field") {
+      const { name, range } = this.look.field;
+      return [...(range ?? fieldOf(info, name)?.range ?? ([0, 1] as const))];
+    }
     if (this.look.colourBy !== "gradient") return [low, high];
     // The largest gradient of the scale: half of the range of values within one cell, a sharp edge.
     return [0, (0.5 * (high - low)) / Math.min(...info.spacing)];
   }
+}
+
+/** Each colour for an equal part of a gradient. */
+function stepped(colours: readonly string[]): string[] {
+  return colours.flatMap((colour) => Array.from({ length: 8 }, () => colour));
 }

@@ -8,7 +8,6 @@ import {
   type ColourMap,
   colourings,
   colourMaps,
-  type FieldColours,
   fieldScales,
   type Look,
   type SlicePlane,
@@ -16,6 +15,9 @@ import {
   shadings,
   splatKinds,
 } from "./types.ts";
+
+/** Where a field has no value: RenderSettings::field_missing_colour. */
+const missingColour: [number, number, number] = [0.62, 0.62, 0.62];
 
 /** The picture that a renderer draws: camera, look and light, clipping and slices. */
 export class RendererPicture {
@@ -38,26 +40,17 @@ export class RendererPicture {
     exports._isosplat_renderer_set_splats(splatKinds.indexOf(kind), shadings.indexOf(shading));
   }
 
-  /**
-   * range: of the quantity that the colour map shows. opacity: of the background. field: colours
-   * show the fields of volumes instead; surfaces without values have their own colours.
-   */
-  setLook(
-    look: Look,
-    range: readonly [number, number],
-    opacity = 1,
-    field: FieldColours | null = null,
-  ): void {
-    const [colourLow, colourHigh] = field?.range ?? range;
+  /** range: of the quantity that the colour map shows. opacity: of the background. */
+  setLook(look: Look, [colourLow, colourHigh]: readonly [number, number], opacity = 1): void {
     layouts.writeAppearance(this.#instance.view(), this.#instance.scratch, {
       colourLow,
       colourHigh,
-      colourBy: field ? layouts.colourByNames.indexOf("field") : colourings.indexOf(look.colourBy),
+      colourBy: colourings.indexOf(look.colourBy),
       colourMap: colourMaps.indexOf(look.colourMap),
       background: [...colourChannels(look.background), opacity],
-      fieldMissing: colourChannels(field?.missing ?? "#000000"),
-      fieldScale: field ? fieldScales.indexOf(field.scale) : 0,
-      fieldSteps: field?.steps ?? 0,
+      fieldMissing: missingColour,
+      fieldScale: fieldScales.indexOf(look.field.scale),
+      fieldSteps: look.field.steps,
       eyeDome: look.eyeDome,
     });
     this.#instance.exports._isosplat_renderer_set_appearance(this.#instance.scratch);

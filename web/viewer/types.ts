@@ -127,27 +127,28 @@ export const colourings = [
   "depth",
   "level",
   "projection-error",
+  "field",
 ] as const;
 /** The quantity that a pixel's colour shows (shared/render/settings/render_settings.h, ColourBy). */
 export type Colouring = (typeof colourings)[number];
 
-/** How the values of a field are laid out along the colour map (FieldScale in C++). */
-export const fieldScales = ["linear", "logarithmic", "symmetric"] as const;
-export type FieldScale = (typeof fieldScales)[number];
-
-/** How colours show the field of a volume, in place of Look.colourBy. */
-export interface FieldColours {
-  /** Of the field's values; symmetric: from −m to m, where m is the larger absolute value. */
-  range: readonly [number, number];
-  scale: FieldScale;
-  /** The number of colours, at least 2; 0: all of the colour map. */
-  steps: number;
-  /** #rrggbb, where the field has no value. */
-  missing: string;
-}
-
 export const colourMaps = ["viridis", "magma", "cividis", "turbo"] as const;
 export type ColourMap = (typeof colourMaps)[number];
+
+export const fieldScales = ["linear", "logarithmic", "symmetric"] as const;
+/** How the values of a field are laid out along the colour map (FieldScale in shared/render/settings/render_settings.h). */
+export type FieldScale = (typeof fieldScales)[number];
+
+/** How the field of a store is shown, with `colourBy: "field"`. */
+export interface FieldLook {
+  /** The name of the field. Stores without it have the colours of their surfaces. */
+  name: string;
+  /** The values of the first and the last colour. Null: the range of the field of the first layer. */
+  range: readonly [number, number] | null;
+  scale: FieldScale;
+  /** The number of colours; 0: the whole colour map. */
+  steps: number;
+}
 
 /** How the surfaces look. */
 export interface Look {
@@ -157,6 +158,7 @@ export interface Look {
   shading: Shading;
   colourBy: Colouring;
   colourMap: ColourMap;
+  field: FieldLook;
   /** #rrggbb, sRGB. */
   background: string;
   light: Light;
@@ -171,6 +173,8 @@ export interface Legend {
   colours: readonly string[];
   /** The values of the first and the last colour; null: the nearest and farthest point of the view. */
   range: readonly [number, number] | null;
+  /** The field that colours represent, with the units that its file states. */
+  field?: { name: string; units?: string; scale: FieldScale };
   /** There are slices, which are hatched where no values are loaded. */
   slices?: true;
   /** The values and colours of slices, if the colours above do not represent values. */
@@ -233,6 +237,7 @@ export const defaultLook: Look = {
   shading: "smooth",
   colourBy: "isosurface",
   colourMap: "viridis",
+  field: { name: "", range: null, scale: "linear", steps: 0 },
   background: "#ffffff",
   light: defaultLight,
   eyeDome: 0.15,

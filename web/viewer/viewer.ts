@@ -219,6 +219,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#layers.list.firstSession?.quantizedIsovalue(isovalue);
   }
 
+  /** StreamSession.fieldRange; undefined while the first layer is not open, or hidden. */
+  get fieldRange(): [number, number] | undefined {
+    return this.#layers.list.firstSession?.fieldRange;
+  }
+
   get look(): Readonly<Look> {
     return this.#settings.look;
   }
@@ -234,7 +239,8 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** What colours mean; null without a volume, or if surfaces have their own ones and there are no slices. */
   get legend(): Legend | null {
     const { renderer } = this.#life;
-    return renderer && this.info && this.#settings.legend(renderer, this.info);
+    const shown = this.#layers.list.firstSession?.shownField ?? null;
+    return renderer && this.info && this.#settings.legend(renderer, this.info, shown);
   }
 
   get clip(): Clip {

@@ -71,6 +71,7 @@ export function addressOf(view: AddressState): UrlState {
   if (look.kind !== before.kind) state.kind = look.kind;
   if (look.shading !== before.shading) state.shading = look.shading;
   if (look.colourBy !== before.colourBy) state.colourBy = look.colourBy;
+  if (look.colourBy === "field" && !sameValue(look.field, before.field)) state.field = look.field;
   if (look.colourMap !== before.colourMap) state.colourMap = look.colourMap;
   if (look.eyeDome !== before.eyeDome) state.eyeDome = look.eyeDome;
   if (!sameValue(look.light, before.light)) state.light = look.light;

@@ -24,6 +24,8 @@ import {
   type ColourMap,
   colourings,
   colourMaps,
+  type FieldLook,
+  fieldScales,
   maxSurfaces,
   type Projection,
   projections,
@@ -63,6 +65,7 @@ export const minOpacity = 0.05;
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
  *   projection=orthographic        parallel rays
  *   kind=exact  shading=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
+ *   field=pressure  field-range=0,12.5  field-scale=logarithmic  field-steps=8    with colour-by=field
  *   light=azimuth,elevation        of the key light, in degrees
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
@@ -97,6 +100,7 @@ export interface UrlState {
   kind?: SplatKind | "automatic";
   shading?: Shading;
   colourBy?: Colouring;
+  field?: FieldLook;
   colourMap?: ColourMap;
   background?: string;
   eyeDome?: number;
@@ -154,6 +158,11 @@ function readRange(text: string): [number, number] | undefined {
   return low < high && more.length === 0 ? [low, high] : undefined;
 }
 
+function readSteps(text: string): number | undefined {
+  const steps = readNumber(text);
+  return Number.isInteger(steps) && Number(steps) >= 2 && Number(steps) <= 256 ? steps : undefined;
+}
+
 function readShow(text: string): ReadonlySet<OverlayPart> | undefined {
   if (text === "none") return new Set();
   const parts = text.split(",").map((name) => oneOf(name, overlayParts));
@@ -205,6 +214,18 @@ export function readUrl(search: string): UrlState {
   if (shading) state.shading = shading;
   const colourBy = read("colour-by", (text) => oneOf(text, colourings), colourings.join(", "));
   if (colourBy) state.colourBy = colourBy;
+  const fieldName = read("field", (text) => text || undefined, pageTexts.isFieldName);
+  const fieldRange = read("field-range", readRange, "low,high");
+  const fieldScale = read(
+    "field-scale",
+    (text) => oneOf(text, fieldScales),
+    fieldScales.join(", "),
+  );
+  const fieldSteps = read("field-steps", readSteps, "2 … 256");
+  if (fieldName) {
+    const [range, scale, steps] = [fieldRange ?? null, fieldScale ?? "linear", fieldSteps ?? 0];
+    state.field = { name: fieldName, range, scale, steps };
+  }
   const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
   if (colourMap) state.colourMap = colourMap;
   const background = read("background", readColour, pageTexts.isColour);
@@ -303,6 +324,13 @@ export function writeUrl(state: UrlState): string {
   add("kind", state.kind);
   add("shading", state.shading);
   add("colour-by", state.colourBy);
+  if (state.field) {
+    const { name, range, scale, steps } = state.field;
+    add("field", name);
+    add("field-range", range?.join(","));
+    if (scale !== "linear") add("field-scale", scale);
+    if (steps > 0) add("field-steps", String(steps));
+  }
   add("map", state.colourMap);
   add("background", state.background?.slice(1));
   add("shade", state.eyeDome?.toString());

@@ -1,10 +1,12 @@
 import { html, nothing, type TemplateResult } from "lit";
+import type { FieldInfo } from "../../core/types.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import type { Look } from "../../viewer/types.ts";
 import { languageChoice } from "../shell/chrome.ts";
+import { fieldPart } from "./field_part.ts";
 import { select } from "./form_elements.ts";
-import type { PictureActions, PictureState } from "./panel_state.ts";
+import type { PictureActions, PictureState, VolumeState } from "./panel_state.ts";
 
 /** Names that are the same in all languages. */
 export const mapNames = { viridis: "Viridis", magma: "Magma", cividis: "Cividis", turbo: "Turbo" };
@@ -14,9 +16,34 @@ const backgrounds = [
   { colour: "#000000", name: "black" },
 ] as const;
 
+/** In the list of quantities, before the name of a field. */
+const fieldPrefix = "field:";
+
+/** The quantities that colours can show. A field that the store lacks is listed while it is chosen. */
+function quantities(
+  fields: readonly FieldInfo[],
+  { colourBy, field }: Look,
+): Record<string, string> {
+  const { field: _, ...others } = panelTexts.quantities;
+  const names = new Set(fields.map(({ name }) => name));
+  if (colourBy === "field") names.add(field.name);
+  return { ...others, ...Object.fromEntries([...names].map((name) => [fieldPrefix + name, name])) };
+}
+
+function colouredBy(chosen: string, { field }: Look): Partial<Look> {
+  if (!chosen.startsWith(fieldPrefix)) return { colourBy: chosen as Look["colourBy"] };
+  const name = chosen.slice(fieldPrefix.length);
+  return { colourBy: "field", field: { ...field, name, range: null } };
+}
+
 /** Splats, colouring and background of the picture; the language of the page. */
-export function appearanceSection(state: PictureState, actions: PictureActions): TemplateResult {
+export function appearanceSection(
+  state: PictureState & Pick<VolumeState, "info">,
+  actions: PictureActions,
+): TemplateResult {
   const { look } = state;
+  const { fields } = state.info;
+  const field = fields.find(({ name }) => name === look.field.name);
   const isPreset = backgrounds.some((preset) => preset.colour === look.background);
   const isCustom = !state.isThemeBackground && !isPreset;
   return html`<wa-details class="section" appearance="plain" summary=${panelTexts.appearance}>
@@ -27,11 +54,12 @@ export function appearanceSection(state: PictureState, actions: PictureActions):
       )}
       ${select(
         panelTexts.colour,
-        look.colourBy,
-        panelTexts.quantities,
-        (by) => actions.changeLook({ colourBy: by as Look["colourBy"] }),
+        look.colourBy === "field" ? fieldPrefix + look.field.name : look.colourBy,
+        quantities(fields, look),
+        (by) => actions.changeLook(colouredBy(by, look)),
         panelTexts.quantityHints[look.colourBy],
       )}
+      ${look.colourBy === "field" && field ? fieldPart(look.field, field, actions) : nothing}
       ${
         look.colourBy === "isosurface"
           ? nothing

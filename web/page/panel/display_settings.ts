@@ -17,7 +17,7 @@ import type { PageActions, PageState, PictureActions, PictureState } from "./pan
  */
 export class DisplaySettings {
   readonly #viewer: Viewer;
-  readonly #changed: () => void;
+  readonly #changed: (fits?: boolean) => void;
   #isThemeBackground: boolean;
   #opened: OpenedPicture = {
     look: defaultLook,
@@ -27,7 +27,7 @@ export class DisplaySettings {
   };
   #show: ReadonlySet<OverlayPart>;
 
-  constructor(viewer: Viewer, url: UrlState, changed: () => void) {
+  constructor(viewer: Viewer, url: UrlState, changed: (fits?: boolean) => void) {
     this.#viewer = viewer;
     this.#changed = changed;
     this.#isThemeBackground = url.background === undefined;
@@ -36,6 +36,7 @@ export class DisplaySettings {
       shading: url.shading ?? defaultLook.shading,
       colourBy: url.colourBy ?? defaultLook.colourBy,
       colourMap: url.colourMap ?? defaultLook.colourMap,
+      field: url.field ?? defaultLook.field,
       light: url.light ?? defaultLook.light,
       eyeDome: url.eyeDome ?? defaultLook.eyeDome,
       background: url.background ?? themeBackground[theme()],
@@ -43,7 +44,20 @@ export class DisplaySettings {
     viewer.setClip(url.clip ?? wholeVolume);
     viewer.setSlices(url.slices ?? noSlices);
     this.#show = url.show ?? defaultParts;
-    viewer.on("light", changed);
+    viewer.on("light", () => changed());
+    viewer.on("progress", ({ state }) => {
+      if (state === "complete" || state === "limited") this.#fitField();
+    });
+  }
+
+  /** Unless the range of the field is known: that of the values on the surface, when all of them have arrived. */
+  #fitField(): void {
+    const { colourBy, field } = this.#viewer.look;
+    if (colourBy !== "field" || field.range) return;
+    const range = this.#viewer.fieldRange;
+    if (!range) return;
+    this.#viewer.setLook({ field: { ...field, range: roundedRange(range) } });
+    this.#changed(true);
   }
 
   /** Takes over the settings of the scene that was opened, except those in the address. Null if a store was opened. */
@@ -134,4 +148,11 @@ export class DisplaySettings {
     this.#viewer.setLook(change);
     this.#changed();
   }
+}
+
+/** A range that contains this one, with ends of few digits. */
+function roundedRange([low, high]: readonly [number, number]): [number, number] {
+  const step = 10 ** (Math.floor(Math.log10(high - low)) - 2);
+  const rounded = (value: number) => Number((value * step).toPrecision(12));
+  return [rounded(Math.floor(low / step)), rounded(Math.ceil(high / step))];
 }

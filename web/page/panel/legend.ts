@@ -42,6 +42,8 @@ export function legendTexts(legend: Legend, valueUnits: string | undefined): Leg
   const [low = pageTexts.near, high = pageTexts.far] = legend.range?.map(formatValue) ?? [];
   const isOfSlices = legend.slices && legend.colourBy === "isovalue";
   const name = isOfSlices ? panelTexts.values : panelTexts.quantities[legend.colourBy];
+  const { field } = legend;
+  if (field) return { name: field.name, units: field.units ?? "", low, high };
   return { name, units: unitsOf(legend, valueUnits), low, high };
 }
 

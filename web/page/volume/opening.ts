@@ -103,12 +103,13 @@ async function openSceneIn(
 
 /** The part of the look that the address states. */
 function lookOf(url: UrlState): Partial<Look> {
-  const { kind, shading, colourBy, colourMap, background, eyeDome, light } = url;
+  const { kind, shading, colourBy, colourMap, field, background, eyeDome, light } = url;
   return {
     ...(kind && { kind }),
     ...(shading && { shading }),
     ...(colourBy && { colourBy }),
     ...(colourMap && { colourMap }),
+    ...(field && { field }),
     ...(background && { background }),
     ...(eyeDome !== undefined && { eyeDome }),
     ...(light && { light }),

@@ -45,7 +45,9 @@ export class VolumePage {
   );
   readonly #camera = new PageCamera(this.#viewer, this.#url, () => this.#address.changed());
   readonly #surfaces = new SurfaceSettings(this.#viewer, this.#url, (only) => this.#changed(only));
-  readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => this.#changed());
+  readonly #settings = new DisplaySettings(this.#viewer, this.#url, (fits) =>
+    this.#changed(false, fits),
+  );
   /** The layers of the picture. */
   readonly layers = new LayersPart(
     {
@@ -207,7 +209,9 @@ export class VolumePage {
   }
 
   /** A setting has changed: updates the address and the layout. */
-  #changed(isIsovalueOnly = false): void {
+  /** `fits`: a setting was fitted to the data, which is no step of undo. */
+  #changed(isIsovalueOnly = false, fits = false): void {
+    if (fits && !this.#address.isPending) this.#history.replacePresent();
     this.#address.changed();
     this.#layout.request(isIsovalueOnly);
   }

@@ -1,0 +1,138 @@
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { expect, type Page, test } from "@playwright/test";
+import { writeFieldStore } from "../support/field_volumes.ts";
+import { decodePng } from "./support/pixels.ts";
+import { type RunningServer, serve } from "./support/server.ts";
+import { complete, openSection, savedPicture, settled } from "./support/view.ts";
+
+const folder = mkdtempSync(join(tmpdir(), "isosplat-field-page-"));
+let server: RunningServer;
+
+test.beforeAll(async () => {
+  server = await serve([writeFieldStore(folder)]);
+});
+
+test.afterAll(async () => {
+  await server?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+type Colour = [number, number, number];
+
+/** The colours of the surface in the middle of the picture, a fifth of the picture above it, and as far below. */
+async function colours(page: Page): Promise<Record<"top" | "middle" | "bottom", Colour>> {
+  const { width, height, rgba } = await decodePng(page, await savedPicture(page));
+  const at = (share: number): Colour => {
+    const pixel = 4 * (Math.round(share * height) * width + Math.round(width / 2));
+    return [rgba[pixel] ?? 0, rgba[pixel + 1] ?? 0, rgba[pixel + 2] ?? 0];
+  };
+  return { top: at(0.3), middle: at(0.5), bottom: at(0.7) };
+}
+
+/** A busy machine leaves out the smooth edges of one of two pictures. */
+function expectClose(a: Awaited<ReturnType<typeof colours>>, b: typeof a): void {
+  for (const place of ["top", "middle", "bottom"] as const) {
+    a[place].forEach((channel, i) => {
+      expect(Math.abs(channel - (b[place][i] ?? 0))).toBeLessThan(16);
+    });
+  }
+}
+
+/** From the right, with z upwards: the field increases upwards. */
+const query = "volume=ball&isovalue=75.5&camera=90,0,120,75,65,35&theme=light";
+
+/** Viridis is violet at its lower end, and yellow at its upper end. */
+const yellowness = ([red, green, blue]: Colour): number => red + green - 2 * blue;
+
+test("a surface shows the values of a field by colours, with a legend, from a link", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?${query}&colour-by=field&field=pressure`);
+  await complete(page);
+  await settled(page);
+  const legend = page.locator(".legend");
+  await expect(legend).toContainText("pressure");
+  // The range is that of the values on the surface, not that of the whole field.
+  const [low, high] = (await legend.locator(".legend-ends span").allTextContents()).map(Number);
+  expect(low).toBeGreaterThan(700);
+  expect(high).toBeLessThan(2100);
+  await expect(page).toHaveURL(/field=pressure&field-range=[\d.]+,[\d.]+/);
+  const { top, middle, bottom } = await colours(page);
+  expect(yellowness(top)).toBeGreaterThan(yellowness(middle) + 30);
+  expect(yellowness(middle)).toBeGreaterThan(yellowness(bottom) + 30);
+
+  // The link shows the same colours, without fitting them again.
+  await page.goto(`${page.url().replace(/field-range=[^&]*/, "field-range=0,10000")}`);
+  await complete(page);
+  await settled(page);
+  await expect(page).toHaveURL(/field-range=0,10000/);
+  await expect(legend).toContainText("10");
+  const low2 = await colours(page);
+  expect(Math.abs(yellowness(low2.top) - yellowness(low2.bottom))).toBeLessThan(60);
+});
+
+test("a field is chosen in the panel, and undone", async ({ page }) => {
+  await page.goto(`${server.url}?${query}`);
+  await complete(page);
+  await settled(page);
+  await openSection(page, "Appearance");
+  const plain = await colours(page);
+  const choose = async (label: string, option: string): Promise<void> => {
+    await page.locator(`wa-select[label="${label}"]`).click();
+    await page.getByRole("option", { name: option, exact: true }).click();
+  };
+  await choose("Colour", "pressure");
+  await expect(page.locator(".legend")).toContainText("pressure");
+  await expect(page).toHaveURL(/field-range=/);
+  await settled(page);
+  const coloured = await colours(page);
+  expect(yellowness(coloured.top)).toBeGreaterThan(yellowness(coloured.bottom) + 60);
+
+  await choose("Number of colours", "4 colours");
+  await expect(page).toHaveURL(/field-steps=4/);
+  await page.getByRole("button", { name: "Whole range" }).click();
+  const [, to] = /field-range=[^,]*,([\d.]+)/.exec(page.url()) ?? [];
+  await expect(page).not.toHaveURL(new RegExp(`field-range=[^,]*,${to}&`));
+  await page.getByLabel("Colours to").fill("2000");
+  await page.getByLabel("Colours to").press("Enter");
+  await expect(page).toHaveURL(/field-range=[^,]*,2000/);
+  await settled(page);
+
+  // Every step of this is undone; the range that was fitted is none.
+  await page.getByRole("application").focus();
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("Control+z");
+  await expect(page).toHaveURL(/field-range=/);
+  await expect(page).not.toHaveURL(/field-steps/);
+  await settled(page);
+  await page.keyboard.press("Control+z");
+  await expect(page).not.toHaveURL(/colour-by/);
+  await expect(page.locator(".legend")).toHaveCount(0);
+  await settled(page);
+  expectClose(await colours(page), plain);
+});
+
+test("colours return with the context, and follow another isovalue", async ({ page }) => {
+  await page.goto(`${server.url}?${query}&colour-by=field&field=pressure&field-range=800,2000`);
+  await complete(page);
+  await settled(page);
+  const before = await colours(page);
+  await page.evaluate(async () => {
+    const canvas = document.querySelector("canvas.picture, main canvas") as HTMLCanvasElement;
+    const context = canvas.getContext("webgl2")?.getExtension("WEBGL_lose_context");
+    context?.loseContext();
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    context?.restoreContext();
+  });
+  await complete(page);
+  await settled(page);
+  expectClose(await colours(page), before);
+  await page.locator(".isovalue-field").fill("80.5");
+  await page.locator(".isovalue-field").press("Enter");
+  await expect(page).toHaveURL(/isovalue=80.5/);
+  await complete(page);
+  await settled(page);
+  const { top, bottom } = await colours(page);
+  expect(yellowness(top)).toBeGreaterThan(yellowness(bottom) + 30);
+});

@@ -1,0 +1,62 @@
+import { html, type TemplateResult } from "lit";
+import type { FieldInfo } from "../../core/types.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import type { FieldLook, FieldScale } from "../../viewer/types.ts";
+import { formatValue, parseValue } from "../shell/format.ts";
+import { select } from "./form_elements.ts";
+import type { PictureActions } from "./panel_state.ts";
+
+/** Numbers of colours to choose from. */
+const steps = ["0", "4", "6", "8", "10", "12"];
+
+/** How a field is shown: the values of the first and the last colour, the scale, the number of colours. */
+export function fieldPart(
+  look: FieldLook,
+  field: FieldInfo,
+  actions: PictureActions,
+): TemplateResult {
+  const change = (part: Partial<FieldLook>) => actions.changeLook({ field: { ...look, ...part } });
+  const range = look.range ?? field.range;
+  const end = (label: string, at: 0 | 1) => {
+    const enter = (event: Event) => {
+      const input = event.currentTarget as HTMLInputElement;
+      const value = parseValue(input.value);
+      const [low, high] = range;
+      const entered: [number, number] = at === 0 ? [value ?? low, high] : [low, value ?? high];
+      if (entered[0] < entered[1]) change({ range: entered });
+      else input.value = formatValue(range[at]);
+    };
+    return html`<label
+      >${label}
+      <input
+        class="small-input"
+        type="text"
+        inputmode="decimal"
+        autocomplete="off"
+        .value=${formatValue(range[at])}
+        @change=${enter}
+      />
+    </label>`;
+  };
+  const stepTexts = Object.fromEntries(
+    steps.map((n) => [n, n === "0" ? panelTexts.continuous : panelTexts.colourSteps(n)]),
+  );
+  return html`<div class="field-range">
+      ${end(panelTexts.coloursFrom, 0)} ${end(panelTexts.coloursTo, 1)}
+      <button
+        type="button"
+        class="chip"
+        title=${panelTexts.fitColoursTitle}
+        @click=${() => change({ range: null })}
+      >
+        ${panelTexts.fitColours}
+      </button>
+      <button type="button" class="chip" @click=${() => change({ range: field.range })}>
+        ${panelTexts.wholeRange}
+      </button>
+    </div>
+    ${select(panelTexts.fieldScale, look.scale, panelTexts.fieldScales, (scale) =>
+      change({ scale: scale as FieldScale }),
+    )}
+    ${select(panelTexts.fieldSteps, String(look.steps), stepTexts, (n) => change({ steps: Number(n) }))}`;
+}

@@ -1,0 +1,60 @@
+import type { FieldInfo } from "../core/types.ts";
+
+const bins = 256;
+
+/** How often the values of a field occur at the corners of the cells of chunks, in equal parts of its range. */
+export class FieldBins {
+  readonly #field: FieldInfo;
+  readonly #counts = new Map<number, Uint32Array>();
+
+  constructor(field: FieldInfo) {
+    this.#field = field;
+  }
+
+  /** `values`: PackedField of each sample of a chunk. */
+  add(chunk: number, values: Uint32Array): void {
+    const counts = new Uint32Array(bins);
+    const { quantizedRange, mapping } = this.#field;
+    const [low, high] = quantizedRange;
+    const perValue = bins / (high - low + 1);
+    const missing = mapping.hasMissing ? 65_535 : -1;
+    for (const word of values) {
+      for (const value of [word & 0xffff, word >>> 16]) {
+        const bin = Math.floor((value - low) * perValue);
+        if (value !== missing) counts[bin] = (counts[bin] ?? 0) + 1;
+      }
+    }
+    this.#counts.set(chunk, counts);
+  }
+
+  remove(chunk: number): void {
+    this.#counts.delete(chunk);
+  }
+
+  /**
+   * The values of these chunks without the lowest and highest `share` of them. Undefined if they have none, or if
+   * only one value is left.
+   */
+  percentiles(chunks: readonly number[], share: number): [number, number] | undefined {
+    const sums = new Float64Array(bins);
+    for (const chunk of chunks) {
+      this.#counts.get(chunk)?.forEach((count, bin) => {
+        sums[bin] = (sums[bin] ?? 0) + count;
+      });
+    }
+    const least = share * sums.reduce((sum, count) => sum + count, 0);
+    const binAt = (order: readonly number[]): number => {
+      let sum = 0;
+      for (const bin of order) {
+        sum += sums[bin] ?? 0;
+        if (sum > least) return bin;
+      }
+      return 0;
+    };
+    const ascending = Array.from(sums.keys());
+    const [first, last] = [binAt(ascending), binAt([...ascending].reverse())];
+    const [low, high] = this.#field.range;
+    const width = (high - low) / bins;
+    return first < last ? [low + first * width, low + (last + 1) * width] : undefined;
+  }
+}
