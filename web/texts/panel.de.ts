@@ -62,6 +62,7 @@ export const panel: typeof English = {
       "Wie weit die gezeichneten Punkte von der Fläche entfernt sind, in Zellen des Gitters",
     field: "Eine zweite Größe derselben Datei, an den Punkten der Fläche",
   },
+  fieldMissing: "Grau: kein Wert",
   coloursFrom: "Farben von",
   coloursTo: "Farben bis",
   fitColours: "An die Fläche anpassen",

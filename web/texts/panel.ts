@@ -61,6 +61,7 @@ export const panelTexts = part("panel", {
     "projection-error": "How far the drawn points are from the surface, in cells of the grid",
     field: "A second quantity of the same store, at the points of the surface",
   },
+  fieldMissing: "Grey: no value",
   coloursFrom: "Colours from",
   coloursTo: "Colours to",
   fitColours: "Fit to the surface",

@@ -1,6 +1,21 @@
 import type { FieldInfo, StoreInfo } from "../core/types.ts";
+import type { FieldScale } from "./types.ts";
 
 /** The field of a store with this name. */
 export function fieldOf({ fields }: StoreInfo, name: string): FieldInfo | null {
   return fields.find((field) => field.name === name) ?? null;
+}
+
+/** The values of the first and the last colour: field_range in shared/render/settings/render_settings.h. */
+export function shownRange(
+  [low, high]: readonly [number, number],
+  scale: FieldScale,
+): [number, number] {
+  if (scale === "symmetric") {
+    const most = Math.max(Math.abs(low), Math.abs(high));
+    return [-most, most];
+  }
+  if (scale === "linear") return [low, high];
+  const top = high > 0 ? high : 1;
+  return [low > 0 ? low : top / 1000, top];
 }

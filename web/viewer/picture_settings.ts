@@ -1,7 +1,7 @@
 import type { StoreInfo } from "../core/types.ts";
 import type { ShownField } from "../stream/session.ts";
 import { wholeVolume } from "./clipping.ts";
-import { fieldOf } from "./field_of.ts";
+import { fieldOf, shownRange } from "./field_of.ts";
 import { greyRange } from "./grey_range.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
@@ -74,7 +74,8 @@ export class PictureSettings {
       if (!shown) return null;
       const { units } = shown.metadata;
       const { name, scale, steps } = this.look.field;
-      legend.field = { name, ...(units && { units }), scale };
+      const { hasMissing } = shown.info.mapping;
+      legend.field = { name, ...(units && { units }), scale, ...(hasMissing && { hasMissing }) };
       if (steps > 1) legend.colours = stepped(renderer.picture.colours(colourMap, steps));
     }
     if (slices) legend.slices = slices;
@@ -101,8 +102,8 @@ export class PictureSettings {
     if (!info) return [0, 1];
     const [low, high] = info.range;
     if (this.look.colourBy === "field") {
-      const { name, range } = this.look.field;
-      return [...(range ?? fieldOf(info, name)?.range ?? ([0, 1] as const))];
+      const { name, range, scale } = this.look.field;
+      return shownRange(range ?? fieldOf(info, name)?.range ?? [0, 1], scale);
     }
     if (this.look.colourBy !== "gradient") return [low, high];
     // The largest gradient of the scale: half of the range of values within one cell, a sharp edge.

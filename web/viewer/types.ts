@@ -174,7 +174,7 @@ export interface Legend {
   /** The values of the first and the last colour; null: the nearest and farthest point of the view. */
   range: readonly [number, number] | null;
   /** The field that colours represent, with the units that its file states. */
-  field?: { name: string; units?: string; scale: FieldScale };
+  field?: { name: string; units?: string; scale: FieldScale; hasMissing?: true };
   /** There are slices, which are hatched where no values are loaded. */
   slices?: true;
   /** The values and colours of slices, if the colours above do not represent values. */

@@ -53,6 +53,7 @@ export function legendPart(legend: Legend, valueUnits: string | undefined): Temp
   return html`<figure class="legend" aria-label=${pageTexts.colours(name, low, high, units)}>
     <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
     ${bar(legend.colours, low, high)}
+    ${legend.field?.hasMissing ? html`<div class="quiet">${panelTexts.fieldMissing}</div>` : nothing}
     ${legend.ofSlices ? slicesPart(legend.ofSlices, valueUnits ?? "") : nothing}
     ${legend.slices ? html`<div class="legend-hatched">${panelTexts.noValues}</div>` : nothing}
   </figure>`;
