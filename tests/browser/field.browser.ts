@@ -2,7 +2,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
-import { writeFieldStore } from "../support/field_volumes.ts";
+import { pressure, writeFieldStore } from "../support/field_volumes.ts";
 import { decodePng } from "./support/pixels.ts";
 import { type RunningServer, serve } from "./support/server.ts";
 import { complete, openSection, savedPicture, settled } from "./support/view.ts";
@@ -62,6 +62,13 @@ test("a surface shows the values of a field by colours, with a legend, from a li
   const { top, middle, bottom } = await colours(page);
   expect(yellowness(top)).toBeGreaterThan(yellowness(middle) + 30);
   expect(yellowness(middle)).toBeGreaterThan(yellowness(bottom) + 30);
+
+  // A click states the value there: on the axis of view, at the sphere's nearest point.
+  await page.getByRole("application").click();
+  const toast = page.locator(".toast");
+  await expect(toast).toContainText("pressure");
+  const [, value] = (await toast.textContent())?.match(/pressure ([\d.]+)/) ?? [];
+  expect(Math.abs(Number(value) - pressure(100, 65, 35))).toBeLessThan(12);
 
   // The link shows the same colours, without fitting them again.
   await page.goto(`${page.url().replace(/field-range=[^&]*/, "field-range=0,10000")}`);

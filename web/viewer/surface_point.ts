@@ -27,7 +27,7 @@ export function pickedPoint(
 
 /** Converts the renderer's result for a position in the picture. */
 function surfacePointOf(pick: Pick, layers: LayerList): SurfacePoint {
-  const { position, voxel, normal, gradient, toNext, value, level, face, volume } = pick;
+  const { position, voxel, normal, gradient, toNext, value, level, face, volume, hasField } = pick;
   const point: SurfacePoint = {
     position,
     voxel,
@@ -38,6 +38,7 @@ function surfacePointOf(pick: Pick, layers: LayerList): SurfacePoint {
     layer: layers.idOf(volume),
   };
   if (toNext > 0) point.toNext = toNext;
+  if (hasField === 1) point.field = pick.field;
   if (face === 1) point.cap = true;
   if (face === 2) point.slice = true;
   return point;

@@ -97,6 +97,8 @@ export interface SurfacePoint {
    * none.
    */
   toNext?: number;
+  /** The value of the field that colours show: NaN where it has none. Undefined while its values have not arrived. */
+  field?: number;
   /** The level of the cell. At 0 the point is exact. */
   level: number;
   /** `Layer.id` of the layer that it belongs to. */

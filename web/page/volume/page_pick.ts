@@ -2,7 +2,9 @@ import { formatVolume } from "../../overlay/lengths.ts";
 import { grouped } from "../../texts/numbers.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { listenToClicks } from "../../viewer/clicks.ts";
+import type { SurfacePoint } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
+import { formatValue } from "../shell/format.ts";
 
 /** The functions that a pick needs from its page. */
 export interface PagePickHost {
@@ -18,7 +20,8 @@ export interface PagePickHost {
 
 /**
  * Shows the name of the layer whose surface was clicked and, if the layer shows a label of a segmentation, the
- * volume and the number of voxels of the label. Does nothing if the picture has only one layer, without a label.
+ * volume and the number of voxels of the label; and the value of the field that colours show. Does nothing if the
+ * picture has only one layer, without a label, and shows no field.
  */
 export class PagePick {
   readonly #viewer: Viewer;
@@ -42,9 +45,9 @@ export class PagePick {
 
   /** Names the layer at a position on the canvas (CSS pixels). Returns false if there is nothing to name. */
   #name(x: number, y: number): boolean {
-    const { layers } = this.#viewer;
+    const { layers, look } = this.#viewer;
     const isNamed = layers.length > 1 || layers[0]?.label;
-    const point = isNamed ? this.#viewer.pick(x, y) : undefined;
+    const point = isNamed || look.colourBy === "field" ? this.#viewer.pick(x, y) : undefined;
     const layer = layers.find(({ id }) => id === point?.layer);
     if (!point || !layer) return false;
     const title = this.#host.titleOfHit(layer.id) ?? (layer.name || this.#host.title());
@@ -53,7 +56,17 @@ export class PagePick {
       formatVolume(label.volume),
       pageTexts.voxels(grouped(label.voxels), label.voxels),
     ];
-    this.#host.show([title, ...(size ?? [])].join(" · "));
+    const said = [...(isNamed ? [title] : []), ...(size ?? []), ...this.#fieldAt(point)];
+    if (said.length === 0) return false;
+    this.#host.show(said.join(" · "));
     return true;
+  }
+
+  /** The name and the value of the field that colours show. */
+  #fieldAt({ field }: SurfacePoint): string[] {
+    const { look, legend } = this.#viewer;
+    if (field === undefined || look.colourBy !== "field") return [];
+    if (Number.isNaN(field)) return [pageTexts.noFieldValue(look.field.name)];
+    return [[look.field.name, formatValue(field), legend?.field?.units ?? ""].join(" ").trim()];
   }
 }
