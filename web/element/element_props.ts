@@ -2,7 +2,7 @@ import type { SceneSource } from "../scene/scene_source.ts";
 import type { Source } from "../stream/source.ts";
 import type { PlayMode } from "../viewer/time_order.ts";
 import type { Transform } from "../viewer/transform.ts";
-import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
+import type { Camera, Clip, LookChange, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { IsosplatLayerEvents, IsosplatViewerEvents } from "./element_events.ts";
 
 /**
@@ -30,7 +30,7 @@ export interface IsosplatViewerProps {
   projection?: Projection | undefined;
   clip?: Clip | undefined;
   slices?: Slices | undefined;
-  look?: Partial<Look> | undefined;
+  look?: LookChange | undefined;
   background?: string | undefined;
   controls?: boolean | undefined;
   show?: string | undefined;

@@ -9,7 +9,7 @@ import {
   type Camera,
   type Clip,
   defaultLook,
-  type Look,
+  type LookChange,
   type Slices,
   type Surface,
 } from "../viewer/types.ts";
@@ -66,7 +66,7 @@ export class ElementView {
   #camera: Camera | null = null;
   #clip: Clip = wholeVolume;
   #slices: Slices = noSlices;
-  #look: Partial<Look> = {};
+  #look: LookChange = {};
 
   constructor(element: HTMLElement, host: ElementViewHost) {
     this.#element = element;
@@ -198,10 +198,10 @@ export class ElementView {
     this.#changed("sliceschange", slices, { slices });
   }
 
-  get look(): Partial<Look> {
+  get look(): LookChange {
     return this.#look;
   }
-  set look(change: Partial<Look> | null | undefined) {
+  set look(change: LookChange | null | undefined) {
     this.#look = { ...this.#look, ...change };
     this.#host.viewer()?.setLook(this.#look);
     this.#host.wake();

@@ -9,7 +9,16 @@ export type { Layer } from "../viewer/layer.ts";
 export type { RendererError } from "../viewer/renderer_error.ts";
 export type { Time } from "../viewer/time.ts";
 export type { Transform } from "../viewer/transform.ts";
-export type { Camera, Clip, Label, Look, Slices, Surface } from "../viewer/types.ts";
+export type {
+  Camera,
+  Clip,
+  FieldLook,
+  Label,
+  Look,
+  LookChange,
+  Slices,
+  Surface,
+} from "../viewer/types.ts";
 export type { IsosplatLayerEvents, IsosplatViewerEvents } from "./element_events.ts";
 export type { PickedSurface } from "./element_pick.ts";
 export { IsosplatLayerElement } from "./isosplat_layer.ts";

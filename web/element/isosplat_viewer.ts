@@ -7,7 +7,7 @@ import { RendererError } from "../viewer/renderer_error.ts";
 import { readColour } from "../viewer/setting_text.ts";
 import { defaultMode, defaultRate, type Time } from "../viewer/time.ts";
 import type { PlayMode } from "../viewer/time_order.ts";
-import type { Camera, Clip, Look, Projection, Slices, Surface } from "../viewer/types.ts";
+import type { Camera, Clip, LookChange, Projection, Slices, Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import { AttributeReaders } from "./attribute_readers.ts";
 import { loopOf, projectionOf, rateOf, stepOf, surfacesOf } from "./element_attributes.ts";
@@ -332,12 +332,12 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
 
   /**
    * Splats, colouring, background and light. A new value changes only the settings that it
-   * contains.
+   * contains. `{ colourBy: "field", field: { name: "pressure" } }` colours by a field of the store.
    */
-  get look(): Partial<Look> {
+  get look(): LookChange {
     return this.#view.look;
   }
-  set look(change: Partial<Look> | null | undefined) {
+  set look(change: LookChange | null | undefined) {
     this.#view.look = change;
   }
 

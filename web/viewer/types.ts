@@ -168,6 +168,11 @@ export interface Look {
   eyeDome: number;
 }
 
+/** A change of the look. Of a field, members that are left out have their first values. */
+export type LookChange = Partial<Omit<Look, "field">> & {
+  field?: Pick<FieldLook, "name"> & Partial<FieldLook>;
+};
+
 /** The meaning of colours (shared/render/passes/splat_passes.cpp, scalar_weights). */
 export interface Legend {
   colourBy: Exclude<Colouring, "isosurface">;

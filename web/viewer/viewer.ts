@@ -19,18 +19,20 @@ import { SliceArrivals } from "./slice_arrivals.ts";
 import { pickedPoint } from "./surface_point.ts";
 import { withIsovalues } from "./surfaces.ts";
 import type { SceneTime, Time } from "./time.ts";
-import type {
-  Camera,
-  Clip,
-  Legend,
-  Look,
-  PartsOptions,
-  PictureInParts,
-  PictureView,
-  Projection,
-  Slices,
-  Surface,
-  SurfacePoint,
+import {
+  type Camera,
+  type Clip,
+  defaultLook,
+  type Legend,
+  type Look,
+  type LookChange,
+  type PartsOptions,
+  type PictureInParts,
+  type PictureView,
+  type Projection,
+  type Slices,
+  type Surface,
+  type SurfacePoint,
 } from "./types.ts";
 import { ViewCamera } from "./view_camera.ts";
 import type { AddLayerOptions, OpenOptions, ViewerEvents, ViewerOptions } from "./viewer_events.ts";
@@ -228,8 +230,9 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#settings.look;
   }
 
-  setLook(change: Partial<Look>): void {
-    this.#settings.look = { ...this.look, ...change };
+  setLook({ field, ...change }: LookChange): void {
+    const shown = field ? { ...defaultLook.field, ...field } : this.look.field;
+    this.#settings.look = { ...this.look, ...change, field: shown };
     this.#layers.applySettings();
     // Dragging a slider counts as motion: otherwise pictures with and without occlusion would
     // alternate.
