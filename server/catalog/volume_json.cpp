@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/catalog/thumbnail.h"
+#include "shared/system/store_file/field_file.h"
 
 namespace isosplat::server {
 namespace {
@@ -159,6 +160,44 @@ std::string published_volume_json(const PublishedVolume& volume) {
   return json_text(json);
 }
 
+namespace {
+
+Json mapping_json(const ValueMapping& mapping) {
+  return {{"offset", mapping.offset},
+          {"scale", mapping.scale},
+          {"maxError", mapping.max_error},
+          {"bits", mapping.bits},
+          {"hasMissing", mapping.has_missing}};
+}
+
+/// The fields of a store. Title and units are those of the metadata of each field; a field that
+/// cannot be opened has none.
+Json fields_json(const StoreFile& store) {
+  Json list = Json::array();
+  for (size_t i = 0; i < store.info().fields.size(); ++i) {
+    const auto& [field, offset, bytes] = store.info().fields[i];
+    Json json = {
+        {"name", field.name},
+        {"range", {field.mapping.value(field.range.min), field.mapping.value(field.range.max)}},
+        {"quantizedRange", {field.range.min, field.range.max}},
+        {"mapping", mapping_json(field.mapping)},
+        {"missingVoxels", field.missing_voxels},
+        {"offset", offset},
+        {"bytes", bytes}};
+    if (const auto opened = open_field(store, i)) {
+      const Json metadata = parse_metadata((*opened)->info().metadata);
+      for (const char* key : {"title", "units"}) {
+        const auto found = metadata.find(key);
+        if (is_short_text(metadata, found)) json[key] = *found;
+      }
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+}  // namespace
+
 std::string volume_json(std::string_view name, const StoreFile& store) {
   const StoreInfo& info = store.info();
   const ValueMapping& mapping = info.mapping;
@@ -178,13 +217,9 @@ std::string volume_json(std::string_view name, const StoreFile& store) {
       {"direction", info.grid.direction},
       {"range", {mapping.value(info.range.min), mapping.value(info.range.max)}},
       {"quantizedRange", {info.range.min, info.range.max}},
-      {"mapping",
-       {{"offset", mapping.offset},
-        {"scale", mapping.scale},
-        {"maxError", mapping.max_error},
-        {"bits", mapping.bits},
-        {"hasMissing", mapping.has_missing}}},
+      {"mapping", mapping_json(mapping)},
       {"missingVoxels", info.missing_voxels},
+      {"fields", fields_json(store)},
       {"levels", info.levels},
       {"levelGrids", std::move(level_grids)},
       {"chunkCount", info.chunk_count},

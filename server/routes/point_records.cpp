@@ -42,12 +42,16 @@ Result<PointRecords> PointRecords::parse(std::string_view fields, bool double_po
   }
 }
 
+void PointRecords::add_field(const std::string& name) {
+  field_of_store_ = std::ranges::find(kNames, name) == std::end(kNames) ? name : name + "_field";
+}
+
 bool PointRecords::has(PointField field) const {
   return std::ranges::find(fields_, field) != fields_.end();
 }
 
 size_t PointRecords::bytes() const {
-  size_t bytes = 0;
+  size_t bytes = field_of_store_.empty() ? 0 : 4;
   for (const PointField field : fields_) {
     if (field == PointField::positions) bytes += doubles_ ? 24 : 12;
     if (field == PointField::normals) bytes += 12;
@@ -64,11 +68,12 @@ std::string PointRecords::dtype() const {
     list += fmt::format("('{}', '{}'{})", name_of(field), is_double ? "<f8" : "<f4",
                         field == PointField::values ? "" : ", (3,)");
   }
+  if (!field_of_store_.empty()) list += fmt::format(", ('{}', '<f4')", field_of_store_);
   return "[" + list + "]";
 }
 
 std::string PointRecords::npy_header(uint64_t count) const {
-  const bool is_plain = fields_.size() == 1;
+  const bool is_plain = fields_.size() == 1 && field_of_store_.empty();
   const bool is_double = is_plain && fields_[0] == PointField::positions && doubles_;
   const std::string type = is_plain ? (is_double ? "'<f8'" : "'<f4'") : dtype();
   const bool is_triple = is_plain && fields_[0] != PointField::values;
@@ -85,7 +90,8 @@ std::string PointRecords::npy_header(uint64_t count) const {
   return header + text;
 }
 
-void PointRecords::append(const PointArrays& points, std::vector<std::byte>& out) const {
+void PointRecords::append(const PointArrays& points, std::span<const float> field_values,
+                          std::vector<std::byte>& out) const {
   const size_t before = out.size();
   out.resize(before + points.positions.size() * bytes());
   std::byte* at = out.data() + before;
@@ -107,6 +113,7 @@ void PointRecords::append(const PointArrays& points, std::vector<std::byte>& out
         put(at, points.values[i]);
       }
     }
+    if (!field_of_store_.empty()) put(at, field_values[i]);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,10 @@ class PointRecords {
   /// invalid_argument.
   static Result<PointRecords> parse(std::string_view fields, bool double_positions);
 
+  /// Adds the value of a field of the store to the end of each record, in single precision. It has
+  /// the name of the field, with "_field" appended if another number has this name.
+  void add_field(const std::string& name);
+
   bool has(PointField field) const;
 
   /// Size of a record in bytes.
@@ -35,11 +40,14 @@ class PointRecords {
   /// structured array.
   std::string npy_header(uint64_t count) const;
 
-  /// Appends a record for each point. `points` must have the arrays of the fields.
-  void append(const PointArrays& points, std::vector<std::byte>& out) const;
+  /// Appends a record for each point. `points` must have the arrays of the fields. field: the
+  /// values of the field that was added.
+  void append(const PointArrays& points, std::span<const float> field,
+              std::vector<std::byte>& out) const;
 
  private:
   std::vector<PointField> fields_;
+  std::string field_of_store_;  ///< name of its number; empty: none
   bool doubles_ = false;
 };
 

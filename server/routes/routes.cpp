@@ -64,6 +64,8 @@ constexpr auto kSamplesParameters = std::to_array<QueryParameter>({
      "`x0,y0,z0,x1,y1,z1` in the units of positions: only points in this half-open box.", kText},
     {"fields", false, "positions,normals,values", "Some of `positions`, `normals` and `values`.",
      R"({"type":"string","default":"positions,normals"})"},
+    {"field", false, "NAME", "A field of the volume: its value is the last number of each record.",
+     kText},
     {"shading", false, "smooth or exact", "Normals: continuous, or the gradient of each cell.",
      R"({"type":"string","enum":["smooth","exact"],"default":"smooth"})"},
     {"format", false, "npy or raw", "A file of NumPy, or only the records.",

@@ -15,6 +15,7 @@
 #include "server/routes/point_records.h"
 #include "server/routes/surface_points.h"
 #include "shared/core/points/position_precision.h"
+#include "shared/system/store_file/field_file.h"
 
 namespace isosplat::server {
 namespace {
@@ -43,7 +44,7 @@ class SampleStream final : public BodyStream {
   Step next(std::vector<std::byte>& out, Error& error, NoWait* no_wait) override {
     const auto scratch = SurfacePoints::make_scratch();
     while (!points_->is_at_end() && out.size() < kComputedBytes) {
-      const Result<PointArrays> points = points_->next(*scratch, no_wait);
+      const Result<PointsWithField> points = points_->next(*scratch, no_wait);
       if (!points) {
         if (no_wait && no_wait->needs_disk) return Step::more;
         error = points.error();
@@ -52,7 +53,7 @@ class SampleStream final : public BodyStream {
       if (points->positions.size() > records_left_) return changed(error);
       records_left_ -= points->positions.size();
       append_header(out);
-      records_.append(*points, out);
+      records_.append(*points, points->field, out);
     }
     if (!points_->is_at_end()) return Step::more;
     append_header(out);
@@ -129,10 +130,11 @@ Result<WorldBox> parse_world_box(std::string_view text) {
 struct SampleRequest {
   PointQuery query;
   PointRecords records;
+  std::optional<size_t> field;  ///< index of the field of the store
   bool npy = true;
 };
 
-Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid) {
+Result<SampleRequest> parse_request(const Target& target, const StoreInfo& info) {
   const auto level = target.parameter("level");
   const auto box = target.parameter("box");
   const auto fields = target.parameter("fields");
@@ -153,9 +155,16 @@ Result<SampleRequest> parse_request(const Target& target, const VolumeGrid& grid
     if (!parsed) return tl::unexpected(parsed.error());
     request.query.box = *parsed;
   }
-  auto records = PointRecords::parse(fields.value_or("positions,normals"), needs_doubles(grid));
+  auto records =
+      PointRecords::parse(fields.value_or("positions,normals"), needs_doubles(info.grid));
   if (!records) return invalid("fields: " + records.error().message);
   request.records = std::move(*records);
+  if (const auto name = target.parameter("field")) {
+    const auto found = find_field(info, std::string(*name));
+    if (!found) return tl::unexpected(found.error());
+    request.field = *found;
+    request.records.add_field(info.fields[*found].info.name);
+  }
   if (shading && *shading != "smooth" && *shading != "exact") {
     return invalid("shading: expected smooth or exact");
   }
@@ -212,7 +221,7 @@ Response isovalues_response(const RouteCall& call) {
 
 Response samples_response(const RouteCall& call) {
   const std::shared_ptr<const StoreFile>& store = call.volume->store;
-  auto request = parse_request(call.target, store->info().grid);
+  auto request = parse_request(call.target, store->info());
   if (!request) return error_response(request.error());
   if (request->query.level >= store->info().levels) {
     return error_response(404, status_name(Status::not_found),
@@ -229,6 +238,22 @@ Response samples_response(const RouteCall& call) {
   std::unique_ptr<WorkTurn::Progress> own;
   std::unique_ptr<WorkTurn::Progress>& progress = call.turn ? call.turn->progress : own;
   if (!progress) {
+    if (request->field) {
+      // Its header is read from the disk.
+      if (call.no_wait) {
+        call.no_wait->needs_disk = true;
+        return response;
+      }
+      auto field = open_field(*store, *request->field);
+      if (!field) {
+        // The message has the path of the store.
+        const std::string& name = store->info().fields[*request->field].info.name;
+        return error_response({field.error().status,
+                               fmt::format("field '{}': expected a valid field in {}, found damage",
+                                           name, store->path().filename().string())});
+      }
+      request->query.field = std::move(*field);
+    }
     const PointLimits limits{call.limits.chunk_budget(), call.limits.query_cells,
                              call.limits.query_border_bytes};
     auto found = SurfacePoints::find(store, request->query, limits, call.no_wait);

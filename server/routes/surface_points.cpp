@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "shared/core/points/chunk_shape.h"
+#include "shared/core/points/field_lattice.h"
 
 namespace isosplat::server {
 
@@ -19,6 +20,9 @@ class SurfacePoints::Scratch {
   DecodedCells cells;
   std::vector<std::byte> bytes;
   LatticeGradients gradients;
+  std::vector<std::byte> field_bytes;
+  std::vector<CellCorners> field_corners;
+  std::optional<FieldLattice> field;  ///< of the chunk that was decoded last
 };
 
 namespace {
@@ -106,7 +110,27 @@ Result<std::string> SurfacePoints::find_chunks(NoWait* no_wait) {
   auto selection = store_->chunks_for(query_.level, quantized_isovalue_, quantized_isovalue_,
                                       limits_.chunks, no_wait, where);
   if (!selection) return tl::unexpected(std::move(selection.error()));
-  return add_chunks(std::move(*selection));
+  if (std::string over = add_chunks(std::move(*selection)); !over.empty()) return over;
+  return query_.field ? find_field_chunks(no_wait) : std::string();
+}
+
+/// Finds the chunks of the field. Returns the limit that is exceeded, or an empty text.
+Result<std::string> SurfacePoints::find_field_chunks(NoWait* no_wait) {
+  std::vector<ChunkAddress> addresses;
+  for (const Part& part : parts_) addresses.push_back({part.chunk.block, part.chunk.band});
+  auto selection = query_.field->chunks_at(addresses, limits_.chunks, no_wait);
+  if (!selection) return tl::unexpected(std::move(selection.error()));
+  if (selection->over_budget) {
+    return fmt::format("expected at most {} bytes of chunks of the field, found at least {}",
+                       limits_.chunks.bytes, selection->bytes);
+  }
+  uint64_t largest = 0;
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    parts_[i].of_field = selection->chunks[i];
+    largest = std::max<uint64_t>(largest, parts_[i].of_field.bytes);
+  }
+  largest_chunk_bytes_ += largest;
+  return std::string();
 }
 
 SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
@@ -222,16 +246,47 @@ Result<void> SurfacePoints::decode(const ChunkRef& chunk, Scratch& scratch, NoWa
   return decoded;
 }
 
+/// Reads the chunk of the field. The chunk of the store must be decoded.
+Result<void> SurfacePoints::decode_field(const Part& part, Scratch& scratch,
+                                         NoWait* no_wait) const {
+  const StoreFile& field = *query_.field;
+  const ValueMapping& mapping = field.info().field->mapping;
+  std::span<const std::byte> bytes = fetched_of_field_;
+  if (bytes.empty()) {
+    scratch.field_bytes.clear();
+    auto read = field.read_chunk(part.of_field, scratch.field_bytes, no_wait);
+    if (!read) return read;
+    bytes = scratch.field_bytes;
+  }
+  auto decoded =
+      scratch.decoder.decode_field(bytes, shape_of(store_->info(), part.chunk).block_cells,
+                                   scratch.cells.cell, 1u << mapping.bits, scratch.field_corners);
+  if (!decoded) {
+    decoded.error().message =
+        fmt::format("{}: field '{}', chunk {}: {}", store_->path().filename().string(),
+                    field.info().field->name, chunk_name(part.chunk.block, part.chunk.band),
+                    decoded.error().message);
+    return decoded;
+  }
+  if (!scratch.field) scratch.field.emplace(mapping);
+  scratch.field->set(scratch.cells.cell, scratch.field_corners);
+  return {};
+}
+
 /// The points of the decoded chunk that are in the box. `borders`: null for the gradients of cells.
-PointArrays SurfacePoints::points_in_box(const Part& part, Scratch& scratch,
-                                         const BlockBorders* borders, bool values) const {
+PointsWithField SurfacePoints::points_in_box(const Part& part, Scratch& scratch,
+                                             const BlockBorders* borders, bool values) const {
   const ChunkFrame frame{&store_->info().grid, &store_->info().mapping, part.chunk.block};
   ProjectionOptions options;
   options.values = values;
-  PointArrays points =
-      borders
-          ? borders->project(scratch.cells, frame, quantized_isovalue_, options, scratch.gradients)
-          : project_samples(scratch.cells, frame, quantized_isovalue_, options);
+  std::vector<PointPlace> found;
+  std::vector<PointPlace>* const places = scratch.field ? &found : nullptr;
+  PointsWithField points{borders ? borders->project(scratch.cells, frame, quantized_isovalue_,
+                                                    options, scratch.gradients, places)
+                                 : project_samples(scratch.cells, frame, quantized_isovalue_,
+                                                   options, nullptr, places),
+                         {}};
+  for (const PointPlace& at : found) points.field.push_back(scratch.field->at(at.cell, at.in_cell));
   if (part.inside == Inside::whole) return points;
   size_t kept = 0;
   for (size_t i = 0; i < points.positions.size(); ++i) {
@@ -239,11 +294,13 @@ PointArrays SurfacePoints::points_in_box(const Part& part, Scratch& scratch,
     points.positions[kept] = points.positions[i];
     points.normals[kept] = points.normals[i];
     if (values) points.values[kept] = points.values[i];
+    if (places) points.field[kept] = points.field[i];
     ++kept;
   }
   points.positions.resize(kept);
   points.normals.resize(kept);
   if (values) points.values.resize(kept);
+  if (places) points.field.resize(kept);
   return points;
 }
 
@@ -253,15 +310,23 @@ void SurfacePoints::skip_empty_parts() {
 
 Result<void> SurfacePoints::fetch_next() {
   fetched_.clear();
-  return store_->read_chunk(parts_[next_].chunk, fetched_);
+  fetched_of_field_.clear();
+  auto read = store_->read_chunk(parts_[next_].chunk, fetched_);
+  if (!read || !query_.field) return read;
+  return query_.field->read_chunk(parts_[next_].of_field, fetched_of_field_);
 }
 
-Result<PointArrays> SurfacePoints::next(Scratch& scratch, NoWait* no_wait) {
+Result<PointsWithField> SurfacePoints::next(Scratch& scratch, NoWait* no_wait) {
   const Part& part = parts_[next_];
   if (auto decoded = decode(part.chunk, scratch, no_wait); !decoded) {
     return tl::unexpected(std::move(decoded.error()));
   }
+  if (query_.field) {
+    auto decoded = decode_field(part, scratch, no_wait);
+    if (!decoded) return tl::unexpected(std::move(decoded.error()));
+  }
   fetched_.clear();
+  fetched_of_field_.clear();
   ++next_;
   skip_empty_parts();
   return points_in_box(part, scratch, borders_ ? &*borders_ : nullptr, query_.values);

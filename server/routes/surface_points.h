@@ -29,6 +29,13 @@ struct PointQuery {
   std::optional<WorldBox> box;  ///< absent: all
   bool smooth_normals = true;   ///< false: the gradient of each cell
   bool values = false;          ///< whether PointArrays::values are needed
+  /// The field whose values are needed (open_field); null: none.
+  std::shared_ptr<const StoreFile> field = {};
+};
+
+/// Points, and the values of PointQuery::field there, if there is one; NaN: missing.
+struct PointsWithField : PointArrays {
+  std::vector<float> field;
 };
 
 /// Limits of the work and memory of one query.
@@ -78,7 +85,8 @@ class SurfacePoints {
   /// Bytes of memory that this object uses.
   uint64_t memory() const { return memory_; }
 
-  /// Memory for decoding and smooth normals: about 7 MB. For one thread; reused between calls.
+  /// Memory for decoding, smooth normals and a field: about 8 MB. For one thread; reused between
+  /// calls.
   class Scratch;
   static std::shared_ptr<Scratch> make_scratch();
 
@@ -87,7 +95,7 @@ class SurfacePoints {
   /// The points of the next chunk that has any. Requires is_counted() and !is_at_end(). Errors:
   /// those of count_some(); io_error if the file was changed in the meantime, or if `no_wait`
   /// reports that the chunk needs the disk. In the latter case, call again after fetch_next().
-  Result<PointArrays> next(Scratch& scratch, NoWait* no_wait = nullptr);
+  Result<PointsWithField> next(Scratch& scratch, NoWait* no_wait = nullptr);
 
   /// Reads the next chunk, and keeps it for next(). Errors: those of StoreFile.
   Result<void> fetch_next();
@@ -100,6 +108,7 @@ class SurfacePoints {
     ChunkRef chunk;
     Inside inside = Inside::whole;
     uint32_t points = 0;
+    ChunkRef of_field = {};  ///< the chunk of the field
   };
 
   SurfacePoints(std::shared_ptr<const StoreFile> store, const PointQuery& query,
@@ -107,9 +116,11 @@ class SurfacePoints {
   Inside inside_of(BlockKey block) const;
   std::string add_chunks(ChunkSelection selection);
   Result<std::string> find_chunks(NoWait* no_wait);
+  Result<std::string> find_field_chunks(NoWait* no_wait);
   Result<void> decode(const ChunkRef& chunk, Scratch& scratch, NoWait* no_wait) const;
-  PointArrays points_in_box(const Part& part, Scratch& scratch, const BlockBorders* borders,
-                            bool values) const;
+  Result<void> decode_field(const Part& part, Scratch& scratch, NoWait* no_wait) const;
+  PointsWithField points_in_box(const Part& part, Scratch& scratch, const BlockBorders* borders,
+                                bool values) const;
   Result<std::string> count_part(size_t number, Scratch& scratch, NoWait* no_wait);
   void skip_empty_parts();
 
@@ -128,6 +139,7 @@ class SurfacePoints {
   uint32_t largest_chunk_ = 0;
   uint64_t largest_chunk_bytes_ = 0;
   std::vector<std::byte> fetched_;  ///< the chunk for next(); empty: it is not fetched
+  std::vector<std::byte> fetched_of_field_;
 };
 
 }  // namespace isosplat::server

@@ -47,6 +47,11 @@ Response volumes_response(const RouteCall& call) {
 }
 
 Response volume_response(const RouteCall& call) {
+  // The titles and units of fields are in their headers.
+  if (call.no_wait && !call.volume->store->info().fields.empty()) {
+    call.no_wait->needs_disk = true;
+    return {};
+  }
   return json_response(call, volume_json(call.volume->name, *call.volume->store));
 }
 
