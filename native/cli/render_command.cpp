@@ -18,6 +18,7 @@
 #include "native/remote/remote_target.h"
 #include "server/catalog/thumbnail.h"
 #include "shared/system/scene_file/bundle_bytes.h"
+#include "shared/system/store_file/field_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -82,6 +83,7 @@ void explain_empty_pictures(const StoreInfo& info, std::span<const double> isova
 /// What is drawn: a store, or a scene.
 struct Subject {
   std::shared_ptr<StoreFile> store;
+  std::shared_ptr<StoreFile> field;  // of the store, that colours show; null: none
   std::optional<SceneFile> scene;
 };
 
@@ -91,6 +93,14 @@ Result<Subject> open_subject(const RenderCall& call) {
     auto store = open_store(call.store, call.remote_flags);
     if (!store) return tl::unexpected(store.error());
     subject.store = std::move(*store);
+    if (call.field.empty()) return subject;
+    const auto index = find_field(subject.store->info(), call.field);
+    if (!index) {
+      return fail(index.error().status, call.store + ": " + index.error().message);
+    }
+    auto field = open_field(*subject.store, *index);
+    if (!field) return tl::unexpected(field.error());
+    subject.field = std::move(*field);
     return subject;
   }
   auto scene = open_scene(call.store, call.remote_flags);
@@ -107,6 +117,31 @@ std::string content_of(const Subject& subject) {
   return bundle ? bundle->content() : std::string();
 }
 
+/// Sets the ends of the colour map for a field: those of the option, or else `found`, or else those
+/// of all its values. Prints them.
+Result<void> set_field_range(const RenderCall& call, const FieldInfo& field,
+                             const std::optional<std::array<double, 2>>& found,
+                             render::RenderSettings& settings) {
+  if (call.field_range.size() == 2) {
+    settings.colour_low = call.field_range[0];
+    settings.colour_high = call.field_range[1];
+  } else {
+    settings.colour_low = found ? (*found)[0] : field.mapping.value(field.range.min);
+    settings.colour_high = found ? (*found)[1] : field.mapping.value(field.range.max);
+  }
+  const bool is_logarithmic = settings.field_scale == render::FieldScale::logarithmic;
+  if (is_logarithmic && call.field_range.size() == 2 &&
+      !(std::min(settings.colour_low, settings.colour_high) > 0)) {
+    return fail(Status::invalid_argument,
+                fmt::format("--field-range: expected values above 0 for a logarithmic scale, found "
+                            "{:g},{:g}",
+                            settings.colour_low, settings.colour_high));
+  }
+  const auto [low, high] = render::field_range(settings);
+  fmt::print("field {}: colours from {:g} to {:g}\n", call.field, low, high);
+  return {};
+}
+
 struct Shown {
   uint32_t level = 0;  ///< the coarsest that is drawn
   VolumeGrid extent;
@@ -117,10 +152,17 @@ struct Shown {
 Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
                            const RenderCall& call, render::RenderSettings& settings) {
   if (subject.store) {
+    VolumePlace place;
+    place.field = subject.field.get();
     const auto shown =
-        show_store(renderer, *subject.store, call.isovalues, call.level, call.samples, 0, {},
+        show_store(renderer, *subject.store, call.isovalues, call.level, call.samples, 0, place,
                    remote::is_address(call.store) ? kReadsAhead : 0);
     if (!shown) return tl::unexpected(shown.error());
+    if (subject.field) {
+      const FieldInfo& field = *subject.field->info().field;
+      const auto set = set_field_range(call, field, shown->field_range, settings);
+      if (!set) return tl::unexpected(set.error());
+    }
     return Shown{shown->level, subject.store->info().grid};
   }
   const size_t step = call.step.value_or(first_step(subject.scene->scene()));
@@ -139,6 +181,9 @@ void check_arguments(const RenderCall& call) {
   if (is_scene && !(call.isovalues.empty() && call.colours.empty() && call.opacities.empty())) {
     throw CLI::ExcludesError("a scene, which states its surfaces,",
                              "--isovalue, --colour and --opacity");
+  }
+  if (is_scene && !call.field.empty()) {
+    throw CLI::ExcludesError("a scene", "--field, which is for stores");
   }
 }
 
@@ -218,6 +263,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   command->footer(examples(
       "  isosplat render engine.isosplat --isovalue 60.5 -o engine.png\n"
       "  isosplat render head.isosplat -i 1150,500 --opacity 1,0.35 --zoom 1.4 -o head.png\n"
+      "  isosplat render flow.isosplat -i 0.4 --field pressure --colour-map turbo -o flow.png\n"
       "  isosplat render bunny.isosplat -i 1000 --turntable 36 --background transparent\n"
       "  isosplat render scene.json -o scene.png\n"
       "  isosplat render head.isosplat -i 1150 --size 480x300 -o head.isosplat.webp\n"

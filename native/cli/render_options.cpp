@@ -62,6 +62,35 @@ void add_colour_options(CLI::App* command, RenderCall* call) {
       ->expected(2);
 }
 
+void add_field_options(CLI::App* command, RenderCall* call) {
+  CLI::Option* colour_by = command->get_option("--colour-by");
+  CLI::Option* field =
+      command
+          ->add_option("--field", call->field,
+                       "Show the values of this field of the store in the colours of --colour-map")
+          ->excludes(colour_by);
+  command
+      ->add_option("--field-range", call->field_range,
+                   "LOW,HIGH: values of the field at the ends of the colour map (default: the 1st "
+                   "and the 99th percentile in the cells of the isosurfaces)")
+      ->delimiter(',')
+      ->check(is_number())
+      ->expected(2)
+      ->needs(field);
+  command
+      ->add_option(
+          "--field-scale", call->field_scale,
+          "logarithmic: the range is above 0; symmetric: the middle of the colour map is 0")
+      ->check(CLI::IsMember({"linear", "logarithmic", "symmetric"}))
+      ->capture_default_str()
+      ->needs(field);
+  command
+      ->add_option("--field-steps", call->field_steps,
+                   "Show the field in N colours (default: all colours of the map)")
+      ->check(is_whole_number(2, 256))
+      ->needs(field);
+}
+
 void add_camera_options(CLI::App* command, RenderCall* call) {
   command
       ->add_option("--azimuth", call->azimuth,
@@ -201,6 +230,7 @@ void add_scene_options(CLI::App* command, RenderCall* call) {
 void add_render_options(CLI::App* command, RenderCall* call) {
   add_output_options(command, call);
   add_colour_options(command, call);
+  add_field_options(command, call);
   add_camera_options(command, call);
   add_light_options(command, call);
   add_scene_options(command, call);

@@ -24,6 +24,10 @@ struct RenderCall {
   std::string background = "ffffff";
   std::string colour_by = "isosurface", colour_map = "viridis";
   std::vector<double> colour_range;
+  std::string field;  // of the store, shown as colours; empty: none
+  std::vector<double> field_range;
+  std::string field_scale = "linear";
+  int field_steps = 0;
   std::vector<double> target, clip_box;
   std::vector<std::array<double, 4>> clip_planes;
   std::vector<double> camera;  // azimuth, elevation, distance, x, y, z, roll, field of view

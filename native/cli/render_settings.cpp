@@ -104,6 +104,13 @@ Result<render::RenderSettings> render_settings(const RenderCall& call) {
     settings.colour_low = call.colour_range[0];
     settings.colour_high = call.colour_range[1];
   }
+  if (!call.field.empty()) {
+    settings.colour_by = render::ColourBy::field;
+    settings.field_steps = call.field_steps;
+    settings.field_scale = call.field_scale == "logarithmic" ? render::FieldScale::logarithmic
+                           : call.field_scale == "symmetric" ? render::FieldScale::symmetric
+                                                             : render::FieldScale::linear;
+  }
   if (call.clip_box.size() == 6) {
     settings.clip_box_low = {call.clip_box[0], call.clip_box[1], call.clip_box[2]};
     settings.clip_box_high = {call.clip_box[3], call.clip_box[4], call.clip_box[5]};

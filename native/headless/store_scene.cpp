@@ -7,7 +7,10 @@
 #include <future>
 #include <tuple>
 
+#include "native/headless/field_counts.h"
 #include "shared/core/codec/chunk_codec.h"
+#include "shared/core/points/field_samples.h"
+#include "shared/core/sampling/sample_clusters.h"
 
 namespace isosplat {
 namespace {
@@ -31,16 +34,41 @@ Result<std::vector<ChunkRef>> chunks_at(const StoreFile& store, std::span<const 
   return chunks;
 }
 
-/// Reads the runs of a list of chunks, in their order, several of them ahead.
-class RunReader {
+/// The chunks of a field that belong to these chunks of its store.
+Result<std::vector<ChunkRef>> field_chunks_of(const StoreFile& field,
+                                              std::span<const ChunkRef> chunks) {
+  std::vector<ChunkRef> found;
+  for (const ChunkRef& chunk : chunks) {
+    const auto of_field = field.chunk(chunk.block, chunk.band);
+    if (!of_field) return tl::unexpected(of_field.error());
+    found.push_back(*of_field);
+  }
+  return found;
+}
+
+/// Gives the bytes of each of a list of chunks, in their order. Reads them in runs, several of them
+/// ahead.
+class ChunkBytes {
  public:
-  RunReader(const StoreFile& store, std::span<const ChunkRef> chunks, unsigned reads_ahead)
+  ChunkBytes(const StoreFile& store, std::span<const ChunkRef> chunks, unsigned reads_ahead)
       : store_(store), chunks_(chunks), runs_(store.runs_of(chunks)), reads_ahead_(reads_ahead) {}
 
-  const std::vector<ChunkRun>& runs() const { return runs_; }
+  /// Valid until the next call. Errors: those of StoreFile::read_run.
+  Result<std::span<const std::byte>> next() {
+    if (given_ == given_end_) {
+      const ChunkRun run = runs_[given_runs_++];
+      auto bytes = next_run();
+      if (!bytes) return tl::unexpected(bytes.error());
+      bytes_ = std::move(*bytes);
+      given_end_ = run.first + run.count;
+      run_offset_ = chunks_[run.first].offset;
+    }
+    const ChunkRef& chunk = chunks_[given_++];
+    return std::span<const std::byte>(bytes_).subspan(chunk.offset - run_offset_, chunk.bytes);
+  }
 
-  /// The bytes of the next run. Errors: those of StoreFile::read_run.
-  Result<std::vector<std::byte>> next() {
+ private:
+  Result<std::vector<std::byte>> next_run() {
     if (reads_ahead_ == 0) return read(runs_[begun_++]);
     for (; begun_ < runs_.size() && reads_.size() <= reads_ahead_; ++begun_) {
       reads_.push_back(
@@ -51,7 +79,6 @@ class RunReader {
     return bytes;
   }
 
- private:
   Result<std::vector<std::byte>> read(const ChunkRun& run) const {
     std::vector<std::byte> bytes;
     auto done = store_.read_run(chunks_.subspan(run.first, run.count), bytes);
@@ -65,6 +92,43 @@ class RunReader {
   const unsigned reads_ahead_;
   size_t begun_ = 0;  // runs whose reads have begun
   std::deque<std::future<Result<std::vector<std::byte>>>> reads_;
+  std::vector<std::byte> bytes_;  // of the run whose chunks are given
+  uint64_t run_offset_ = 0;       // in the file
+  size_t given_ = 0, given_end_ = 0, given_runs_ = 0;
+};
+
+/// Uploads the values of a field with the chunks of its store.
+class FieldUpload {
+ public:
+  FieldUpload(const StoreFile& field, std::vector<ChunkRef> chunks,
+              std::span<const float> quantized_isovalues, unsigned reads_ahead)
+      : chunks_(std::move(chunks)),
+        bytes_(field, chunks_, reads_ahead),
+        mapping_(field.info().field->mapping),
+        counts_(mapping_, quantized_isovalues) {}
+
+  const FieldCounts& counts() const { return counts_; }
+  const ValueMapping& mapping() const { return mapping_; }
+
+  /// Of the next chunk, which has these samples on the GPU, in this order.
+  Result<void> add_next(render::Renderer& renderer, ChunkDecoder& decoder, Index3 block_cells,
+                        std::span<const PackedSample> samples, ChunkHandle handle,
+                        render::VolumeId volume) {
+    const auto bytes = bytes_.next();
+    if (!bytes) return tl::unexpected(bytes.error());
+    const uint32_t value_end = mapping_.bits == 8 ? 256 : 65536;
+    auto decoded = decode_field_samples(decoder, *bytes, block_cells, samples, value_end, values_);
+    if (!decoded) return decoded;
+    counts_.add(samples, values_);
+    return renderer.set_chunk_field(handle, values_, volume);
+  }
+
+ private:
+  const std::vector<ChunkRef> chunks_;
+  ChunkBytes bytes_;
+  const ValueMapping mapping_;
+  FieldCounts counts_;
+  std::vector<PackedField> values_;
 };
 
 }  // namespace
@@ -93,28 +157,43 @@ Result<StoreScene> show_store(render::Renderer& renderer, const StoreFile& store
 
   renderer.set_volume(placed.grid.value_or(info.grid), info.mapping, placed.volume);
   const LevelGrid grid = level_grid(info.grid.voxels, scene.level);
-  ChunkDecoder decoder;
-  std::vector<PackedSample> samples;
-  std::vector<ChunkHandle> handles;
-  RunReader reader(store, chunks, reads_ahead);
-  for (const ChunkRun& each : reader.runs()) {
-    const auto run = std::span(chunks).subspan(each.first, each.count);
-    const auto bytes = reader.next();
-    if (!bytes) return tl::unexpected(bytes.error());
-    for (const ChunkRef& chunk : run) {
-      const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
-                             chunk.cells, scene.level > 0};
-      const auto part = std::span(*bytes).subspan(chunk.offset - run.front().offset, chunk.bytes);
-      if (auto decoded = decoder.decode_packed(part, shape, samples); !decoded) {
-        return tl::unexpected(decoded.error());
-      }
-      const auto handle = static_cast<ChunkHandle>(handles.size());
-      if (auto added = renderer.add_chunk(handle, chunk.block, samples, placed.volume); !added) {
-        return tl::unexpected(added.error());
-      }
-      handles.push_back(handle);
+  std::optional<FieldUpload> field;
+  if (placed.field) {
+    auto of_field = field_chunks_of(*placed.field, chunks);
+    if (!of_field) return tl::unexpected(of_field.error());
+    std::vector<float> quantized_isovalues;
+    for (const double isovalue : isovalues) {
+      quantized_isovalues.push_back(info.mapping.quantized_isovalue(isovalue));
+    }
+    field.emplace(*placed.field, std::move(*of_field), quantized_isovalues, reads_ahead);
+    if (auto set = renderer.set_field(field->mapping(), placed.volume); !set) {
+      return tl::unexpected(set.error());
     }
   }
+  ChunkDecoder decoder;
+  std::vector<PackedSample> samples, ordered;
+  std::vector<ChunkHandle> handles;
+  ChunkBytes reader(store, chunks, reads_ahead);
+  for (const ChunkRef& chunk : chunks) {
+    const auto bytes = reader.next();
+    if (!bytes) return tl::unexpected(bytes.error());
+    const ChunkShape shape{block_cells(grid, chunk.block.index), chunk.band_begin, chunk.band_end,
+                           chunk.cells, scene.level > 0};
+    if (auto decoded = decoder.decode_packed(*bytes, shape, samples); !decoded) {
+      return tl::unexpected(decoded.error());
+    }
+    const auto handle = static_cast<ChunkHandle>(handles.size());
+    if (auto added = renderer.add_chunk(handle, chunk.block, samples, placed.volume); !added) {
+      return tl::unexpected(added.error());
+    }
+    handles.push_back(handle);
+    if (!field) continue;
+    cluster_samples(samples, ordered);
+    const auto set =
+        field->add_next(renderer, decoder, shape.block_cells, ordered, handle, placed.volume);
+    if (!set) return tl::unexpected(set.error());
+  }
+  if (field) scene.field_range = field->counts().percentiles();
   renderer.set_visible(handles, placed.volume);
   scene.chunks = chunks.size();
   return scene;
