@@ -1,7 +1,9 @@
 // The bytes of a store's field: for an isovalue by active cell, and beside those of the store's chunks.
+// The frame rate of a surface that shows the field, beside that of its own colour.
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
+import { renderProgram } from "./harness/render.ts";
 
 interface Query {
   chunks: number;
@@ -46,8 +48,26 @@ function vortices(folder: string): [string, string] {
   ];
 }
 
+interface FrameTimes {
+  plain_cpu_ms: number;
+  field_cpu_ms: number;
+}
+
+/** Frames in the colours of the field for each frame in one colour, by processor time. */
+async function measureFrames(bench: Bench, what: string, store: string, isovalue: number) {
+  const program = renderProgram("isosplat_field_rate");
+  const { stdout } = await bench.command(program, [store, "field", String(isovalue)]);
+  const { renderer: _, ...kinds } = JSON.parse(stdout) as Record<string, FrameTimes>;
+  for (const [kind, times] of Object.entries(kinds)) {
+    const rate = times.plain_cpu_ms / times.field_cpu_ms;
+    bench.report(what, `frames, ${kind}`, "×", rate, { atLeast: 0.9 });
+  }
+}
+
+const storeOf = (bench: Bench) => join(bench.folder, "store.isosplat");
+
 async function measure(bench: Bench, what: string, volume: string, field: string, most?: number) {
-  const store = join(bench.folder, "store.isosplat");
+  const store = storeOf(bench);
   const call = ["build", volume, "--field", `field=${field}`, "-o", store, "--no-thumbnail"];
   await bench.command(bench.isosplat, [...call, "--force"]);
   const { stdout } = await bench.command(bench.isosplat, ["info", store, "--chunks", "--json"]);
@@ -73,7 +93,7 @@ async function measure(bench: Bench, what: string, volume: string, field: string
 }
 
 export default {
-  title: "fields: bytes for an isovalue",
+  title: "fields: bytes for an isovalue, frame rates",
   async run(bench) {
     const pairs: [string, string, string, number?][] = [
       ["fuel, neghip", "fuel.nhdr", "neghip.nhdr", 1.2],
@@ -86,6 +106,7 @@ export default {
     bench.say("vortices");
     const [speed, pressure] = vortices(bench.folder);
     await measure(bench, "vortices, pressure", speed, pressure, 1.2);
+    await measureFrames(bench, "vortices, pressure", storeOf(bench), 150.5);
     for (const [what, volume, field, most] of pairs) {
       const [volumePath, fieldPath] = [volume, field].map((name) => {
         const [folder, ...file] = name.split("/");
