@@ -28,6 +28,12 @@ const kinds = [
   "exact with caps, at rest",
   "triangles",
   "triangles, lit at once",
+  "field, ellipse",
+  "field, exact, logarithmic",
+  "field, quad, in steps",
+  "field, quad, lit at once",
+  "field, triangles",
+  "field, triangles, lit at once",
 ];
 
 let folder = "";
@@ -108,6 +114,7 @@ test("draws what the native renderer draws, before and after a lost context", as
       const floatTargets = gl.getExtension("EXT_color_buffer_float") !== null;
       const samples = new Uint8Array(await (await fetch("/fixture/samples.bin")).arrayBuffer());
       const clusters = new Uint8Array(await (await fetch("/fixture/clusters.bin")).arrayBuffer());
+      const field = new Uint8Array(await (await fetch("/fixture/field.bin")).arrayBuffer());
       const volume = records(layouts.volumeBytes, layouts.writeVolume, {
         voxels: [60, 50, 30],
         spacing: [1, 1.25, 2],
@@ -125,6 +132,15 @@ test("draws what the native renderer draws, before and after a lost context", as
         check(m._isosplat_renderer_reserve_chunk(0, 7, block, at, clusters.length, offset));
         gl.bufferSubData(gl.ARRAY_BUFFER, m.HEAPF64[offset / 8], samples);
         m._free(at);
+        const mapping = records(layouts.fieldMappingBytes, layouts.writeFieldMapping, {
+          valueOffset: 0,
+          valueScale: 0.5,
+          hasMissing: 1,
+        });
+        check(m._isosplat_renderer_set_field(0, mapping));
+        const count = field.length / layouts.packedSampleBytes;
+        check(m._isosplat_renderer_reserve_chunk_field(0, 7, count, offset));
+        gl.bufferSubData(gl.ARRAY_BUFFER, m.HEAPF64[offset / 8], field);
         const drawn = m._malloc(layouts.drawnChunkBytes);
         m.HEAPU8.fill(0xff, drawn, drawn + layouts.drawnChunkBytes);
         heap().setUint32(drawn + layouts.drawnChunkOffsets.handle, 7, true);
@@ -154,21 +170,22 @@ test("draws what the native renderer draws, before and after a lost context", as
       const differing = async () => {
         const shares: number[] = [];
         for (let kind = 0; kind < kindCount; ++kind) {
-          const atOnce = kind === 4 || kind === 8;
+          const atOnce = [4, 8, 12, 14].includes(kind);
           const atRest = kind === 5 || kind === 6;
-          m._isosplat_renderer_set_camera(cameras[kind >= 7 ? 1 : 0]);
+          m._isosplat_renderer_set_camera(cameras[[7, 8, 13, 14].includes(kind) ? 1 : 0]);
           clip(kind === 6 ? 1 : 0);
-          m._isosplat_renderer_set_splats([0, 1, 2, 2, 0, 2, 2, 0, 0][kind], kind === 3 ? 1 : 0);
+          const splats = [0, 1, 2, 2, 0, 2, 2, 0, 0, 1, 2, 0, 0, 0, 0][kind];
+          m._isosplat_renderer_set_splats(splats, kind === 3 ? 1 : 0);
           m._isosplat_renderer_set_isosurfaces(0, isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
-            colourLow: 0,
-            colourHigh: 1,
-            colourBy: 0,
+            colourLow: 300,
+            colourHigh: 700,
+            colourBy: kind >= 9 ? layouts.colourByNames.indexOf("field") : 0,
             colourMap: 0,
             background: [1, 1, 1, 1],
-            fieldMissing: [0, 0, 0],
-            fieldScale: 0,
-            fieldSteps: 0,
+            fieldMissing: [1, 0, 1],
+            fieldScale: kind === 10 ? 1 : 0,
+            fieldSteps: kind === 11 ? 6 : 0,
             eyeDome: atOnce ? 0 : look.eyeDome,
           });
           m._isosplat_renderer_set_appearance(appearance);

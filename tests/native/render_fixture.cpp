@@ -1,6 +1,8 @@
 // Writes the input and the expected pictures of the browser's picture test: samples of a small
-// anisotropic and sheared volume, and native pictures of every splat kind.
+// anisotropic and sheared volume, values of a field, and native pictures of every splat kind.
 // isosplat_render_fixture FOLDER
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 
@@ -41,10 +43,26 @@ int main(int argc, char** argv) {
   const auto clusters = cluster_samples(samples, ordered);
   write_file(folder + "/samples.bin", ordered);
   write_file(folder + "/clusters.bin", clusters);
+  TestVolume second = sampled_volume(grid.voxels, grid.spacing, [](Vec3d p) {
+    return 1000 + 500 * std::sin(0.3 * p.x) * std::cos(0.2 * p.y + 0.1 * p.z);
+  });
+  for (size_t i = 0; i < second.quantized_values.size(); i += 60) {
+    std::fill_n(second.quantized_values.begin() + long(i), 22, kMissingVoxel);  // x < 22
+  }
+  std::vector<PackedField> values;
+  for (const PackedSample& sample : ordered) {
+    const Index3 cell = unpack_sample(sample).cell;
+    values.push_back(pack_field(corners_at(second, cell.x, cell.y, cell.z)));
+  }
+  write_file(folder + "/field.bin", values);
   (*renderer)->set_volume(volume.grid, volume.mapping);
   const ChunkHandle handle = 7;
   if (!(*renderer)->add_chunk(handle, {0, {0, 0, 0}}, samples)) return 1;
   (*renderer)->set_visible({&handle, 1});
+  ValueMapping field;
+  field.scale = 0.5;
+  field.has_missing = true;
+  if (!(*renderer)->set_field(field) || !(*renderer)->set_chunk_field(handle, values)) return 1;
   Camera camera = default_camera(volume.grid);
   camera.distance *= 0.6;
   (*renderer)->set_camera(camera);
@@ -52,23 +70,31 @@ int main(int argc, char** argv) {
   settings.isosurfaces = {{1500.5, {0.9f, 0.3f, 0.2f}, 1}, {2500, {0.85f, 0.8f, 0.7f}, 0.4f}};
   const std::vector<Isosurface> both = settings.isosurfaces;
   settings.clip_box_high.x = 0.8;
-  constexpr SplatKind kKinds[] = {SplatKind::quad,  SplatKind::ellipse, SplatKind::exact,
-                                  SplatKind::exact, SplatKind::quad,    SplatKind::exact,
-                                  SplatKind::exact, SplatKind::quad,    SplatKind::quad};
-  for (int kind = 0; kind < 9; ++kind) {
+  constexpr SplatKind kKinds[] = {
+      SplatKind::quad,  SplatKind::ellipse, SplatKind::exact, SplatKind::exact, SplatKind::quad,
+      SplatKind::exact, SplatKind::exact,   SplatKind::quad,  SplatKind::quad,  SplatKind::ellipse,
+      SplatKind::exact, SplatKind::quad,    SplatKind::quad,  SplatKind::quad,  SplatKind::quad};
+  for (int kind = 0; kind < 15; ++kind) {
     settings.kind = kKinds[kind];
     settings.shading = kind == 3 ? Shading::exact : Shading::smooth;
-    const bool lit_at_once = kind == 4 || kind == 8;
+    const bool lit_at_once = kind == 4 || kind == 8 || kind == 12 || kind == 14;
     const bool is_still = kind == 5 || kind == 6;  // with all that accumulates at rest
     settings.clip_caps = kind == 6;
     settings.isosurfaces = both;
     if (lit_at_once) settings.isosurfaces.resize(1);
     settings.eye_dome = lit_at_once ? 0 : RenderSettings{}.eye_dome;
-    if (kind >= 7) {  // triangles
-      Camera near = camera;
-      near.distance /= 2;
-      (*renderer)->set_camera(near);
+    if (kind >= 9) {
+      settings.colour_by = ColourBy::field;
+      settings.colour_low = 300;
+      settings.colour_high = 700;
+      settings.field_scale = kind == 10 ? FieldScale::logarithmic : FieldScale::linear;
+      settings.field_steps = kind == 11 ? 6 : 0;
+      settings.field_missing_colour = {1, 0, 1};
     }
+    const bool triangles = kind == 7 || kind == 8 || kind >= 13;
+    Camera near = camera;
+    if (triangles) near.distance /= 2;
+    (*renderer)->set_camera(near);
     (*renderer)->set_settings(settings);
     const auto image = draw_image(**renderer, 256, 256, nullptr, is_still);
     if (!image) return 1;
