@@ -107,8 +107,9 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "With --field, a point has the value of the field's trilinear function in its cell, and a "
       "vertex\n"
       "of a mesh, which lies on an edge of cells, the value between the ends of this edge: within\n"
-      "the error that isosplat info states, at level 0. PLY has a property, and NumPy an array, of "
-      "the\n"
+      "the error that isosplat info states, at level 0. PLY has a property, NumPy and VTP an "
+      "array, "
+      "of the\n"
       "field's name; missing values are NaN. GLB has an attribute, _PRESSURE for pressure, with\n"
       "-3.4028235e38 for missing values, and colours (viridis) that show the first field from its "
       "1st\n"
@@ -145,7 +146,8 @@ void add_extract_command(CLI::App& program, int& exit_code) {
           "  isosplat extract head.isobundle --mesh --level 1 -o head.glb\n"
           "  isosplat extract https://example.org/stores/engine.isosplat -i 60.5 -o engine.ply\n"
           "  isosplat extract scene.json --mesh --layer skull -o skull.stl\n"
-          "MeshLab, CloudCompare, Open3D and VTK read PLY files."));
+          "MeshLab, CloudCompare, Open3D and VTK read PLY files; ParaView and VTK read VTP "
+          "files."));
   command->callback([call, &exit_code] {
     const bool is_scene = scene_kind(call->input, call->remote_flags) != SceneKind::none;
     check_arguments(*call, is_scene);

@@ -11,6 +11,7 @@
 #include "native/extract/npz_file.h"
 #include "native/extract/obj_file.h"
 #include "native/extract/three_mf_file.h"
+#include "native/extract/vtp_file.h"
 #include "shared/core/mesh_files/glb_encoder.h"
 #include "shared/core/mesh_files/ply_encoder.h"
 #include "shared/core/mesh_files/stl_encoder.h"
@@ -80,6 +81,8 @@ constexpr std::array kFormats{
     MeshFormat{".3mf", "PK", "a 3MF file", false, true, true, true, false, create<ThreeMfFile>},
     MeshFormat{".npy", "\x93NUMPY", "a NumPy file", true, false, false, false, true, create_npy},
     MeshFormat{".npz", "PK", "an NPZ file", true, true, false, false, true, create<NpzFile>},
+    MeshFormat{".vtp", "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\"", "a VTP file", true,
+               true, false, false, true, create<VtpFile>},
 };
 
 /// The extensions of the formats for which this is true.

@@ -113,7 +113,7 @@ TEST_F(CliFields, AreExtractedWithPointsAndMeshes) {
   EXPECT_NE(unknown.err.find("which has temperature"), std::string::npos) << unknown.err;
   const Ended stl = extract({folder / "a.stl", "--mesh", "--field", "temperature"});
   EXPECT_NE(stl.exit_code, 0);
-  EXPECT_NE(stl.err.find("(.ply, .glb, .npz)"), std::string::npos) << stl.err;
+  EXPECT_NE(stl.err.find("(.ply, .glb, .npz, .vtp)"), std::string::npos) << stl.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "a.stl"));
 }
 

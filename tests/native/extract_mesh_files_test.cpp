@@ -195,15 +195,15 @@ TEST_F(MeshFiles, AreChosenByTheirExtension) {
   };
   EXPECT_EQ(message("a.vtk", kTriangles),
             "a.vtk: expected an extension for triangles (.ply, .stl, .obj, .glb, .3mf, "
-            ".npz), found \".vtk\": choose one of them");
+            ".npz, .vtp), found \".vtk\": choose one of them");
   EXPECT_EQ(message("a.npy", kTriangles),
             "a.npy: expected an extension for triangles (.ply, .stl, .obj, .glb, .3mf, "
-            ".npz), found \".npy\": choose one of them, or write points without --mesh");
+            ".npz, .vtp), found \".npy\": choose one of them, or write points without --mesh");
   EXPECT_EQ(message("a.stl", SurfaceContent::points),
-            "a.stl: expected an extension for points (.ply, .npy, .npz), found "
+            "a.stl: expected an extension for points (.ply, .npy, .npz, .vtp), found "
             "\".stl\": choose one of them, or write triangles with --mesh");
   EXPECT_EQ(message("a", SurfaceContent::points),
-            "a: expected an extension for points (.ply, .npy, .npz), found \"\": choose "
+            "a: expected an extension for points (.ply, .npy, .npz, .vtp), found \"\": choose "
             "one of them");
 }
 
