@@ -150,37 +150,43 @@ Result<StoreInfo> write_store_with_fields(const FileParts& store, std::span<cons
 }
 
 Result<BuildReport> build_store_with_fields(VolumeSource& source,
+                                            std::span<const FieldInput> fields, ByteSink& sink,
+                                            const std::filesystem::path& target,
+                                            const BuildOptions& options) {
+  auto base = TemporaryFile::create(options.temporary_folder);
+  if (!base) return tl::unexpected(base.error());
+  auto report = build_store(source, *base, options);
+  if (!report) return report;
+  const auto store = StoreFile::open(base->parts(), target);
+  if (!store) return tl::unexpected(store.error());
+  BuildOptions of_field = options;
+  of_field.max_error = 0;
+  of_field.memory_bytes -= std::min(of_field.memory_bytes, source.resident_bytes());
+  std::vector<FileParts> built;
+  for (const FieldInput& field : fields) {
+    auto opened = field.open();
+    if (!opened) return tl::unexpected(opened.error());
+    auto file = TemporaryFile::create(options.temporary_folder);
+    if (!file) return tl::unexpected(file.error());
+    of_field.notes = field.notes;
+    of_field.source_file = field.source_file;
+    auto written = build_field(**store, field.name, **opened, *file, of_field);
+    if (!written) return tl::unexpected(written.error());
+    built.push_back(file->parts());
+  }
+  auto info = write_store_with_fields(base->parts(), built, sink);
+  if (!info) return tl::unexpected(info.error());
+  report->info = std::move(*info);
+  return report;
+}
+
+Result<BuildReport> build_store_with_fields(VolumeSource& source,
                                             std::span<const FieldInput> fields,
                                             const std::filesystem::path& target,
                                             const BuildOptions& options) {
-  return build_output_file(
-      target, options, [&](ByteSink& sink, const BuildOptions& with_folder) -> Result<BuildReport> {
-        auto base = TemporaryFile::create(with_folder.temporary_folder);
-        if (!base) return tl::unexpected(base.error());
-        auto report = build_store(source, *base, with_folder);
-        if (!report) return report;
-        const auto store = StoreFile::open(base->parts(), target);
-        if (!store) return tl::unexpected(store.error());
-        BuildOptions of_field = with_folder;
-        of_field.max_error = 0;
-        of_field.memory_bytes -= std::min(of_field.memory_bytes, source.resident_bytes());
-        std::vector<FileParts> built;
-        for (const FieldInput& field : fields) {
-          auto opened = field.open();
-          if (!opened) return tl::unexpected(opened.error());
-          auto file = TemporaryFile::create(with_folder.temporary_folder);
-          if (!file) return tl::unexpected(file.error());
-          of_field.notes = field.notes;
-          of_field.source_file = field.source_file;
-          auto written = build_field(**store, field.name, **opened, *file, of_field);
-          if (!written) return tl::unexpected(written.error());
-          built.push_back(file->parts());
-        }
-        auto info = write_store_with_fields(base->parts(), built, sink);
-        if (!info) return tl::unexpected(info.error());
-        report->info = std::move(*info);
-        return report;
-      });
+  return build_output_file(target, options, [&](ByteSink& sink, const BuildOptions& with_folder) {
+    return build_store_with_fields(source, fields, sink, target, with_folder);
+  });
 }
 
 }  // namespace isosplat

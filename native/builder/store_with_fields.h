@@ -27,9 +27,15 @@ struct FieldInput {
 Result<StoreInfo> write_store_with_fields(const FileParts& store, std::span<const FileParts> fields,
                                           ByteSink& sink);
 
-/// As build_store_file, for a store with fields. The store without fields, and then each field, is
-/// built to a temporary file in options.temporary_folder. The memory of `source` counts for the
-/// fields too. Errors: also those of build_field and FieldInput::open.
+/// As build_store, for a store with fields. The store without fields, and then each field, is built
+/// to a temporary file in options.temporary_folder. The memory of `source` counts for the fields
+/// too. `target`: for messages. Errors: also those of build_field and FieldInput::open.
+Result<BuildReport> build_store_with_fields(VolumeSource& source,
+                                            std::span<const FieldInput> fields, ByteSink& sink,
+                                            const std::filesystem::path& target,
+                                            const BuildOptions& options);
+
+/// The same as a file. Errors: also those of OutputFile.
 Result<BuildReport> build_store_with_fields(VolumeSource& source,
                                             std::span<const FieldInput> fields,
                                             const std::filesystem::path& target,

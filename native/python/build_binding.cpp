@@ -113,15 +113,20 @@ Result<import::OpenVolume> open_array_call(const ArrayCall& array,
   return import::with_missing_values(std::move(*opened), {});
 }
 
-/// Calls work(volume, interruption). `data`: an object with the buffer protocol, contiguous in the
-/// order of the call; or, if read_count > 0, a function: see SliceReader.
-template <class Work>
-auto with_array(const py::object& data, uint64_t read_count, const ArrayCall& array, Work work) {
+/// An array as a volume, with the buffer that the volume borrows.
+struct OpenedArray {
+  py::buffer_info buffer;
+  import::OpenVolume volume;
+};
+
+/// `data`: an object with the buffer protocol, contiguous in the order of the call; or, if
+/// read_count > 0, a function: see SliceReader. Borrows `data` and the interruption.
+OpenedArray open_data(const py::object& data, uint64_t read_count, const ArrayCall& array,
+                      Interruption& interruption) {
   if (!is_basis(array.direction)) {
     throw py::value_error(
         "direction: expected three columns of length 1 that do not lie in a plane, found others");
   }
-  Interruption interruption;
   py::buffer_info buffer;
   std::unique_ptr<import::ByteReader> reader;
   if (read_count > 0) {
@@ -141,32 +146,51 @@ auto with_array(const py::object& data, uint64_t read_count, const ArrayCall& ar
     return open_array_call(array, std::move(reader));
   }();
   interruption.rethrow();
-  const import::OpenVolume opened = value_or_raise(std::move(volume));
-  return work(opened, interruption);
+  return {std::move(buffer), value_or_raise(std::move(volume))};
 }
 
+/// An array with the voxels of a field.
+struct FieldCall {
+  std::string name;
+  py::object data;
+  uint64_t read_count = 0;  ///< as in open_data
+  ArrayCall array;
+};
+
 void build_array(const py::object& data, uint64_t read_count, const ArrayCall& array,
-                 const BuildCall& call) {
+                 const BuildCall& call, const std::vector<FieldCall>& fields) {
   check_target(call);
-  with_array(data, read_count, array,
-             [&](const import::OpenVolume& volume, Interruption& interruption) {
-               run_build(volume, call.target, call.options(), call.progress, interruption);
-             });
+  Interruption interruption;
+  const OpenedArray opened = open_data(data, read_count, array, interruption);
+  std::vector<OpenedArray> opened_fields;
+  std::vector<FieldInput> inputs;
+  for (const FieldCall& field : fields) {
+    opened_fields.push_back(open_data(field.data, field.read_count, field.array, interruption));
+  }
+  for (size_t i = 0; i < fields.size(); ++i) {
+    inputs.push_back(
+        {fields[i].name, "",
+         [&source = opened_fields[i].volume.source]() -> Result<std::unique_ptr<VolumeSource>> {
+           return std::move(source);
+         },
+         opened_fields[i].volume.notes});
+  }
+  run_build(opened.volume, call.target, call.options(), call.progress, interruption,
+            std::move(inputs));
 }
 
 /// The values of an array, as BuildCall has them. Ctrl-C is handled between slices that a function
 /// returns, else at the end.
 std::shared_ptr<VoxelScan> scan_array(const py::object& data, uint64_t read_count,
                                       const ArrayCall& array, const BuildCall& call) {
-  return with_array(data, read_count, array,
-                    [&](const import::OpenVolume& volume, Interruption& interruption) {
-                      auto scan = [&] {
-                        const py::gil_scoped_release no_gil;
-                        return scan_for_build(*volume.source, call.options());
-                      }();
-                      interruption.rethrow();
-                      return std::make_shared<VoxelScan>(value_or_raise(std::move(scan)));
-                    });
+  Interruption interruption;
+  const OpenedArray opened = open_data(data, read_count, array, interruption);
+  auto scan = [&] {
+    const py::gil_scoped_release no_gil;
+    return scan_for_build(*opened.volume.source, call.options());
+  }();
+  interruption.rethrow();
+  return std::make_shared<VoxelScan>(value_or_raise(std::move(scan)));
 }
 
 void build_file(const std::string& path, const std::optional<Triple>& spacing,
@@ -229,9 +253,13 @@ void bind_build(py::module_& module) {
            py::kw_only(), py::arg("type"), py::arg("big_endian"), py::arg("shape"),
            py::arg("z_is_fastest"), py::arg("name"), py::arg("spacing"), py::arg("origin"),
            py::arg("direction"), py::arg("notes"))
-      .def_readonly("type", &ArrayCall::type);
+      .def_readonly("type", &ArrayCall::type)
+      .def_readonly("z_is_fastest", &ArrayCall::z_is_fastest);
+  py::class_<FieldCall>(module, "FieldCall")
+      .def(py::init<std::string, py::object, uint64_t, ArrayCall>(), py::kw_only(), py::arg("name"),
+           py::arg("data"), py::arg("read_count"), py::arg("array"));
   module.def("build_array", build_array, py::arg("data"), py::arg("read_count"), py::arg("array"),
-             py::arg("call"));
+             py::arg("call"), py::arg("fields"));
   module.def("scan_array", scan_array, py::arg("data"), py::arg("read_count"), py::arg("array"),
              py::arg("call"));
   module.def(

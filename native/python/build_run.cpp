@@ -39,6 +39,16 @@ class StoppableSource : public VolumeSource {
   const Interruption& interruption_;
 };
 
+/// The same of a volume that it owns.
+class StoppableField : public StoppableSource {
+ public:
+  StoppableField(std::unique_ptr<VolumeSource> volume, const Interruption& interruption)
+      : StoppableSource(*volume, interruption), owned_(std::move(volume)) {}
+
+ private:
+  std::unique_ptr<VolumeSource> owned_;
+};
+
 /// A file that cannot be written any more once the build is to end.
 class StoppableSink : public ByteSink {
  public:
@@ -104,16 +114,26 @@ void call_progress(const py::object& progress, const std::pair<double, std::stri
 }  // namespace
 
 void run_build(const import::OpenVolume& volume, const std::filesystem::path& target,
-               BuildOptions options, const py::object& progress, Interruption& interruption) {
+               BuildOptions options, const py::object& progress, Interruption& interruption,
+               std::vector<FieldInput> fields) {
   BuildState state;
   options.notes = volume.notes;
   options.progress = [&state](const BuildProgress& now) { state.set_progress(now); };
   StoppableSource source(*volume.source, interruption);
+  for (FieldInput& field : fields) {
+    field.open = [open = std::move(field.open),
+                  &interruption]() -> Result<std::unique_ptr<VolumeSource>> {
+      auto opened = open();
+      if (!opened) return opened;
+      return std::make_unique<StoppableField>(std::move(*opened), interruption);
+    };
+  }
   const auto build = [&]() -> Result<BuildReport> {
     try {
       return build_output_file(target, options, [&](ByteSink& file, const BuildOptions& all) {
         StoppableSink sink(file, interruption);
-        auto report = build_store(source, sink, all);
+        auto report = fields.empty() ? build_store(source, sink, all)
+                                     : build_store_with_fields(source, fields, sink, target, all);
         // The file is published after this, but not after Ctrl-C.
         if (const auto go_on = interruption.check(); report && !go_on) {
           report = tl::unexpected(go_on.error());

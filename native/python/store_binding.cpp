@@ -33,6 +33,11 @@ struct Part {
   unsigned threads = 0;
 };
 
+py::object text_of(const std::string& utf8) {
+  return py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(utf8.data(), static_cast<Py_ssize_t>(utf8.size()), "replace"));
+}
+
 ExtractOptions options_of(const StoreHandle& store, const StoreFile& file, const Part& part) {
   ExtractOptions options{part.level, store.threads(part.threads)};
   if (part.box) {
@@ -67,33 +72,45 @@ Result<uint64_t> max_points(const StoreFile& file, double isovalue, const Extrac
   return cells;
 }
 
+/// Opens fields of a store, which may fetch their headers.
+OpenedFields fields_of(const StoreFile& file, const std::vector<std::string>& names) {
+  return run_interruptible([&](const auto&) { return open_fields(file, names); });
+}
+
+/// Positions, normals, and a list of the values of each field.
 py::tuple points(const StoreHandle& store, double isovalue, const Part& part, bool smooth,
-                 bool exact) {
+                 bool exact, const std::vector<std::string>& fields) {
   const auto file = store.file();
   ExtractOptions options = options_of(store, *file, part);
   options.smooth_normals = smooth;
+  options.fields = fields_of(*file, fields);
   ProjectionOptions projection;
   projection.exact = exact;
-  PointArrays all = run_interruptible([&](const auto& check) -> Result<PointArrays> {
-    PointArrays points;
+  PointsWithFields all = run_interruptible([&](const auto& check) -> Result<PointsWithFields> {
+    PointsWithFields points;
+    points.fields.resize(options.fields.size());
     const auto limit = max_points(*file, isovalue, options);
     if (!limit) return tl::unexpected(limit.error());
     auto done = catch_out_of_memory(*file, [&]() -> Result<uint64_t> {
       // Memory that is not written to takes no place.
       points.positions.reserve(*limit);
       points.normals.reserve(*limit);
-      return extract_points(*file, isovalue, projection, options, [&](const PointArrays& batch) {
-        points.positions.insert(points.positions.end(), batch.positions.begin(),
-                                batch.positions.end());
-        points.normals.insert(points.normals.end(), batch.normals.begin(), batch.normals.end());
-        return check();
-      });
+      return extract_points(
+          *file, isovalue, projection, options, [&](const PointsWithFields& batch) {
+            points.positions.insert(points.positions.end(), batch.positions.begin(),
+                                    batch.positions.end());
+            points.normals.insert(points.normals.end(), batch.normals.begin(), batch.normals.end());
+            append_values(points.fields, batch.fields);
+            return check();
+          });
     });
     if (!done) return tl::unexpected(done.error());
     return points;
   });
+  py::list values;
+  for (auto& of_field : all.fields) values.append(take_values(std::move(of_field)));
   return py::make_tuple(take_rows<double>(std::move(all.positions)),
-                        take_rows<float>(std::move(all.normals)));
+                        take_rows<float>(std::move(all.normals)), values);
 }
 
 py::array_t<int32_t> active_cells_array(const StoreHandle& store, double isovalue,
@@ -141,6 +158,7 @@ py::tuple measures(const StoreHandle& store, double isovalue, unsigned threads) 
 /// A mesh in memory, and what its files state.
 struct MeshData {
   MeshPart mesh;
+  std::vector<FieldColumn> fields;  ///< whose values the vertices have
   VolumeGrid grid;
   double isovalue = 0;
 };
@@ -151,22 +169,21 @@ struct MeshChanges {
 };
 
 std::unique_ptr<MeshData> mesh_of(const StoreHandle& store, double isovalue, const Part& part,
-                                  const MeshChanges& changes) {
+                                  const MeshChanges& changes,
+                                  const std::vector<std::string>& fields) {
   const auto file = store.file();
-  const ExtractOptions options = options_of(store, *file, part);
+  ExtractOptions options = options_of(store, *file, part);
+  options.fields = fields_of(*file, fields);
   auto data = std::make_unique<MeshData>();
+  data->fields = columns_of(options.fields);
+  data->mesh.vertices.fields.resize(fields.size());
   data->grid = file->info().grid;
   data->isovalue = isovalue;
   run_interruptible([&](const auto& check) -> Result<void> {
     MeshPart& mesh = data->mesh;
-    const auto append = [](auto& to, const auto& from) {
-      to.insert(to.end(), from.begin(), from.end());
-    };
     return catch_out_of_memory(*file, [&]() -> Result<void> {
       auto done = extract_mesh(*file, isovalue, options, [&](const MeshPart& layer) {
-        append(mesh.vertices.positions, layer.vertices.positions);
-        append(mesh.vertices.normals, layer.vertices.normals);
-        append(mesh.triangles, layer.triangles);
+        append_part(mesh, layer);
         return check();
       });
       if (!done) return tl::unexpected(done.error());
@@ -184,11 +201,38 @@ void save_mesh(const MeshData& data, const std::string& path, const std::string&
   run_interruptible([&](const auto&) -> Result<void> {
     const auto format = mesh_format(path, SurfaceContent::triangles);
     if (!format) return tl::unexpected(format.error());
-    auto file = (*format)->create(path, {data.grid, data.isovalue, comment});
+    if (!data.fields.empty()) {
+      auto holds = check_holds_fields(path, **format, SurfaceContent::triangles);
+      if (!holds) return holds;
+    }
+    auto file = (*format)->create(
+        path, {data.grid, data.isovalue, comment, SurfaceContent::triangles, {}, data.fields});
     if (!file) return tl::unexpected(file.error());
     if (auto written = (*file)->append(data.mesh); !written) return written;
     return (*file)->publish();
   });
+}
+
+/// The fields of a store, each as a dict.
+py::list field_list(const StoreHandle& store) {
+  const auto file = store.file();
+  std::vector<std::string> names;
+  for (const FieldRef& field : file->info().fields) names.push_back(field.info.name);
+  const std::vector<FieldColumn> columns = columns_of(fields_of(*file, names));
+  py::list list;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const FieldInfo& field = file->info().fields[i].info;
+    py::dict one;
+    one["name"] = field.name;
+    one["title"] = text_of(columns[i].title);
+    one["units"] = text_of(columns[i].units);
+    one["value_range"] =
+        py::make_tuple(field.mapping.value(field.range.min), field.mapping.value(field.range.max));
+    one["max_error"] = field.mapping.max_error;
+    one["missing_voxels"] = field.missing_voxels;
+    list.append(one);
+  }
+  return list;
 }
 
 py::dict info_of(const StoreHandle& store) {
@@ -196,10 +240,6 @@ py::dict info_of(const StoreHandle& store) {
   const StoreInfo& info = file->info();
   const VolumeGrid& grid = info.grid;
   const ValueMapping& mapping = info.mapping;
-  const auto text = [](const std::string& utf8) {
-    return py::reinterpret_steal<py::object>(
-        PyUnicode_DecodeUTF8(utf8.data(), static_cast<Py_ssize_t>(utf8.size()), "replace"));
-  };
   py::dict result;
   result["voxels"] = py::make_tuple(grid.voxels.x, grid.voxels.y, grid.voxels.z);
   result["spacing"] = py::make_tuple(grid.spacing.x, grid.spacing.y, grid.spacing.z);
@@ -212,7 +252,7 @@ py::dict info_of(const StoreHandle& store) {
   result["missing_voxels"] = info.missing_voxels;
   result["file_bytes"] = info.file_bytes;
   result["content_id"] = file->content();
-  result["metadata"] = text(info.metadata);
+  result["metadata"] = text_of(info.metadata);
   return result;
 }
 
@@ -238,6 +278,17 @@ void bind_store(py::module_& module) {
                                return view_rows<uint32_t>(
                                    self.cast<const MeshData&>().mesh.triangles, self);
                              })
+      .def_property_readonly(
+          "fields",
+          [](const py::object& self) {
+            py::list list;
+            const auto& data = self.cast<const MeshData&>();
+            for (size_t i = 0; i < data.fields.size(); ++i) {
+              list.append(py::make_tuple(data.fields[i].name,
+                                         view_values(data.mesh.vertices.fields[i], self)));
+            }
+            return list;
+          })
       .def("save", [](const MeshData& data, py::bytes path, const std::string& comment) {
         save_mesh(data, path, comment);
       });
@@ -245,8 +296,9 @@ void bind_store(py::module_& module) {
       .def("close", &StoreHandle::close)
       .def_property_readonly("is_open", &StoreHandle::is_open)
       .def("info", info_of)
+      .def("fields", field_list)
       .def("points", points, py::arg("isovalue"), py::arg("part"), py::kw_only(), py::arg("smooth"),
-           py::arg("exact"))
+           py::arg("exact"), py::arg("fields"))
       .def("active_cells", active_cells_array, py::arg("isovalue"), py::arg("part"))
       .def("read", read<float>, py::arg("part"), py::arg("first"), py::arg("values").noconvert())
       .def("read", read<double>, py::arg("part"), py::arg("first"), py::arg("values").noconvert())
@@ -255,11 +307,12 @@ void bind_store(py::module_& module) {
       .def(
           "mesh",
           [](const StoreHandle& store, double isovalue, const Part& part,
-             std::optional<size_t> components, std::optional<double> simplify_error) {
-            return mesh_of(store, isovalue, part, {components, simplify_error});
+             std::optional<size_t> components, std::optional<double> simplify_error,
+             const std::vector<std::string>& fields) {
+            return mesh_of(store, isovalue, part, {components, simplify_error}, fields);
           },
           py::arg("isovalue"), py::arg("part"), py::kw_only(), py::arg("components"),
-          py::arg("simplify_error"));
+          py::arg("simplify_error"), py::arg("fields"));
   module.def(
       "open_store",
       [](py::bytes path) {

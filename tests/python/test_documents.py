@@ -17,11 +17,12 @@ def test_the_code_of_the_document_runs(tmp_path, monkeypatch, capsys):
     with h5py.File("scan.h5", "w") as file:
         file["volume"] = sphere((40, 40, 40)).astype(np.float32)
     blocks = re.findall(r"```python\n(.*?)```", DOCUMENT, re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 7
     names = {"array": sphere((40, 40, 40)) * 10}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)
     assert Path("head.glb").stat().st_size > 1000
+    assert len(names["at_points"]) == len(names["with_dose"].points(names["isovalue"]).positions)
     assert len(names["positions"]) == len(names["cells"]) > 0
     assert "iframe" in names["view"]._repr_html_() or hasattr(names["view"], "picked")
     assert "100%" in capsys.readouterr().out

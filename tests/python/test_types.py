@@ -29,6 +29,11 @@ area: float = store.area(5)
 scene: isosplat.Scene = isosplat.build_labels(np.zeros((4, 4, 4), int), "a/", labels={1: "a", 2: ("b", "#fff")})
 layer = isosplat.build_scene([store.read()], "b/", channels=["a"]).layer("a")
 again: isosplat.Store = layer.store(step=0)
+fields = isosplat.build(values, "f.isosplat", fields={"a": values}).fields
+name: str = fields["a"].name
+at_vertices: np.float32 = store.mesh(5, fields="a").fields["a"][0]
+positions, normals = store.points(5, fields=["a"])
+at_points: np.float32 = store.points(5, fields=["a"]).fields["a"][0]
 histogram = store.histogram
 if histogram is not None:
     edges = histogram.edges

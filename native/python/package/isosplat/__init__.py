@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 __all__ = [
     "Camera",
+    "Field",
     "Histogram",
     "Label",
     "Lattice",
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from ._render import Camera
     from ._scene import Label, Layer, Scene, Surface, open_scene
     from ._server import Server, serve
-    from ._store import Points, Store, open
+    from ._store import Field, Points, Store, open
     from ._view import view
 
     __version__: str
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 # the time of an import.
 _HOMES = {
     "Camera": "_render",
+    "Field": "_store",
     "Histogram": "_description",
     "Label": "_scene",
     "Lattice": "_lattice",

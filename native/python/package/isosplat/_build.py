@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import errno
 import os
-from typing import Any, Callable, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Mapping, NamedTuple, Optional, Sequence
+
+import numpy as np
 
 from . import _core
 from ._arguments import (
@@ -34,6 +36,7 @@ def build(
     title: str = "",
     max_error: Optional[float] = None,
     value_range: Optional[Sequence[float]] = None,
+    fields: Optional[Mapping[str, Any]] = None,
     progress: Optional[Callable[[float, str], object]] = None,
     threads: int = 0,
     memory: int = 1 << 30,
@@ -61,6 +64,10 @@ def build(
     Default: integers of up to 16 bits are exact, other values as exact as 16 bits allow.
     value_range: (low, high); values outside are set to its ends.
 
+    fields: arrays of the same shape, by name: further scalars, whose values the store has where its
+    surfaces are (Store.fields). Names: at most 64 letters, digits, "_", "-" and "."; the first one
+    is a letter. Not for files: `isosplat build --field` takes those.
+
     progress: called with the complete fraction (0 to 1) and the name of the phase, on the calling
     thread. An exception of it, and Ctrl-C, end the build and leave no file behind.
 
@@ -78,6 +85,7 @@ def build(
         title=title,
         max_error=max_error,
         value_range=value_range,
+        fields=fields,
         progress=progress,
         threads=threads,
         memory=memory,
@@ -94,13 +102,53 @@ class ArrayBuild(NamedTuple):
     call: _core.BuildCall
 
 
-def run_build(volume: Any, path: Path, scan: Optional[_core.VoxelScan] = None, **options: Any) -> Store:
+def run_build(
+    volume: Any,
+    path: Path,
+    scan: Optional[_core.VoxelScan] = None,
+    fields: Optional[Mapping[str, Any]] = None,
+    **options: Any,
+) -> Store:
     """build(), with the values of all volumes that are quantized together."""
     if not is_volume(volume):
+        if fields:
+            raise TypeError(
+                "fields: expected an array as the volume, found a file: build it with "
+                "`isosplat build --field`"
+            )
         _build_file(volume, path, **options)
     else:
-        _core.build_array(*array_build(volume, path, scan, **options))
+        arguments = array_build(volume, path, scan, **options)
+        calls = [
+            _field_call(name, field, arguments.array.z_is_fastest)
+            for name, field in (fields or {}).items()
+        ]
+        _core.build_array(*arguments, calls)
     return open(path)
+
+
+def _field_call(name: str, field: Any, z_is_fastest: bool) -> _core.FieldCall:
+    """Checks an array with the voxels of a field. Its geometry is that of the volume. If its order in
+    memory is another one, it is copied."""
+    name = text("fields", name)
+    if not is_volume(field):
+        raise TypeError(f"fields: expected an array as {name!r}, found {type(field).__name__}")
+    voxels = voxels_of(placed(field, None, None, None).array)
+    if voxels.z_is_fastest != z_is_fastest:
+        copy = np.array(field, order="F" if z_is_fastest else "C")
+        voxels = voxels_of(copy)
+    array = _core.ArrayCall(
+        type=voxels.type,
+        big_endian=voxels.big_endian,
+        shape=voxels.shape,
+        z_is_fastest=voxels.z_is_fastest,
+        name=name,
+        spacing=(1, 1, 1),
+        origin=(0, 0, 0),
+        direction=(1, 0, 0, 0, 1, 0, 0, 0, 1),
+        notes=(),
+    )
+    return _core.FieldCall(name=name, data=voxels.data, read_count=voxels.read_count, array=array)
 
 
 def array_build(

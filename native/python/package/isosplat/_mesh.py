@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Dict
 
 from . import _core
 from ._arguments import Path, path_bytes
@@ -38,18 +38,26 @@ class Mesh:
         smaller values."""
         return self._data.triangles
 
+    @property
+    def fields(self) -> Dict[str, NDArray[np.float32]]:
+        """The values of the fields that mesh() was called with, each of shape (vertices,). NaN:
+        missing. A vertex lies on an edge of cells, and has the value between the ends of this
+        edge."""
+        return dict(self._data.fields)
+
     def save(self, path: Path) -> None:
-        """Writes the mesh to a .glb, .ply, .stl, .obj, .3mf or .npz file, and replaces a file of
-        this name. GLB and 3MF take the unit of the spacing as the millimetre. Raises ValueError for
-        another suffix, OSError."""
+        """Writes the mesh to a .glb, .ply, .stl, .obj, .3mf, .npz or .vtp file, and replaces a file of
+        this name. GLB and 3MF take the unit of the spacing as the millimetre. PLY, GLB, NPZ and VTP hold
+        the values of fields, as `isosplat extract --field` writes them. Raises ValueError for
+        another suffix, and for a format without fields if the mesh has them; OSError."""
         target = path_bytes("path", path)
         os.stat(os.path.dirname(target) or b".")  # raises FileNotFoundError, …
         comment = f"isosurface {self.isovalue!r} of {self._source}, by isosplat {_core.version}"
         self._data.save(target, " ".join(comment.encode("utf-8", "replace").decode().split()))
 
     def to_pyvista(self) -> Any:
-        """The mesh as pyvista.PolyData, a copy, with the point data "Normals". Raises ImportError if
-        PyVista is not installed."""
+        """The mesh as pyvista.PolyData, a copy, with the point data "Normals" and those of the
+        fields' names. Raises ImportError if PyVista is not installed."""
         import numpy as np
         import pyvista
 
@@ -59,6 +67,8 @@ class Mesh:
         faces[:, 1:] = triangles
         mesh = pyvista.PolyData(self.vertices.copy(), faces.ravel())
         mesh.point_data["Normals"] = self.normals.copy()
+        for name, values in self.fields.items():
+            mesh.point_data[name] = values.copy()
         return mesh
 
     def to_trimesh(self) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from types import TracebackType
-from typing import Any, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from ._arguments import (
     is_address,
     number,
     path_bytes,
+    text,
     whole,
 )
 from ._description import Description
@@ -29,13 +30,34 @@ from ._render import Camera, render
 _MAX_COMPONENTS = 1 << 32
 
 
-class Points(NamedTuple):
-    """Points on an isosurface."""
+class _PositionsAndNormals(NamedTuple):
 
     positions: NDArray[np.float64]
     """In the world, of shape (points, 3): x, y, z."""
     normals: NDArray[np.float32]
     """Unit normals towards smaller values, of shape (points, 3); zero where the gradient is zero."""
+
+
+class Points(_PositionsAndNormals):
+    """Points on an isosurface: the tuple (positions, normals), with the values of fields."""
+
+    fields: Dict[str, NDArray[np.float32]]
+    """The values of the fields that points() was called with, each of shape (points,); NaN:
+    missing."""
+
+
+class Field(NamedTuple):
+    """A further scalar of a store, at the voxels of its volume."""
+
+    name: str
+    title: str
+    units: str
+    """Of the values; empty: unknown."""
+    value_range: Tuple[float, float]
+    """The lowest and the highest value."""
+    max_error: float
+    """Largest difference of a stored value from the voxel's; 0: none."""
+    missing_voxels: int
 
 
 def open(path: Path) -> "Store":
@@ -58,6 +80,12 @@ def open(path: Path) -> "Store":
     if name.endswith((".isobundle", ".json")):
         raise ValueError(f"{name}: expected a store, found a scene: isosplat.open_scene() opens it")
     return Store(_core.open_store(encoded), name)
+
+
+def _names(fields: Union[str, Sequence[str]]) -> List[str]:
+    """The names of fields: one, or several."""
+    names = [fields] if isinstance(fields, str) else list(fields)
+    return [text("fields", name) for name in names]
 
 
 def _scene_hint(folder: str) -> str:
@@ -95,18 +123,27 @@ class Store(Description):
         *,
         normals: str = "smooth",
         exact: bool = False,
+        fields: Union[str, Sequence[str]] = (),
         threads: int = 0,
     ) -> Points:
         """One point for each active cell: its centre, moved onto the surface by a Newton step, but
         not out of the cell. exact: onto the trilinear surface, where the ray along the gradient
         meets it. normals: "smooth", continuous over the surface, or "cell", the gradient of each
-        cell. The arrays are new; they own their memory."""
+        cell. The arrays are new; they own their memory. fields: names of fields of the store, whose
+        values at the points are Points.fields. A value is that of the field's trilinear function in
+        the cell; NaN where a corner of the cell is missing."""
         if normals not in ("smooth", "cell"):
             raise ValueError(f'normals: expected "smooth" or "cell", found {normals!r}')
         part = self._part(level, box, threads)
         value = number("isovalue", isovalue)
         smooth = normals == "smooth"
-        return Points(*self._handle.points(value, part, smooth=smooth, exact=bool(exact)))
+        names = _names(fields)
+        positions, unit_normals, values = self._handle.points(
+            value, part, smooth=smooth, exact=bool(exact), fields=names
+        )
+        points = Points(positions, unit_normals)
+        points.fields = dict(zip(names, values))
+        return points
 
     def mesh(
         self,
@@ -116,16 +153,19 @@ class Store(Description):
         *,
         components: Optional[int] = None,
         simplify: Optional[float] = None,
+        fields: Union[str, Sequence[str]] = (),
         threads: int = 0,
     ) -> Mesh:
         """The surface as triangles: closed, except at the border of the volume or box, and at
         missing voxels. components: keep only this many connected components, the largest ones.
-        simplify: use fewer triangles, with an error of about this length in world units."""
+        simplify: use fewer triangles, with an error of about this length in world units. fields:
+        names of fields of the store, whose values at the vertices are Mesh.fields."""
         value = number("isovalue", isovalue)
         kept = None if components is None else whole("components", components, 1, _MAX_COMPONENTS)
         error = None if simplify is None else above_zero("simplify", simplify)
         part = self._part(level, box, threads)
-        data = self._handle.mesh(value, part, components=kept, simplify_error=error)
+        names = _names(fields)
+        data = self._handle.mesh(value, part, components=kept, simplify_error=error, fields=names)
         return Mesh(data, value, os.path.basename(self.path))
 
     def active_cells(
@@ -147,6 +187,11 @@ class Store(Description):
     ) -> int:
         """The bytes of the chunks that this surface needs, known before they are fetched."""
         return self._handle.bytes(number("isovalue", isovalue), self._part(level, box, 0))
+
+    @property
+    def fields(self) -> Dict[str, Field]:
+        """The fields of the store, by name, in their order. Reads their headers."""
+        return {each["name"]: Field(**each) for each in self._handle.fields()}
 
     # Values ----------------------------------------------------------------------------------
 
