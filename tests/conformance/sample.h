@@ -136,17 +136,17 @@ void put(std::string& out, T value, bool big_endian) {
 inline void put_number(std::string& out, Number type, double value, bool big_endian) {
   switch (type) {
     case Number::u8:
-      return put(out, static_cast<uint8_t>(value), big_endian);
+      return put(out, static_cast<uint8_t>(static_cast<int64_t>(value)), big_endian);
     case Number::i8:
-      return put(out, static_cast<int8_t>(value), big_endian);
+      return put(out, static_cast<int8_t>(static_cast<int64_t>(value)), big_endian);
     case Number::u16:
-      return put(out, static_cast<uint16_t>(value), big_endian);
+      return put(out, static_cast<uint16_t>(static_cast<int64_t>(value)), big_endian);
     case Number::i16:
-      return put(out, static_cast<int16_t>(value), big_endian);
+      return put(out, static_cast<int16_t>(static_cast<int64_t>(value)), big_endian);
     case Number::u32:
-      return put(out, static_cast<uint32_t>(value), big_endian);
+      return put(out, static_cast<uint32_t>(static_cast<int64_t>(value)), big_endian);
     case Number::i32:
-      return put(out, static_cast<int32_t>(value), big_endian);
+      return put(out, static_cast<int32_t>(static_cast<int64_t>(value)), big_endian);
     case Number::u64:
       return put(out, static_cast<uint64_t>(value), big_endian);
     case Number::i64:

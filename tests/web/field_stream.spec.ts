@@ -3,7 +3,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import type { Core } from "../../web/core/index.ts";
-import { FileSource, ServerSource, type Source } from "../../web/stream/index.ts";
+import { FileSource, ServerSource, type Source, StreamError } from "../../web/stream/index.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { hasPressure, pressure, writeFieldStore } from "../support/field_volumes.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
@@ -41,6 +41,24 @@ const sources: [string, () => Source][] = [
   ["a server", () => new ServerSource({ base: isosplat.url, volume: "ball" })],
   ["a static file", () => new FileSource(`${host.origin}/ball.isosplat`)],
 ];
+
+/** A static file whose host answers requests for the field late, or not at all. */
+class GatedSource extends FileSource {
+  gate: "open" | "closed" | "broken" = "open";
+
+  override async range(
+    ...[offset, bytes, signal, arrived]: Parameters<FileSource["range"]>
+  ): Promise<void> {
+    const [field] = harness.session?.info.fields ?? [];
+    const isOfField = field && offset >= field.offset && offset < field.offset + field.bytes;
+    while (isOfField && this.gate === "closed") {
+      signal.throwIfAborted();
+      await new Promise((resolve) => setTimeout(resolve, 5));
+    }
+    if (isOfField && this.gate === "broken") throw new StreamError("unreachable", "no answer");
+    await super.range(offset, bytes, signal, arrived);
+  }
+}
 
 /** The ball from the front, as large as the picture. */
 function view(isovalue: number, size: number) {
@@ -151,6 +169,66 @@ test.each([
   } finally {
     damaged.stop();
   }
+});
+
+test("chunks of an earlier view do not wait for the field, nor delay the present one", async () => {
+  const source = new GatedSource(`${host.origin}/ball.isosplat`);
+  const session = await harness.open(source, core);
+  session.showField("pressure");
+  session.update(view(100.5, 1600));
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  source.gate = "closed";
+  const before = harness.resident.size;
+  session.update(view(60.5, 1600));
+  await harness.until(() => (harness.progress?.chunksToGo ?? 0) > 0 && !session.isClosed);
+  // Time for the store's chunks, which are held.
+  await new Promise((resolve) => setTimeout(resolve, 500));
+  session.update(view(140.5, 1600));
+  await harness.until(() => harness.resident.size > before);
+  source.gate = "open";
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  expect(harness.progress?.chunksToGo).toBe(0);
+  expect(compareWithField()).toBeGreaterThan(10_000);
+});
+
+test("surfaces are complete without a field that cannot be fetched, until it can", async () => {
+  const source = new GatedSource(`${host.origin}/ball.isosplat`);
+  const session = await harness.open(source, core);
+  session.showField("pressure");
+  session.update(view(100.5, 1600));
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  source.gate = "broken";
+  session.update(view(60.5, 1600));
+  await harness.until(() => harness.progress?.fault?.kind === "unreachable");
+  await harness.until(() => harness.progress?.finestLevel === 0);
+  expect(hasValues()).toBe(false);
+  source.gate = "open";
+  session.retry();
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  expect(harness.progress?.fault).toBeNull();
+});
+
+test("values that do not fit into memory leave the surface as it is", async () => {
+  const session = await harness.open(sources[1]?.[1]() as Source, core, { sampleBudget: 4e6 });
+  session.update(view(100.5, 1600));
+  await harness.until(() => harness.progress?.complete === true);
+  expect(harness.progress?.sampleBudget).toBe(4e6);
+  session.showField("pressure");
+  // The values take as much memory as the samples.
+  await harness.until(() => harness.progress?.sampleBudget === 2e6);
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  const { visible } = harness;
+  harness.values.clear();
+  session.rejectFieldValues(visible, "no room");
+  await harness.until(() => harness.progress?.fault?.kind === "out-of-memory");
+  await new Promise((resolve) => setTimeout(resolve, 100));
+  expect(harness.visible).toEqual(visible);
+  expect(harness.values.size).toBe(0);
+  session.retry();
+  await harness.until(() => harness.progress?.complete === true && hasValues());
+  expect(harness.progress?.fault).toBeNull();
+  session.showField(null);
+  await harness.until(() => harness.progress?.sampleBudget === 4e6);
 });
 
 test("nothing of a field is fetched while none is shown", async () => {

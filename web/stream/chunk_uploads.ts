@@ -109,7 +109,6 @@ export class ChunkUploads {
     this.#overflow = undefined;
     this.#rejected.clear();
     this.residency.restoreBudget();
-    this.fields.retry();
   }
 
   /** Drops waiting chunks. Resident chunks stay. */

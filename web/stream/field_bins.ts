@@ -16,11 +16,11 @@ export class FieldBins {
     const counts = new Uint32Array(bins);
     const { quantizedRange, mapping } = this.#field;
     const [low, high] = quantizedRange;
-    const perValue = bins / (high - low + 1);
+    const perValue = bins / Math.max(1, high - low);
     const missing = mapping.hasMissing ? 65_535 : -1;
     for (const word of values) {
       for (const value of [word & 0xffff, word >>> 16]) {
-        const bin = Math.floor((value - low) * perValue);
+        const bin = Math.min(bins - 1, Math.floor((value - low) * perValue));
         if (value !== missing) counts[bin] = (counts[bin] ?? 0) + 1;
       }
     }
@@ -32,8 +32,8 @@ export class FieldBins {
   }
 
   /**
-   * The values of these chunks without the lowest and highest `share` of them. Undefined if they have none, or if
-   * only one value is left.
+   * A range around the values of these chunks without the lowest and highest `share` of them. Undefined if they
+   * have no values.
    */
   percentiles(chunks: readonly number[], share: number): [number, number] | undefined {
     const sums = new Float64Array(bins);
@@ -42,7 +42,9 @@ export class FieldBins {
         sums[bin] = (sums[bin] ?? 0) + count;
       });
     }
-    const least = share * sums.reduce((sum, count) => sum + count, 0);
+    const all = sums.reduce((sum, count) => sum + count, 0);
+    if (all === 0) return undefined;
+    const least = share * all;
     const binAt = (order: readonly number[]): number => {
       let sum = 0;
       for (const bin of order) {
@@ -55,6 +57,6 @@ export class FieldBins {
     const [first, last] = [binAt(ascending), binAt([...ascending].reverse())];
     const [low, high] = this.#field.range;
     const width = (high - low) / bins;
-    return first < last ? [low + first * width, low + (last + 1) * width] : undefined;
+    return [low + first * width, low + (last + 1) * width];
   }
 }

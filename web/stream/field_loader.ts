@@ -1,8 +1,11 @@
+import { CoreError } from "../core/calls.ts";
 import type { Core, Store } from "../core/core.ts";
 import type { Chunk } from "../core/records.ts";
 import type { FieldInfo, StoreMetadata } from "../core/types.ts";
+import { Backoff } from "./backoff.ts";
 import { ChunkQueue } from "./chunk_queue.ts";
 import type { Decoder } from "./decoder.ts";
+import { slowWait } from "./faults.ts";
 import { FieldSource } from "./field_source.ts";
 import { openStore } from "./open_store.ts";
 import { PageLoader } from "./page_loader.ts";
@@ -16,6 +19,8 @@ export interface FieldEvents {
   /** The values for the samples of a chunk of the store. Undefined: they are damaged. */
   arrived(handle: number, values: Uint32Array | undefined): void;
   failed(error: StreamError, isFirst: boolean): void;
+  /** The source does not respond, or responds again. */
+  troubled(): void;
   changed(): void;
 }
 
@@ -34,15 +39,24 @@ export class FieldLoader {
   readonly #access: FieldAccess;
   readonly #events: FieldEvents;
   readonly #closing = new AbortController();
+  /** Of the field alone: its faults do not delay the store, whose bytes may be on this device. */
+  readonly #backoff: Backoff;
   readonly #queue: ChunkQueue<Uint32Array | undefined>;
   #open: { store: Store; pages: PageLoader } | undefined;
+  /** Why the field could not be opened. It is tried again later. */
   #fault: StreamError | undefined;
+  #reopening: ReturnType<typeof setTimeout> | undefined;
+  #failures = 0;
+  /** Samples are read back one chunk after another, each in a task of its own. */
+  #reading: Promise<unknown> = Promise.resolve();
   /** The chunks of the store whose values are needed, the most needed first. */
   #needed: readonly Chunk[] = [];
   /** The field chunks of chunks that were needed, by the handle of the store's chunk. */
   readonly #chunks = new Map<number, Chunk>();
   /** The missing pages that describe field chunks of needed chunks, by the handle of the store's chunk. */
   readonly #pages = new Map<number, number>();
+  /** The handles of chunks that the field lacks. */
+  readonly #missingIn = new Set<number>();
   /** The handle of the store's chunk, by that of the field chunk. */
   readonly #owners = new Map<number, number>();
 
@@ -51,10 +65,11 @@ export class FieldLoader {
     this.#access = access;
     this.#events = events;
     this.#source = new FieldSource(access.store.source, info);
+    this.#backoff = new Backoff({ trouble: () => events.troubled() });
     this.#queue = new ChunkQueue(
       this.#source,
       { decode: (chunk, bytes, signal) => this.#decode(chunk, bytes, signal) },
-      access.store.backoff,
+      this.#backoff,
       {
         admit: () => true,
         released: () => {},
@@ -72,6 +87,11 @@ export class FieldLoader {
     return this.#open?.store.info.metadata;
   }
 
+  /** The reason why the source does not respond at present. */
+  get trouble(): StreamError | undefined {
+    return this.#backoff.trouble;
+  }
+
   /** Chunks whose values are needed and can still arrive, and their bytes as far as they are known. */
   get missing(): { chunks: number; bytes: number } {
     if (this.#fault) return { chunks: 0, bytes: 0 };
@@ -84,9 +104,10 @@ export class FieldLoader {
   get damaged(): { count: number; error: StreamError | undefined } {
     const pages = this.#open?.pages.damaged;
     const { count, error } = this.#queue.damaged;
+    const lacking = this.#needed.filter(({ handle }) => this.#missingIn.has(handle)).length;
     return {
-      count: count + (pages?.count ?? 0) + Number(this.#fault !== undefined),
-      error: this.#fault ?? pages?.error ?? error,
+      count: count + (pages?.count ?? 0) + lacking + Number(this.#fault !== undefined),
+      error: this.#fault ?? pages?.error ?? error ?? (lacking > 0 ? this.#lack() : undefined),
     };
   }
 
@@ -98,37 +119,50 @@ export class FieldLoader {
 
   /** Requests damaged parts again. */
   retry(): void {
-    if (this.#fault) {
-      this.#fault = undefined;
-      void this.#openField();
-    }
+    this.#backoff.wake();
+    this.#reopen();
     this.#queue.retry();
     this.#open?.pages.retry();
   }
 
   close(): void {
     this.#closing.abort(new DOMException("another field is shown", "AbortError"));
+    clearTimeout(this.#reopening);
     this.#queue.close();
+    this.#backoff.close();
     this.#open?.pages.close();
-    this.#open?.store.close();
+    try {
+      this.#open?.store.close();
+    } catch (error) {
+      // The memory of an aborted instance is freed with the instance.
+      if (!(error instanceof WebAssembly.RuntimeError)) throw error;
+    }
     this.#open = undefined;
+  }
+
+  #reopen(): void {
+    clearTimeout(this.#reopening);
+    if (!this.#fault) return;
+    this.#fault = undefined;
+    void this.#openField();
   }
 
   async #openField(): Promise<void> {
     const { core, store: access } = this.#access;
     const signal = AbortSignal.any([this.#closing.signal, access.closed]);
     try {
-      const store = await openStore(
-        this.#source,
-        (header) => core.openField(header),
-        access.backoff,
-        signal,
-      );
-      if (signal.aborted) {
+      const open = (header: Uint8Array): Store => core.openField(header);
+      const store = await openStore(this.#source, open, this.#backoff, signal);
+      if (signal.aborted || !this.#belongsTo(store, access.store)) {
         store.close();
-        return;
+        signal.throwIfAborted();
+        throw new StreamError(
+          "damaged-part",
+          `${this.#source.name}: expected the grid and the values of its store, found others: ` +
+            "rebuild the store",
+        );
       }
-      const pages = new PageLoader(this.#source, store, access.backoff, signal, {
+      const pages = new PageLoader(this.#source, store, this.#backoff, signal, {
         added: () => this.#request(),
         failed: (error, isFirst) => this.#failed(error, isFirst),
       });
@@ -136,11 +170,25 @@ export class FieldLoader {
       this.#request();
     } catch (error) {
       if (signal.aborted) return;
-      const message = error instanceof Error ? error.message : String(error);
-      // The store itself is sound.
-      this.#fault = new StreamError("damaged-part", message, error);
-      this.#failed(this.#fault, true);
+      this.#couldNotOpen(error);
     }
+  }
+
+  /** A damaged header is a damaged part of a store that is sound itself. */
+  #couldNotOpen(error: unknown): void {
+    const message = error instanceof Error ? error.message : String(error);
+    const kind = error instanceof StreamError ? error.kind : "damaged-part";
+    const isOfPart = ["damaged-header", "not-a-store", "internal"].includes(kind);
+    this.#fault = new StreamError(isOfPart ? "damaged-part" : kind, message, error);
+    this.#reopening = setTimeout(() => this.#reopen(), slowWait(this.#failures));
+    this.#failed(this.#fault, ++this.#failures === 1);
+  }
+
+  #belongsTo({ info }: Store, { info: of }: Store): boolean {
+    const [own, expected] = [info, of].map(({ voxels, levels, quantizedRange, mapping }) =>
+      JSON.stringify([voxels, levels, quantizedRange, mapping.offset, mapping.scale]),
+    );
+    return own === expected;
   }
 
   #request(): void {
@@ -151,7 +199,11 @@ export class FieldLoader {
     this.#pages.clear();
     for (const chunk of this.#needed) {
       const { handle } = chunk;
-      const own = this.#chunks.get(handle) ?? store.chunkAt(chunk);
+      const own = this.#chunks.get(handle) ?? chunkAt(store, chunk);
+      if (!own) {
+        this.#missingIn.add(handle);
+        continue;
+      }
       if (typeof own === "number") {
         this.#pages.set(handle, own);
         continue;
@@ -166,10 +218,21 @@ export class FieldLoader {
     this.#events.changed();
   }
 
-  #decode(chunk: Chunk, bytes: Uint8Array, signal: AbortSignal): Promise<Uint32Array | undefined> {
+  async #decode(
+    chunk: Chunk,
+    bytes: Uint8Array,
+    signal: AbortSignal,
+  ): Promise<Uint32Array | undefined> {
     const owner = this.#owners.get(chunk.handle);
-    const samples = owner === undefined ? undefined : this.#events.samplesOf(owner);
-    if (!samples) return Promise.resolve(undefined);
+    const before = this.#reading;
+    const reading = (async () => {
+      await before;
+      await new Promise((resolve) => setTimeout(resolve));
+      return owner === undefined || signal.aborted ? undefined : this.#events.samplesOf(owner);
+    })();
+    this.#reading = reading.catch(() => {});
+    const samples = await reading;
+    if (!samples) return undefined;
     const job = { ...chunk, field: { samples, bits: this.info.mapping.bits } };
     return this.#access.decoder.decodeField(job, bytes, signal);
   }
@@ -192,6 +255,7 @@ export class FieldLoader {
   }
 
   #hasFailed(handle: number): boolean {
+    if (this.#missingIn.has(handle)) return true;
     const own = this.#chunks.get(handle);
     if (own) return this.#queue.state(own.handle) === "failed";
     const page = this.#pages.get(handle);
@@ -199,7 +263,24 @@ export class FieldLoader {
     return isPageDamaged || this.#fault !== undefined;
   }
 
+  #lack(): StreamError {
+    return new StreamError(
+      "damaged-part",
+      `${this.#source.name}: expected the chunks of its store, found some to be missing: rebuild the store`,
+    );
+  }
+
   #bytesOf(handle: number): number {
     return this.#chunks.get(handle)?.bytes ?? 0;
+  }
+}
+
+/** The field chunk of a chunk of the store, the number of its page, or undefined if a malformed field lacks it. */
+function chunkAt(store: Store, chunk: Chunk): Chunk | number | undefined {
+  try {
+    return store.chunkAt(chunk);
+  } catch (error) {
+    if (error instanceof CoreError && error.status === "not_found") return undefined;
+    throw error;
   }
 }

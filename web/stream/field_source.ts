@@ -1,4 +1,5 @@
 import type { FieldInfo } from "../core/types.ts";
+import { KeptSource } from "./kept_source.ts";
 import { RangeSource } from "./range_source.ts";
 import type { Source } from "./source.ts";
 
@@ -15,7 +16,8 @@ export class FieldSource extends RangeSource {
   constructor(store: Source, field: FieldInfo) {
     super();
     this.name = `${store.name}, field ${field.name}`;
-    this.#store = store;
+    // The ranges of a field would displace the coarse tail of a large store.
+    this.#store = store instanceof KeptSource ? store.forFields : store;
     this.#field = field;
   }
 

@@ -3,12 +3,12 @@ import type { DecodedChunk, FieldInfo, StoreMetadata } from "../core/types.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import { FieldBins } from "./field_bins.ts";
 import { type FieldAccess, FieldLoader } from "./field_loader.ts";
-import type { StreamError, StreamEvents } from "./types.ts";
+import { StreamError, type StreamEvents } from "./types.ts";
 
 export interface FieldValuesEvents {
   /** The chunk of a resident handle. */
   chunkOf(handle: number): Chunk | undefined;
-  /** A field chunk, a page or the header of the field cannot be read. */
+  /** A field chunk, a page or the header of the field cannot be read, or the GPU has no room for values. */
   failed(error: StreamError, isFirst: boolean): void;
   changed(): void;
 }
@@ -20,10 +20,21 @@ interface HeldChunk {
   release(decoded: DecodedChunk): void;
 }
 
+/** What a selection shows and needs. */
+export interface DrawnSelection {
+  /** The chunks that are drawn from now on, the most important first. */
+  drawn: Uint32Array;
+  /** The chunks that are needed and not resident, the most needed first. */
+  load: readonly Chunk[];
+  /** The isovalue moves: nothing is requested for it. */
+  isMoving: boolean;
+}
+
 /**
  * The values of the field that is shown. A chunk that a view has requested is held until its values have arrived,
- * so that no surface is drawn without colours that have been drawn before. Other resident chunks get their values
- * when they are drawn.
+ * so that no surface is drawn without colours that have been drawn before. If the view no longer needs it, or the
+ * source of the field does not respond, it is passed on without them. Other resident chunks get their values when
+ * they are drawn.
  */
 export class FieldValues {
   readonly #access: FieldAccess;
@@ -34,7 +45,11 @@ export class FieldValues {
   /** The chunks on the GPU whose values are there too. */
   readonly #present = new Set<number>();
   #bins: FieldBins | undefined;
-  #drawn: readonly number[] = [];
+  #selection: DrawnSelection = { drawn: new Uint32Array(), load: [], isMoving: false };
+  /** The handles of the chunks in `load`. */
+  #awaited: ReadonlySet<number> = new Set();
+  /** Why the GPU takes no more values, until `retry`. */
+  #overflow: StreamError | undefined;
   readonly #needing = new CoalescedTask(() => this.#need());
 
   constructor(access: FieldAccess, viewer: StreamEvents, events: FieldValuesEvents) {
@@ -57,30 +72,38 @@ export class FieldValues {
     return this.#loader?.damaged ?? { count: 0, error: undefined };
   }
 
+  /** The reason why the source does not respond to requests for the field, or why the GPU takes no values. */
+  get trouble(): StreamError | undefined {
+    return this.#overflow ?? this.#loader?.trouble;
+  }
+
   /** Fetches the values of a field from now on, or of none. The viewer forgets those of another field. */
   show(field: FieldInfo | null): void {
     if (field?.name === this.shown?.name) return;
     this.#loader?.close();
     this.#loader = undefined;
     this.#present.clear();
+    this.#overflow = undefined;
     this.#bins = field ? new FieldBins(field) : undefined;
     if (field) {
       this.#loader = new FieldLoader(this.#access, field, {
         samplesOf: (handle) => this.#samplesOf(handle),
         arrived: (handle, values) => this.#arrived(handle, values),
         failed: (error, isFirst) => this.#events.failed(error, isFirst),
+        troubled: () => this.#releaseAll(),
         changed: () => this.#events.changed(),
       });
       this.#need();
     } else {
-      for (const { decoded, release } of this.#takeHeld()) release(decoded);
+      this.#releaseAll();
     }
     this.#events.changed();
   }
 
-  /** Whether the chunk is held until its values have arrived. */
+  /** Whether the chunk is held until its values have arrived: not while the isovalue moves. */
   hold(chunk: Chunk, decoded: DecodedChunk, release: HeldChunk["release"]): boolean {
-    if (!this.#loader) return false;
+    if (!this.#loader || this.trouble) return false;
+    if (this.#selection.isMoving || !this.#awaited.has(chunk.handle)) return false;
     this.#held.set(chunk.handle, { chunk, decoded, release });
     this.#needing.request();
     return true;
@@ -95,10 +118,14 @@ export class FieldValues {
     return this.#held.has(handle);
   }
 
-  /** These chunks are drawn from now on, the most important first. */
-  draw(handles: Uint32Array): void {
-    this.#drawn = [...handles];
-    if (this.#loader) this.#need();
+  /** While the isovalue moves, the requests for the last selection before go on. */
+  draw(selection: DrawnSelection): void {
+    this.#selection = selection;
+    this.#awaited = new Set(selection.load.map(({ handle }) => handle));
+    for (const handle of [...this.#held.keys()]) {
+      if (!this.#awaited.has(handle)) this.#release(handle);
+    }
+    if (this.#loader && !selection.isMoving) this.#need();
   }
 
   /** The field's description of itself; undefined until it is open. */
@@ -108,7 +135,7 @@ export class FieldValues {
 
   /** The range of the values on the surfaces that are drawn, without the lowest and highest `share`: FieldBins. */
   surfaceRange(share: number): [number, number] | undefined {
-    return this.#bins?.percentiles(this.#drawn, share);
+    return this.#bins?.percentiles([...this.#selection.drawn], share);
   }
 
   /** Passes the values of a chunk to the viewer, which has its samples. */
@@ -124,8 +151,21 @@ export class FieldValues {
     this.#bins?.remove(handle);
   }
 
+  /** The GPU has no memory for the values of these chunks. None are requested until `retry`. */
+  reject(handles: readonly number[], message: string): void {
+    for (const handle of handles) this.dropped(handle);
+    const isFirst = !this.#overflow;
+    this.#overflow = new StreamError("out-of-memory", message);
+    this.#loader?.need([]);
+    this.#releaseAll();
+    this.#events.failed(this.#overflow, isFirst);
+  }
+
+  /** Requests what has failed, and the values that did not fit into memory. */
   retry(): void {
+    this.#overflow = undefined;
     this.#loader?.retry();
+    this.#need();
   }
 
   close(): void {
@@ -135,18 +175,27 @@ export class FieldValues {
     this.#held.clear();
   }
 
-  #takeHeld(): HeldChunk[] {
-    const held = [...this.#held.values()];
-    this.#held.clear();
-    return held;
+  /** Passes a held chunk on. */
+  #release(handle: number, values?: Uint32Array): void {
+    const held = this.#held.get(handle);
+    if (!held) return;
+    this.#held.delete(handle);
+    const info = this.shown;
+    held.release(values && info ? { ...held.decoded, field: { info, values } } : held.decoded);
+  }
+
+  #releaseAll(): void {
+    for (const handle of [...this.#held.keys()]) this.#release(handle);
   }
 
   #need(): void {
-    const drawn = this.#drawn
+    if (this.#overflow) return;
+    const { drawn, load } = this.#selection;
+    const lacking = [...drawn]
       .filter((handle) => !this.#present.has(handle))
       .map((handle) => this.#events.chunkOf(handle))
       .filter((chunk) => chunk !== undefined);
-    this.#loader?.need([...drawn, ...[...this.#held.values()].map(({ chunk }) => chunk)]);
+    this.#loader?.need([...lacking, ...load.filter(({ handle }) => this.#held.has(handle))]);
   }
 
   #samplesOf(handle: number): Uint32Array | undefined {
@@ -156,14 +205,8 @@ export class FieldValues {
   }
 
   #arrived(handle: number, values: Uint32Array | undefined): void {
-    const held = this.#held.get(handle);
-    if (held) {
-      this.#held.delete(handle);
-      const info = this.shown;
-      held.release(values && info ? { ...held.decoded, field: { info, values } } : held.decoded);
-    } else if (values && this.#events.chunkOf(handle)) {
-      this.upload(handle, values);
-    }
+    if (this.#held.has(handle)) this.#release(handle, values);
+    else if (values && this.#events.chunkOf(handle)) this.upload(handle, values);
     if (values) this.#needing.request();
   }
 }

@@ -56,6 +56,11 @@ export class KeptSource implements Source {
     return this.#source.fresh;
   }
 
+  /** The source for parts of the file that are not to be kept, unless all are. */
+  get forFields(): Source {
+    return this.#keepsParts ? this : this.#source;
+  }
+
   warm(): void {
     if (!this.#header) this.#source.warm();
   }

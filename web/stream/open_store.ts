@@ -7,9 +7,9 @@ import { beginsAsStore } from "./transfer.ts";
 import { StreamError } from "./types.ts";
 
 /**
- * Fetches the header and opens the store by `open` (Core.openStore, Core.openField). A header that cannot be read is fetched once more, at its
- * full length and bypassing the caches, unless the first request already did so. Rejects with a
- * StreamError or the signal's reason.
+ * Fetches the header and opens the store by `open` (Core.openStore, Core.openField). A header that cannot be read is
+ * fetched once more, at its full length and bypassing the caches, unless the first request already did so. Rejects
+ * with a StreamError or the signal's reason.
  */
 export async function openStore(
   source: Source,

@@ -33,14 +33,15 @@ export interface ProgressInputs {
 export function progressOf(inputs: ProgressInputs): Progress {
   const { source, queue, pages, uploads, selection } = inputs;
   const { residency, fields } = uploads;
-  const load = selection?.load ?? [];
+  // Chunks that wait for the values of a field have arrived.
+  const load = selection?.load.filter(({ handle }) => !fields.isHeld(handle)) ?? [];
   const work = remainingWork(inputs);
   const limitedByBudget = (selection?.limitedByBudget ?? false) || queue.full;
-  const sourceFault = work.isDone ? undefined : inputs.sourceFault;
+  const sourceFault = work.isDone ? undefined : (inputs.sourceFault ?? fields.trouble);
   const state = stateOf(inputs, work, sourceFault, limitedByBudget);
   const [chunkDamage, pageDamage, fieldDamage] = [queue.damaged, pages.damaged, fields.damaged];
   const damage = pageDamage.error ?? chunkDamage.error ?? fieldDamage.error;
-  const fault = sourceFault ?? damage ?? uploads.overflow;
+  const fault = sourceFault ?? damage ?? uploads.overflow ?? fields.trouble;
   return {
     state,
     chunksToGo: load.length + fields.missing.chunks,

@@ -38,6 +38,7 @@ export class StreamSession {
   readonly #parts: SessionParts;
   readonly #progress: ProgressReporter;
   readonly #closing = new AbortController();
+  #sampleBudget: number;
   /** As `#closing.signal.aborted`, which is slow if it is read for each of many layers. */
   #isClosed = false;
   /** Selects after changes of the resident chunks. A change of the camera view selects at once. */
@@ -66,6 +67,7 @@ export class StreamSession {
       failed: (error) => this.#report(error),
       mark: (name) => this.#mark(name),
     });
+    this.#sampleBudget = this.#parts.uploads.residency.budget;
     this.#progress = new ProgressReporter(
       () => this.#currentProgress(),
       (progress) => this.#events.progress(progress),
@@ -184,7 +186,9 @@ export class StreamSession {
   showField(name: string | null): void {
     const field = name === null ? null : this.info.fields.find((each) => each.name === name);
     if (field === undefined) throw new RangeError(`the store has no field "${name}"`);
-    if (!this.isClosed) this.#parts.uploads.fields.show(field);
+    if (this.isClosed) return;
+    this.#parts.uploads.fields.show(field);
+    this.#applyBudget();
   }
 
   /** The field that is shown. */
@@ -196,7 +200,7 @@ export class StreamSession {
 
   /**
    * The range of the shown field's values around the drawn surfaces, without the lowest and highest hundredth of
-   * them. Undefined while there are no values, or if all are the same.
+   * them. Undefined while there are no values.
    */
   get fieldRange(): [number, number] | undefined {
     return this.#parts.uploads.fields.surfaceRange(0.01);
@@ -274,12 +278,24 @@ export class StreamSession {
 
   /** Changes `StreamOptions.sampleBudget`. Memory above it is freed when coarser chunks are drawn. */
   setSampleBudget(samples: number): void {
+    this.#sampleBudget = samples;
+    this.#applyBudget();
+  }
+
+  /** The values of a field take as much memory as the samples. */
+  #applyBudget(): void {
     const { queue, selectionLoop, uploads } = this.#parts;
+    const samples = this.shownField ? Math.floor(this.#sampleBudget / 2) : this.#sampleBudget;
     if (this.isClosed || samples === uploads.residency.budget) return;
     uploads.residency.setBudget(samples);
     const isSameView = selectionLoop.fits(samples) && !queue.full && !uploads.overflow;
     if (isSameView) this.#updateProgress();
     else this.#select();
+  }
+
+  /** The values of a field at these chunks (`fieldValues`) did not fit into GPU memory. */
+  rejectFieldValues(ids: readonly number[], message: string): void {
+    if (!this.isClosed) this.#parts.uploads.fields.reject(ids, message);
   }
 
   /** The viewer accepted these chunks (`samples`), but they did not fit into GPU memory. */
@@ -335,12 +351,18 @@ export class StreamSession {
     measured("isosplat:streaming", () => {
       try {
         this.#parts.selectionLoop.run(cameraView);
-        this.#parts.uploads.fields.draw(this.#parts.selectionLoop.drawn);
+        this.#drawFields();
       } catch (error) {
         this.#report(new StreamError("internal", `selection: ${String(error)}`, error));
       }
       this.#updateProgress();
     });
+  }
+
+  #drawFields(): void {
+    const { uploads, selectionLoop, motion } = this.#parts;
+    const { drawn, selection } = selectionLoop;
+    uploads.fields.draw({ drawn, load: selection?.load ?? [], isMoving: motion.isovalueMoves });
   }
 
   /** The source keeps failing (`error`), or works again (undefined). */
@@ -355,6 +377,7 @@ export class StreamSession {
   #retryParts(): void {
     this.#parts.queue.retry();
     this.#parts.pages.retry();
+    this.#parts.uploads.fields.retry();
     this.#updateProgress();
   }
 

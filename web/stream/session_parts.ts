@@ -74,7 +74,10 @@ export function makeSessionParts(
   const uploads = new ChunkUploads(ofFields, budget, viewer, {
     changed: () => host.changed(),
     uploadedInAdvance: () => host.advanced(),
-    fieldFailed: (error, isFirst) => host.partFailed(error, isFirst),
+    fieldFailed: (error, isFirst) => {
+      if (error.kind !== "out-of-memory") host.partFailed(error, isFirst);
+      else if (isFirst) host.failed(error);
+    },
     fieldChanged: () => host.progressChanged(),
     overflowed: (error) => host.failed(error),
   });

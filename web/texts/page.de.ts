@@ -75,6 +75,7 @@ export const page: typeof English = {
   isNumber: "eine Zahl",
   isColours: "Farben wie d9ccb3",
   isColour: "eine Farbe wie ffffff",
+  logarithmic: (quantity) => `${quantity}, logarithmisch`,
   noFieldValue: (field) => `${field}: kein Wert`,
   isFieldName: "der Name eines Feldes",
   isShares: "Zahlen von 0 bis 1",

@@ -72,6 +72,7 @@ export const pageTexts = part("page", {
   isNumber: "a number",
   isColours: "colours such as d9ccb3",
   isColour: "a colour such as ffffff",
+  logarithmic: (quantity: string) => `${quantity}, logarithmic`,
   noFieldValue: (field: string) => `${field}: no value`,
   isFieldName: "the name of a field",
   isShares: "numbers from 0 to 1",

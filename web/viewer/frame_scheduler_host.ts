@@ -2,10 +2,11 @@ import type { RendererModule } from "./renderer_module.ts";
 import type { Scene } from "./scene.ts";
 import type { FrameReport, PictureSize } from "./types.ts";
 
-/** A chunk whose samples were uploaded, and the number of its volume in the renderer. */
+/** A chunk whose samples, or values of a field, were uploaded, and the number of its volume in the renderer. */
 export interface Upload {
   volume: number;
   id: number;
+  of: "samples" | "field";
 }
 
 /** The functions that the scheduler needs from its viewer. */

@@ -97,7 +97,8 @@ export class LayerMaker {
           host.opened(entry(), volume, renderer, info);
           series?.changed();
         },
-        uploaded: (id) => host.scheduler()?.onUpload({ volume: number, id }),
+        uploaded: (id, of) => host.scheduler()?.onUpload({ volume: number, id, of }),
+        valuesChanged: () => host.scheduler()?.onVisibleChange(),
         chunksChanged: () => host.chunksChanged(volume),
         visibleChanged: () => host.visibleChanged(volume),
         testOcclusion: () => isPresent() && host.scheduler()?.request(),

@@ -93,8 +93,10 @@ export class LayerVolumes {
     } catch (error) {
       if (!(error instanceof RendererError) || error.kind !== "out-of-memory") throw error;
       for (const volume of this.#list.entries.flatMap(volumesOf)) {
-        const ids = uploads.filter((each) => each.volume === volume.number).map(({ id }) => id);
-        if (ids.length > 0) volume.rejectUploads(ids, error);
+        const own = uploads.filter((each) => each.volume === volume.number);
+        const idsOf = (what: Upload["of"]) =>
+          own.filter(({ of }) => of === what).map(({ id }) => id);
+        volume.rejectUploads(idsOf("samples"), idsOf("field"), error);
       }
     }
   }

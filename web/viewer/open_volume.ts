@@ -16,8 +16,10 @@ export interface OpenVolumeHost {
   sessionOptions(): Omit<SessionOptions, "events" | "signal">;
   /** The store is open. */
   opened(renderer: RendererModule, info: StoreInfo): void;
-  /** The samples of a chunk were uploaded. */
-  uploaded(id: number): void;
+  /** The samples of a chunk were uploaded, or the values of a field. */
+  uploaded(id: number, of: "samples" | "field"): void;
+  /** Other values of a field are drawn. */
+  valuesChanged(): void;
   /** A chunk was added or removed. */
   chunksChanged(): void;
   /** Other chunks are drawn. */
@@ -159,15 +161,15 @@ export class OpenVolume {
           renderer.volume(number).addChunk(id, place, samples, clusters),
         );
         if (isTaken) {
-          this.#host.uploaded(id);
+          this.#host.uploaded(id, "samples");
           this.#host.chunksChanged();
         }
         return isTaken || this.#life.isContextLost;
       },
       fieldValues: (id, values) => {
         this.#life.guard((renderer) => renderer.volume(number).addField(id, values));
-        this.#host.uploaded(id);
-        this.#host.visibleChanged();
+        this.#host.uploaded(id, "field");
+        if (this.#isShown) this.#host.valuesChanged();
       },
       readSamples: (id) => {
         let samples: Uint32Array | undefined;
@@ -228,8 +230,9 @@ export class OpenVolume {
     this.#info = null;
   }
 
-  /** The uploads of these chunks have failed: the GPU has no memory for them. */
-  rejectUploads(ids: readonly number[], error: RendererError): void {
-    this.#session?.rejectUploads(ids, error.message);
+  /** The uploads of these chunks, or of their field values, have failed: the GPU has no memory for them. */
+  rejectUploads(samples: readonly number[], values: readonly number[], error: RendererError): void {
+    if (samples.length > 0) this.#session?.rejectUploads(samples, error.message);
+    if (values.length > 0) this.#session?.rejectFieldValues(values, error.message);
   }
 }

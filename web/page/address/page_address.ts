@@ -93,6 +93,11 @@ export function addressOf(view: AddressState): UrlState {
   return state;
 }
 
+/** Whether the range of the field that colours show is to follow from its values, which have not all arrived. */
+export function awaitsRange({ look }: AddressState): boolean {
+  return look.colourBy === "field" && look.field.range === null;
+}
+
 /** Updates the address bar when the view rests, without a new history entry for each change. */
 export class AddressBar {
   readonly #view: () => AddressState | null;

@@ -222,6 +222,10 @@ export function readUrl(search: string): UrlState {
     fieldScales.join(", "),
   );
   const fieldSteps = read("field-steps", readSteps, "2 … 256");
+  if (state.colourBy === "field" && !fieldName) {
+    delete state.colourBy;
+    notes.push(ignored("colour-by", "field", pageTexts.isFieldName));
+  }
   if (fieldName) {
     const [range, scale, steps] = [fieldRange ?? null, fieldScale ?? "linear", fieldSteps ?? 0];
     state.field = { name: fieldName, range, scale, steps };

@@ -57,7 +57,9 @@ export function appearanceSection(
         look.colourBy === "field" ? fieldPrefix + look.field.name : look.colourBy,
         quantities(fields, look),
         (by) => actions.changeLook(colouredBy(by, look)),
-        panelTexts.quantityHints[look.colourBy],
+        look.colourBy === "field" && !field
+          ? panelTexts.noSuchField(look.field.name)
+          : panelTexts.quantityHints[look.colourBy],
       )}
       ${look.colourBy === "field" && field ? fieldPart(look.field, field, actions) : nothing}
       ${

@@ -1,9 +1,10 @@
 import { defaultParts, type OverlayPart } from "../../overlay/parts.ts";
 import type { ShownScene } from "../../scene/open_scene.ts";
 import { planeFacing, wholeVolume } from "../../viewer/clipping.ts";
+import { fieldOf } from "../../viewer/field_of.ts";
 import { turnedLight } from "../../viewer/light.ts";
 import { noSlices } from "../../viewer/slices.ts";
-import { type Clip, defaultLook, type Look } from "../../viewer/types.ts";
+import { type Clip, defaultLook, type FieldScale, type Look } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { AddressState, OpenedPicture } from "../address/page_address.ts";
 import type { UrlState } from "../address/url_state.ts";
@@ -17,7 +18,7 @@ import type { PageActions, PageState, PictureActions, PictureState } from "./pan
  */
 export class DisplaySettings {
   readonly #viewer: Viewer;
-  readonly #changed: (fits?: boolean) => void;
+  readonly #changed: () => void;
   #isThemeBackground: boolean;
   #opened: OpenedPicture = {
     look: defaultLook,
@@ -27,7 +28,7 @@ export class DisplaySettings {
   };
   #show: ReadonlySet<OverlayPart>;
 
-  constructor(viewer: Viewer, url: UrlState, changed: (fits?: boolean) => void) {
+  constructor(viewer: Viewer, url: UrlState, changed: () => void) {
     this.#viewer = viewer;
     this.#changed = changed;
     this.#isThemeBackground = url.background === undefined;
@@ -44,20 +45,28 @@ export class DisplaySettings {
     viewer.setClip(url.clip ?? wholeVolume);
     viewer.setSlices(url.slices ?? noSlices);
     this.#show = url.show ?? defaultParts;
-    viewer.on("light", () => changed());
-    viewer.on("progress", ({ state }) => {
-      if (state === "complete" || state === "limited") this.#fitField();
+    viewer.on("light", changed);
+    viewer.on("progress", () => {
+      if (this.#fitField()) changed();
     });
   }
 
-  /** Unless the range of the field is known: that of the values on the surface, when all of them have arrived. */
-  #fitField(): void {
-    const { colourBy, field } = this.#viewer.look;
-    if (colourBy !== "field" || field.range) return;
-    const range = this.#viewer.fieldRange;
-    if (!range) return;
-    this.#viewer.setLook({ field: { ...field, range: roundedRange(range) } });
-    this.#changed(true);
+  /**
+   * Unless the range of the field is known: that of the values on the surface, when all of them have arrived.
+   * Returns whether the look has changed.
+   */
+  #fitField(): boolean {
+    const { look, progress, layers, fieldRange } = this.#viewer;
+    const { state } = progress ?? {};
+    const isComplete = state === "complete" || state === "limited";
+    if (look.colourBy !== "field" || look.field.range || !isComplete) return false;
+    const [whole] = layers.flatMap(({ info }) => (info && fieldOf(info, look.field.name)) ?? []);
+    const range = fieldRange ? roundedRange(fieldRange, look.field.scale) : whole?.range;
+    // No store has the field that an address names.
+    this.#viewer.setLook(
+      range ? { field: { ...look.field, range } } : { colourBy: defaultLook.colourBy },
+    );
+    return true;
   }
 
   /** Takes over the settings of the scene that was opened, except those in the address. Null if a store was opened. */
@@ -146,13 +155,17 @@ export class DisplaySettings {
 
   #changeLook(change: Partial<Look>): void {
     this.#viewer.setLook(change);
+    this.#fitField();
     this.#changed();
   }
 }
 
 /** A range that contains this one, with ends of few digits. */
-function roundedRange([low, high]: readonly [number, number]): [number, number] {
-  const step = 10 ** (Math.floor(Math.log10(high - low)) - 2);
-  const rounded = (value: number) => Number((value * step).toPrecision(12));
-  return [rounded(Math.floor(low / step)), rounded(Math.ceil(high / step))];
+function roundedRange([low, high]: readonly [number, number], scale: FieldScale): [number, number] {
+  const stepOf = (size: number) => 10 ** (Math.floor(Math.log10(size || 1)) - 2);
+  const rounded = (value: number, round: (steps: number) => number) => {
+    const step = stepOf(scale === "logarithmic" ? Math.abs(value) : high - low);
+    return Number((round(value / step) * step).toPrecision(12));
+  };
+  return [rounded(low, Math.floor), rounded(high, Math.ceil)];
 }

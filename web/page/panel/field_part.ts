@@ -38,8 +38,10 @@ export function fieldPart(
       />
     </label>`;
   };
+  // An address may name another number.
+  const numbers = [...new Set([...steps, String(look.steps)])];
   const stepTexts = Object.fromEntries(
-    steps.map((n) => [n, n === "0" ? panelTexts.continuous : panelTexts.colourSteps(n)]),
+    numbers.map((n) => [n, n === "0" ? panelTexts.continuous : panelTexts.colourSteps(n)]),
   );
   return html`<div class="field-range">
       ${end(panelTexts.coloursFrom, 0)} ${end(panelTexts.coloursTo, 1)}

@@ -43,7 +43,11 @@ export function legendTexts(legend: Legend, valueUnits: string | undefined): Leg
   const isOfSlices = legend.slices && legend.colourBy === "isovalue";
   const name = isOfSlices ? panelTexts.values : panelTexts.quantities[legend.colourBy];
   const { field } = legend;
-  if (field) return { name: field.name, units: field.units ?? "", low, high };
+  if (field) {
+    const { name, units = "", scale } = field;
+    const said = scale === "logarithmic" ? pageTexts.logarithmic(name) : name;
+    return { name: said, units, low, high };
+  }
   return { name, units: unitsOf(legend, valueUnits), low, high };
 }
 

@@ -2,7 +2,7 @@ import type { StoreInfo } from "../../core/types.ts";
 import { type Progress, StreamError } from "../../stream/types.ts";
 import { pageTexts } from "../../texts/page.ts";
 import { RendererError } from "../../viewer/renderer_error.ts";
-import { AddressBar, type AddressState } from "../address/page_address.ts";
+import { AddressBar, type AddressState, awaitsRange } from "../address/page_address.ts";
 import type { Target } from "../address/target.ts";
 import { openedQuery, readUrl } from "../address/url_state.ts";
 import { ViewHistory } from "../address/view_history.ts";
@@ -45,9 +45,7 @@ export class VolumePage {
   );
   readonly #camera = new PageCamera(this.#viewer, this.#url, () => this.#address.changed());
   readonly #surfaces = new SurfaceSettings(this.#viewer, this.#url, (only) => this.#changed(only));
-  readonly #settings = new DisplaySettings(this.#viewer, this.#url, (fits) =>
-    this.#changed(false, fits),
-  );
+  readonly #settings = new DisplaySettings(this.#viewer, this.#url, () => this.#changed());
   /** The layers of the picture. */
   readonly layers = new LayersPart(
     {
@@ -87,7 +85,8 @@ export class VolumePage {
     () => this.#addressState(),
     () => this.#showBusy(),
     (settings, view, isWhole) => {
-      this.#history.rested(settings, view);
+      // The range of a field that has just been chosen follows from its values.
+      if (!awaitsRange(view)) this.#history.rested(settings, view);
       this.#parts.rested(isWhole);
       this.#layout.request();
     },
@@ -209,9 +208,7 @@ export class VolumePage {
   }
 
   /** A setting has changed: updates the address and the layout. */
-  /** `fits`: a setting was fitted to the data, which is no step of undo. */
-  #changed(isIsovalueOnly = false, fits = false): void {
-    if (fits && !this.#address.isPending) this.#history.replacePresent();
+  #changed(isIsovalueOnly = false): void {
     this.#address.changed();
     this.#layout.request(isIsovalueOnly);
   }
