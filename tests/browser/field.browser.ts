@@ -94,6 +94,8 @@ test("a field is chosen in the panel, and undone", async ({ page }) => {
   await expect(page.locator(".legend")).toContainText("pressure");
   await expect(page).toHaveURL(/field-range=/);
   await settled(page);
+  const rangeOf = (): string => /field-range=([^&]*)/.exec(page.url())?.[1] ?? "";
+  const fitted = rangeOf();
   const coloured = await colours(page);
   expect(yellowness(coloured.top)).toBeGreaterThan(yellowness(coloured.bottom) + 60);
 
@@ -102,6 +104,10 @@ test("a field is chosen in the panel, and undone", async ({ page }) => {
   await page.getByRole("button", { name: "Whole range" }).click();
   const [, to] = /field-range=[^,]*,([\d.]+)/.exec(page.url()) ?? [];
   await expect(page).not.toHaveURL(new RegExp(`field-range=[^,]*,${to}&`));
+  await settled(page);
+  await page.getByRole("button", { name: "Fit to the surface" }).click();
+  await expect.poll(rangeOf).toBe(fitted);
+  await settled(page);
   await page.getByLabel("Colours to").fill("2000");
   await page.getByLabel("Colours to").press("Enter");
   await expect(page).toHaveURL(/field-range=[^,]*,2000/);
@@ -109,7 +115,7 @@ test("a field is chosen in the panel, and undone", async ({ page }) => {
 
   // Every step of this is undone; the range that was fitted is none.
   await page.getByRole("application").focus();
-  for (let i = 0; i < 3; ++i) await page.keyboard.press("Control+z");
+  for (let i = 0; i < 4; ++i) await page.keyboard.press("Control+z");
   await expect(page).toHaveURL(/field-range=/);
   await expect(page).not.toHaveURL(/field-steps/);
   await settled(page);

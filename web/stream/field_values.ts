@@ -121,11 +121,12 @@ export class FieldValues {
   /** While the isovalue moves, the requests for the last selection before go on. */
   draw(selection: DrawnSelection): void {
     this.#selection = selection;
+    if (!this.#loader) return;
     this.#awaited = new Set(selection.load.map(({ handle }) => handle));
     for (const handle of [...this.#held.keys()]) {
       if (!this.#awaited.has(handle)) this.#release(handle);
     }
-    if (this.#loader && !selection.isMoving) this.#need();
+    if (!selection.isMoving) this.#need();
   }
 
   /** The field's description of itself; undefined until it is open. */
