@@ -19,13 +19,6 @@ namespace {
 constexpr uint64_t kPieceBytes = uint64_t{4} << 20;
 constexpr const char* kRemedy = ": rebuild the store, or fetch it again";
 
-bool is_same(const FieldInfo& a, const FieldInfo& b) {
-  return a.name == b.name && a.mapping.offset == b.mapping.offset &&
-         a.mapping.scale == b.mapping.scale && a.mapping.max_error == b.mapping.max_error &&
-         a.mapping.bits == b.mapping.bits && a.mapping.has_missing == b.mapping.has_missing &&
-         a.range == b.range && a.missing_voxels == b.missing_voxels;
-}
-
 /// Compares a field chunk with what the store's chunk needs. next: where the field's next chunk
 /// begins.
 bool is_same_band(const ChunkRef& of_store, const ChunkRef& of_field, uint64_t next) {
@@ -140,11 +133,6 @@ Result<uint64_t> verify_field(const StoreFile& store, size_t number, unsigned th
   const auto field = open_field(store, number);
   if (!field) return tl::unexpected(field.error());
   const StoreInfo& info = (*field)->info();
-  if (!is_same(*info.field, store.info().fields[number].info)) {
-    return fail(Status::malformed_header,
-                fmt::format("field '{}': its header differs from the list of the store{}",
-                            info.field->name, kRemedy));
-  }
   if (auto checked = verify_content((*field)->file(), info); !checked) {
     return tl::unexpected(checked.error());
   }

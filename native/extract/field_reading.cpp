@@ -92,7 +92,8 @@ Result<void> FieldReader::read(ChunkDecoder& decoder, const ChunkRef& chunk, Ind
         decoder.decode_field(bytes_, block_cells, cells, 1u << info.mapping.bits, corners_);
     if (!decoded) {
       return fail(decoded.error().status,
-                  fmt::format("field '{}': {}", info.name, decoded.error().message));
+                  fmt::format("{}: chunk {}: {}", fields_[i]->path().filename().string(),
+                              chunk_name(chunk.block, chunk.band), decoded.error().message));
     }
     lattices_[i]->set(cells, corners_);
   }

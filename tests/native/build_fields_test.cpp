@@ -235,6 +235,10 @@ TEST(BuildFields, FieldsOpenAsFieldsOnly) {
   EXPECT_EQ(StoreReader::open(of_field).error().status, Status::not_a_store);
   EXPECT_TRUE(StoreReader::open(of_field, StoreKind::field));
   EXPECT_EQ(StoreReader::open(bytes, StoreKind::field).error().status, Status::malformed_header);
+  // Without memory for pages, the last one that was used is kept.
+  const auto opened = *open_field(**store, 0, /*directory_bytes=*/1);
+  for (uint32_t l = 0; l < 4; ++l) ASSERT_TRUE(opened->chunks_for(l, 0, 65535));
+  EXPECT_EQ(opened->directory_bytes(), opened->pages().front().bytes);
 }
 
 /// Writes the header again, so that its checksum and the content id match it.
@@ -247,6 +251,70 @@ void reseal(std::vector<std::byte>& store, StoreHeader header) {
   header.info.content_id = hash.digest();
   bytes = *write_store_header(header);
   std::copy(bytes.begin(), bytes.end(), store.begin());
+}
+
+TEST(BuildFields, OpenFieldRefusesWhatTheStoreDoesNotDescribe) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "a";
+  const auto field = voxels_of<uint8_t>(kSize, [](int x, int y, int) { return 10 + x + y; });
+  ASSERT_TRUE(build(path, std::vector{input("f", kSize, field)}));
+  const auto store = content(path);
+  const StoreHeader header = *parse_store_header(store);
+  const FieldRef ref = header.info.fields[0];
+  const auto expect_refused = [&](std::span<const std::byte> bytes) {
+    write_file(path, bytes);
+    const auto opened = StoreFile::open(path);
+    ASSERT_TRUE(opened) << opened.error().message;
+    const auto refused = open_field(**opened, 0);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().status, Status::malformed_header);
+    EXPECT_NE(refused.error().message.find(", field '"), std::string::npos)
+        << refused.error().message;
+  };
+  const auto changed_list = [&](auto change) {
+    auto bytes = store;
+    StoreHeader other = header;
+    change(other.info.fields[0].info);
+    reseal(bytes, other);
+    expect_refused(bytes);
+  };
+  changed_list([](FieldInfo& info) { info.name = "g"; });
+  changed_list([](FieldInfo& info) { --info.range.max; });
+  changed_list([](FieldInfo& info) { info.mapping.scale *= 2; });
+  changed_list([](FieldInfo& info) { info.mapping.max_error = 1; });
+  const auto changed_field = [&](auto change) {
+    auto bytes = store;
+    const auto of_field = std::span(bytes).subspan(ref.offset, ref.bytes);
+    StoreHeader inner = *parse_store_header(of_field);
+    change(inner);
+    std::vector<std::byte> other(of_field.begin(), of_field.end());
+    reseal(other, inner);
+    std::copy(other.begin(), other.end(), of_field.begin());
+    reseal(bytes, header);
+    expect_refused(bytes);
+  };
+  changed_field([](StoreHeader& inner) { inner.info.mapping.scale *= 2; });
+  changed_field([](StoreHeader& inner) { inner.info.mapping.has_missing = true; });
+  changed_field([](StoreHeader& inner) { ++inner.pages.back().interval.min; });
+}
+
+TEST(BuildFields, MessagesNameTheField) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "a";
+  const auto voxels = density();
+  ASSERT_TRUE(build(path, std::vector{input("f", kSize, voxels)}));
+  auto bytes = content(path);
+  const FieldRef ref = parse_store_header(bytes)->info.fields[0];
+  const ChunkRef chunk = *(*open_field(**StoreFile::open(path), 0))->chunk({0, {0, 0, 0}}, 0);
+  bytes[ref.offset + chunk.offset] ^= std::byte{1};
+  write_file(path, bytes);
+  const auto field = *open_field(**StoreFile::open(path), 0);
+  std::vector<std::byte> read;
+  const auto damaged = field->read_chunk(chunk, read);
+  ASSERT_FALSE(damaged);
+  EXPECT_EQ(damaged.error().status, Status::checksum_mismatch);
+  EXPECT_EQ(damaged.error().message.rfind("a, field 'f': chunk ", 0), 0u)
+      << damaged.error().message;
 }
 
 TEST(BuildFields, VerifyFindsDamageAndInconsistencies) {

@@ -1,20 +1,53 @@
 #include "shared/system/store_file/field_file.h"
 
-namespace isosplat {
+#include <algorithm>
 
-Result<std::shared_ptr<StoreFile>> open_field(const StoreFile& store, size_t field) {
-  const StoreInfo& info = store.info();
-  const FieldRef& ref = info.fields[field];
-  auto opened = StoreFile::open(store.file().range(ref.offset, ref.bytes), store.path(),
-                                uint64_t{256} << 20, StoreKind::field);
+namespace isosplat {
+namespace {
+
+bool is_same(const ValueMapping& a, const ValueMapping& b) {
+  return a.offset == b.offset && a.scale == b.scale && a.max_error == b.max_error &&
+         a.bits == b.bits && a.has_missing == b.has_missing;
+}
+
+bool is_same(const FieldInfo& a, const FieldInfo& b) {
+  return a.name == b.name && is_same(a.mapping, b.mapping) && a.range == b.range &&
+         a.missing_voxels == b.missing_voxels;
+}
+
+/// Whether pages have the same blocks and intervals, which select the same chunks.
+bool is_same_page(const PageRef& a, const PageRef& b) {
+  return a.level == b.level && a.first_block == b.first_block && a.end_block == b.end_block &&
+         a.interval == b.interval;
+}
+
+/// What differs between a field and its store, in words; empty if nothing does.
+const char* difference(const StoreFile& store, const StoreFile& field, const FieldInfo& listed) {
+  const StoreInfo &a = store.info(), &b = field.info();
+  if (a.grid.voxels != b.grid.voxels) return "the number of voxels of its store";
+  if (!is_same(a.mapping, b.mapping)) return "the mapping of its store";
+  if (a.chunk_count != b.chunk_count ||
+      !std::equal(store.pages().begin(), store.pages().end(), field.pages().begin(),
+                  field.pages().end(), is_same_page)) {
+    return "the pages and chunks of its store";
+  }
+  return is_same(*b.field, listed) ? "" : "the description in the list of its store";
+}
+
+}  // namespace
+
+Result<std::shared_ptr<StoreFile>> open_field(const StoreFile& store, size_t field,
+                                              uint64_t directory_bytes) {
+  const FieldRef& ref = store.info().fields[field];
+  std::filesystem::path name = store.path();
+  name += ", field '" + ref.info.name + "'";
+  auto opened = StoreFile::open(store.file().range(ref.offset, ref.bytes), name, directory_bytes,
+                                StoreKind::field);
   if (!opened) return opened;
-  const StoreInfo& found = (*opened)->info();
-  if (found.grid.voxels != info.grid.voxels || found.mapping.offset != info.mapping.offset ||
-      found.mapping.scale != info.mapping.scale || found.mapping.bits != info.mapping.bits) {
-    return fail(Status::malformed_header,
-                store.path().string() + ": field '" + ref.info.name +
-                    "': expected the grid and the values of its store, found others: rebuild the "
-                    "store");
+  if (const std::string expected = difference(store, **opened, ref.info); !expected.empty()) {
+    return fail(Status::malformed_header, name.string() + ": expected " + expected +
+                                              ", found another: rebuild the store, or fetch it "
+                                              "again");
   }
   return opened;
 }
