@@ -71,6 +71,39 @@ TEST_F(MeshFiles, GlbHasAttributesAndColoursOfFields) {
             nlohmann::json({1, 1, 1, 1}));
 }
 
+/// Values beyond single precision are infinite in FieldValues. glTF has no infinities, and its
+/// lowest number stands for missing values.
+TEST_F(MeshFiles, GlbHasFiniteValuesAndColours) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr float kLargest = std::numeric_limits<float>::max();
+  auto parts = tetrahedron_with_fields();
+  parts[0].vertices.fields[0] = {-kInfinity, kInfinity, kNone};
+  parts[1].vertices.fields[0] = {0};
+  const auto [scene, data] =
+      parse_glb(write("a.glb", parts, {{2, 2, 2}}, SurfaceContent::triangles, kFields));
+  const auto& mesh = scene["meshes"][0];
+  const auto start = [&](const char* name) {
+    const auto& attributes = mesh["primitives"][0]["attributes"];
+    const auto& accessor = scene["accessors"][attributes[name].get<size_t>()];
+    const auto& view = scene["bufferViews"][accessor["bufferView"].get<size_t>()];
+    return view["byteOffset"].get<size_t>() + accessor["byteOffset"].get<size_t>();
+  };
+  const size_t nx = start("_NX"), colours = start("COLOR_0");
+  EXPECT_EQ(value_at<float>(data, nx), -std::nextafter(kLargest, 0.0f));
+  EXPECT_EQ(value_at<float>(data, nx + 4), kLargest);
+  EXPECT_EQ(value_at<float>(data, nx + 8), -kLargest);  // missing
+  EXPECT_EQ(mesh["extras"]["fields"][0]["coloured"],
+            nlohmann::json({-std::nextafter(kLargest, 0.0f), kLargest}));
+  // Blue in linear light: of the first and the last colour of viridis, and of the middle one.
+  const auto blue = [&](size_t vertex) {
+    return value_at<uint16_t>(data, colours + 8 * vertex + 4) / 65535.0;
+  };
+  const auto linear = [](double srgb) { return std::pow((srgb / 255 + 0.055) / 1.055, 2.4); };
+  EXPECT_NEAR(blue(0), linear(84), 1e-4);
+  EXPECT_NEAR(blue(1), linear(37), 1e-4);
+  EXPECT_NEAR(blue(3), linear(140), 0.01);
+}
+
 /// Objects of a scene whose store lacks a field have only missing values.
 TEST_F(MeshFiles, GlbHasNoAttributeWithoutValues) {
   const std::array<MeshObject, 2> objects{

@@ -36,6 +36,7 @@ constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123, kArrayB
 constexpr std::array<float, 4> kPlainColour{0.69f, 0.64f, 0.53f, 1};  // linear
 constexpr std::array<uint8_t, 3> kMissingColour{128, 128, 128};       // sRGB
 constexpr float kMissingValue = std::numeric_limits<float>::lowest();
+constexpr float kLargestValue = std::numeric_limits<float>::max();
 
 struct GlbVertex {
   Vec3f position, normal;
@@ -169,12 +170,15 @@ Result<void> GlbEncoder::append(const MeshPart& part, EncodedPart& out) {
 
 void GlbEncoder::finish(std::vector<std::byte>& out) {
   if (fields_.empty()) return;
+  const float lowest = std::nextafter(kMissingValue, 0.0f);
   std::vector<float> known;
   for (Object& object : objects_) {
     for (auto& values : object.values) {
       const bool has_none =
           std::all_of(values.begin(), values.end(), [](float value) { return std::isnan(value); });
       if (has_none) values = {};
+      // glTF has no infinities. The lowest number is that of missing values.
+      for (float& value : values) value = std::clamp(value, lowest, kLargestValue);
     }
     std::copy_if(object.values[0].begin(), object.values[0].end(), std::back_inserter(known),
                  [](float value) { return !std::isnan(value); });
