@@ -42,8 +42,11 @@ SampleRange ChunkStore::reserve(const VolumeGrid& grid, ChunkHandle handle, cons
 
 SampleRange ChunkStore::reserve_field(ChunkHandle handle) {
   Chunk& chunk = chunks_.at(handle);
-  if (chunk.has_field) buffers_.remove_field(chunk.range);
-  buffers_.reserve_field(chunk.range);
+  if (chunk.has_field) {
+    buffers_.bind_field(chunk.range);
+  } else {
+    buffers_.reserve_field(chunk.range);
+  }
   chunk.has_field = true;
   return chunk.range;
 }

@@ -40,8 +40,9 @@ class ChunkStore {
   /// not be in use. The caller uploads the samples: see SampleBuffers::reserve.
   SampleRange reserve(const VolumeGrid& grid, ChunkHandle handle, const BlockKey& block,
                       std::vector<SampleCluster> clusters);
-  /// Makes room for the field values of a chunk's samples, unless there is: see
-  /// SampleBuffers::reserve_field. The handle is in use. Returns the range of the samples.
+  /// Makes room for the field values of a chunk's samples, unless it has values, and binds their
+  /// buffer: see SampleBuffers::reserve_field. The handle is in use. Returns the range of the
+  /// samples.
   SampleRange reserve_field(ChunkHandle handle);
   /// Removes the field values of all chunks.
   void clear_fields();

@@ -51,6 +51,10 @@ class SampleBuffers {
   /// Makes room for the field values of a range that has none, and binds their buffer to
   /// GL_ARRAY_BUFFER, as reserve() does. They belong at range.offset_bytes() as well.
   void reserve_field(const SampleRange& range);
+  /// Binds the buffer of the field values of a range that has some, to replace them.
+  void bind_field(const SampleRange& range) const {
+    if (range.count > 0) glBindBuffer(GL_ARRAY_BUFFER, field_buffer_of(range));
+  }
   /// Removes the field values of a range that has some.
   void remove_field(const SampleRange& range);
 
