@@ -110,6 +110,21 @@ Result<void> list_fields(std::span<const FileParts> fields, StoreInfo& info) {
   return {};
 }
 
+using Progress = std::function<void(const BuildProgress&)>;
+
+/// Reports the progress of one of several builds as that of all. The others are assumed to take the
+/// same time.
+Progress progress_of_stage(const Progress& progress, size_t stage, size_t stages) {
+  if (!progress) return {};
+  return [=](BuildProgress now) {
+    const auto count = static_cast<double>(stages);
+    const double left_of_stage = 1 - now.fraction;
+    now.fraction = (static_cast<double>(stage) + now.fraction) / count;
+    if (left_of_stage > 0) now.seconds_left *= (1 - now.fraction) * count / left_of_stage;
+    progress(now);
+  };
+}
+
 }  // namespace
 
 Result<StoreInfo> write_store_with_fields(const FileParts& store, std::span<const FileParts> fields,
@@ -155,7 +170,9 @@ Result<BuildReport> build_store_with_fields(VolumeSource& source,
                                             const BuildOptions& options) {
   auto base = TemporaryFile::create(options.temporary_folder);
   if (!base) return tl::unexpected(base.error());
-  auto report = build_store(source, *base, options);
+  BuildOptions of_base = options;
+  of_base.progress = progress_of_stage(options.progress, 0, fields.size() + 1);
+  auto report = build_store(source, *base, of_base);
   if (!report) return report;
   const auto store = StoreFile::open(base->parts(), target);
   if (!store) return tl::unexpected(store.error());
@@ -163,13 +180,15 @@ Result<BuildReport> build_store_with_fields(VolumeSource& source,
   of_field.max_error = 0;
   of_field.memory_bytes -= std::min(of_field.memory_bytes, source.resident_bytes());
   std::vector<FileParts> built;
-  for (const FieldInput& field : fields) {
+  for (size_t i = 0; i < fields.size(); ++i) {
+    const FieldInput& field = fields[i];
     auto opened = field.open();
     if (!opened) return tl::unexpected(opened.error());
     auto file = TemporaryFile::create(options.temporary_folder);
     if (!file) return tl::unexpected(file.error());
     of_field.notes = field.notes;
     of_field.source_file = field.source_file;
+    of_field.progress = progress_of_stage(options.progress, i + 1, fields.size() + 1);
     auto written = build_field(**store, field.name, **opened, *file, of_field);
     if (!written) return tl::unexpected(written.error());
     built.push_back(file->parts());

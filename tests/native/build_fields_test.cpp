@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <random>
 
 #include "native/builder/array_source.h"
@@ -198,6 +199,28 @@ TEST(BuildFields, WritesTheSameBytesWithAnyThreadsAndMemory) {
   const auto built = build(folder.path() / "a", fields, options);
   ASSERT_TRUE(built) << built.error().message;
   EXPECT_TRUE(content(folder.path() / "a") == expected);
+}
+
+TEST(BuildFields, ProgressNeverReturns) {
+  const TemporaryFolder folder;
+  const auto field = density();
+  std::mutex mutex;
+  std::vector<BuildProgress> reported;
+  BuildOptions options;
+  options.progress = [&](const BuildProgress& progress) {
+    const std::lock_guard lock(mutex);
+    reported.push_back(progress);
+  };
+  const std::vector fields{input("f", kSize, field), input("g", kSize, field)};
+  ASSERT_TRUE(build(folder.path() / "a", fields, options));
+  ASSERT_GE(reported.size(), 3u);
+  for (size_t i = 1; i < reported.size(); ++i) {
+    ASSERT_GE(reported[i].fraction, reported[i - 1].fraction) << reported[i].phase;
+    ASSERT_GE(reported[i].seconds_left, 0);
+  }
+  EXPECT_LT(reported.front().fraction, 1 / 3.0);
+  EXPECT_GT(reported.back().fraction, 2 / 3.0);
+  EXPECT_LE(reported.back().fraction, 1);
 }
 
 TEST(BuildFields, RefusesOtherGridsAndNames) {
