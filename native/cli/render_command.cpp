@@ -185,6 +185,9 @@ void check_arguments(const RenderCall& call) {
   if (is_scene && !call.field.empty()) {
     throw CLI::ExcludesError("a scene", "--field, which is for stores");
   }
+  if (!call.field.empty() && !call.colour_range.empty()) {
+    throw CLI::ExcludesError("--field", "--range: --field-range states the values of the field");
+  }
 }
 
 int run(const RenderCall& call) {

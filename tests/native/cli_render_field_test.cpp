@@ -108,6 +108,8 @@ TEST_F(CliRenderField, RefusesWhatItCannotShow) {
   expect_refused({"--field", "x"}, "expected a store with fields", without.c_str());
   expect_refused({"--field-range", "1,2"}, "--field");
   expect_refused({"--field", "x", "--colour-by", "depth"}, "--colour-by");
+  expect_refused({"--field", "x", "--range", "1,2"},
+                 "--field excludes --range: --field-range states");
   expect_refused({"--field", "x", "--field-scale", "logarithmic", "--field-range", "-1,2"},
                  "expected values above 0");
 }
