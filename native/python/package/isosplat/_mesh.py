@@ -41,8 +41,9 @@ class Mesh:
     @property
     def fields(self) -> Dict[str, NDArray[np.float32]]:
         """The values of the fields that mesh() was called with, each of shape (vertices,). NaN:
-        missing. A vertex lies on an edge of cells, and has the value between the ends of this
-        edge."""
+        missing. A vertex on an edge of cells has the value between the ends of this edge. In a
+        few cells, the surface also has a vertex inside of the cell, which has the value of the
+        field's trilinear function."""
         return dict(self._data.fields)
 
     def save(self, path: Path) -> None:
