@@ -9,12 +9,14 @@
 #include <optional>
 #include <string>
 
+#include "native/builder/field_build.h"
 #include "native/builder/machine_memory.h"
 #include "native/builder/source_path.h"
 #include "native/files/output_file.h"
 #include "native/python/build_run.h"
 #include "native/python/slice_reader.h"
 #include "shared/core/preprocess/voxel_scan.h"
+#include "shared/core/store/field_sections.h"
 #include "shared/core/store/format.h"
 #include "shared/import/geometry/conventions.h"
 #include "shared/import/open_volume.h"
@@ -86,6 +88,13 @@ struct ArrayCall {
   std::vector<std::string> notes;
 };
 
+/// The numbers of voxels. As the reader of .npy files has it: in Fortran's order, z is the fastest
+/// axis of the volume.
+Vec3<int64_t> voxels_of(const ArrayCall& array) {
+  const auto [nz, ny, nx] = array.shape;
+  return array.z_is_fastest ? Vec3<int64_t>{nz, ny, nx} : Vec3<int64_t>{nx, ny, nz};
+}
+
 Result<import::OpenVolume> open_array_call(const ArrayCall& array,
                                            std::unique_ptr<import::ByteReader> reader) {
   import::StoredVoxels stored;
@@ -95,9 +104,7 @@ Result<import::OpenVolume> open_array_call(const ArrayCall& array,
   const auto step = [&](size_t axis) {
     return column(array.direction, axis) * array.spacing[axis];
   };
-  // As the reader of .npy files has it: in Fortran's order, z is the fastest axis of the volume.
   const bool z_first = array.z_is_fastest;
-  const auto [nz, ny, nx] = array.shape;
   const import::HeaderGeometry geometry = import::geometry_of_steps(
       z_first ? std::array{step(2), step(1), step(0)} : std::array{step(0), step(1), step(2)},
       vector_of(array.origin));
@@ -105,7 +112,7 @@ Result<import::OpenVolume> open_array_call(const ArrayCall& array,
   volume.format = "NumPy";
   volume.name = array.name;
   volume.path = "the array";
-  volume.voxels = z_first ? Vec3<int64_t>{nz, ny, nx} : Vec3<int64_t>{nx, ny, nz};
+  volume.voxels = voxels_of(array);
   volume.geometry = geometry;
   volume.stored = stored;
   auto opened = import::open_array(std::move(volume), std::move(reader), array.notes);
@@ -157,9 +164,22 @@ struct FieldCall {
   ArrayCall array;
 };
 
+/// Checks the name and the size of a field. Throws the exceptions of raise().
+void check_field_call(const FieldCall& field, const ArrayCall& volume) {
+  FieldInfo info;
+  info.name = field.name;
+  value_or_raise(check_field(info));
+  const auto grid_of = [](const ArrayCall& array) {
+    const auto [x, y, z] = voxels_of(array);  // at most 2^20 each
+    return Index3{static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)};
+  };
+  value_or_raise(check_field_grid(field.name, grid_of(volume), grid_of(field.array)));
+}
+
 void build_array(const py::object& data, uint64_t read_count, const ArrayCall& array,
                  const BuildCall& call, const std::vector<FieldCall>& fields) {
   check_target(call);
+  for (const FieldCall& field : fields) check_field_call(field, array);  // before any is read
   Interruption interruption;
   const OpenedArray opened = open_data(data, read_count, array, interruption);
   std::vector<OpenedArray> opened_fields;

@@ -133,6 +133,26 @@ def test_wrong_fields_are_refused(tmp_path):
         isosplat.build(path, tmp_path / "b.isosplat", fields={"f": linear()})
 
 
+class CountedSlices:
+    """An array that counts how often its slices are read."""
+
+    def __init__(self, array):
+        self._array, self.shape, self.dtype = array, array.shape, array.dtype
+        self.reads = 0
+
+    def __getitem__(self, key):
+        self.reads += 1
+        return self._array[key]
+
+
+def test_fields_are_checked_before_the_volume_is_read(tmp_path):
+    for fields in {"f": sphere((5, 5, 5))}, {"a b": linear()}:
+        volume = CountedSlices(sphere())
+        with pytest.raises(ValueError):
+            isosplat.build(volume, tmp_path / "a.isosplat", fields=fields)
+        assert volume.reads == 0
+
+
 def test_an_interrupted_field_leaves_no_file(tmp_path):
     class Slices:
         shape = (20, 24, 28)
