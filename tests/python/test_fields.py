@@ -153,6 +153,29 @@ def test_fields_are_checked_before_the_volume_is_read(tmp_path):
         assert volume.reads == 0
 
 
+def test_an_image_as_a_field_may_have_another_order(tmp_path):
+    class Header:
+        def get_xyzt_units(self):
+            return "mm", "sec"
+
+    class Nifti1Image:
+        """The members of nibabel.Nifti1Image: its arrays are indexed [x, y, z]."""
+
+        affine = np.eye(4)
+        header = Header()
+
+        def __init__(self, dataobj):
+            self.dataobj, self.shape = dataobj, dataobj.shape
+
+    for order in "C", "F":
+        volume = np.array(sphere(), order=order)
+        store = isosplat.build(
+            volume, tmp_path / "a.isosplat", fields={"f": Nifti1Image(linear().T)}
+        )
+        points = store.points(50.5, fields="f")
+        np.testing.assert_allclose(points.fields["f"], expected(points.positions), atol=1e-3)
+
+
 def test_an_interrupted_field_leaves_no_file(tmp_path):
     class Slices:
         shape = (20, 24, 28)

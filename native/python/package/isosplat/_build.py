@@ -133,10 +133,10 @@ def _field_call(name: str, field: Any, z_is_fastest: bool) -> _core.FieldCall:
     name = text("fields", name)
     if not is_volume(field):
         raise TypeError(f"fields: expected an array as {name!r}, found {type(field).__name__}")
-    voxels = voxels_of(placed(field, None, None, None).array)
+    values = placed(field, None, None, None).array
+    voxels = voxels_of(values)
     if voxels.z_is_fastest != z_is_fastest:
-        copy = np.array(field, order="F" if z_is_fastest else "C")
-        voxels = voxels_of(copy)
+        voxels = voxels_of(np.array(values[: voxels.shape[0]], order="F" if z_is_fastest else "C"))
     array = _core.ArrayCall(
         type=voxels.type,
         big_endian=voxels.big_endian,
