@@ -289,6 +289,11 @@ void bind_store(py::module_& module) {
             }
             return list;
           })
+      .def("column_names",
+           [](const MeshData& data, const std::vector<std::string>& used) {
+             const std::vector<std::string_view> views(used.begin(), used.end());
+             return column_names(data.fields, views);
+           })
       .def("save", [](const MeshData& data, py::bytes path, const std::string& comment) {
         save_mesh(data, path, comment);
       });

@@ -1,5 +1,8 @@
 """Fields of stores: their values at points and vertices."""
 
+import sys
+import types
+
 import isosplat
 import numpy as np
 import pytest
@@ -174,6 +177,23 @@ def test_an_image_as_a_field_may_have_another_order(tmp_path):
         )
         points = store.points(50.5, fields="f")
         np.testing.assert_allclose(points.fields["f"], expected(points.positions), atol=1e-3)
+
+
+def test_pyvista_keeps_the_normals(tmp_path, monkeypatch):
+    class PolyData:
+        def __init__(self, vertices, faces):
+            self.point_data = {}
+
+    monkeypatch.setitem(sys.modules, "pyvista", types.SimpleNamespace(PolyData=PolyData))
+    names = ["Normals", "Normals_field", "f"]
+    store = isosplat.build(
+        sphere(), tmp_path / "a.isosplat", fields={name: linear() for name in names}
+    )
+    mesh = store.mesh(50.5, fields=names)
+    data = mesh.to_pyvista().point_data
+    assert list(data) == ["Normals", "Normals_field_field", "Normals_field", "f"]
+    np.testing.assert_array_equal(data["Normals"], mesh.normals)
+    np.testing.assert_array_equal(data["Normals_field_field"], mesh.fields["Normals"])
 
 
 def test_an_interrupted_field_leaves_no_file(tmp_path):

@@ -58,7 +58,8 @@ class Mesh:
 
     def to_pyvista(self) -> Any:
         """The mesh as pyvista.PolyData, a copy, with the point data "Normals" and those of the
-        fields' names. Raises ImportError if PyVista is not installed."""
+        fields' names; a field "Normals" is "Normals_field". Raises ImportError if PyVista is not
+        installed."""
         import numpy as np
         import pyvista
 
@@ -68,7 +69,8 @@ class Mesh:
         faces[:, 1:] = triangles
         mesh = pyvista.PolyData(self.vertices.copy(), faces.ravel())
         mesh.point_data["Normals"] = self.normals.copy()
-        for name, values in self.fields.items():
+        names = self._data.column_names(["Normals"])
+        for name, (_, values) in zip(names, self._data.fields):
             mesh.point_data[name] = values.copy()
         return mesh
 
