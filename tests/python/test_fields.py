@@ -179,6 +179,16 @@ def test_an_image_as_a_field_may_have_another_order(tmp_path):
         np.testing.assert_allclose(points.fields["f"], expected(points.positions), atol=1e-3)
 
 
+def test_points_keep_their_fields(tmp_path):
+    store = isosplat.build(sphere(), tmp_path / "a.isosplat", fields={"f": linear()})
+    points = store.points(50.5, fields="f")
+    moved = points._replace(positions=points.positions + 1)
+    assert isinstance(moved, isosplat.Points)
+    np.testing.assert_array_equal(moved.positions, points.positions + 1)
+    np.testing.assert_array_equal(moved.fields["f"], points.fields["f"])
+    assert isosplat.Points(points.positions, points.normals).fields == {}
+
+
 def test_pyvista_keeps_the_normals(tmp_path, monkeypatch):
     class PolyData:
         def __init__(self, vertices, faces):

@@ -41,9 +41,14 @@ class _PositionsAndNormals(NamedTuple):
 class Points(_PositionsAndNormals):
     """Points on an isosurface: the tuple (positions, normals), with the values of fields."""
 
-    fields: Dict[str, NDArray[np.float32]]
+    fields: Dict[str, NDArray[np.float32]] = {}
     """The values of the fields that points() was called with, each of shape (points,); NaN:
     missing."""
+
+    def _replace(self, **changes: Any) -> Points:
+        points = super()._replace(**changes)
+        points.fields = self.fields
+        return points
 
 
 class Field(NamedTuple):
