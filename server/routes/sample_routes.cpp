@@ -24,6 +24,10 @@ namespace {
 constexpr std::string_view kSamplesVersion = "samples1";
 constexpr std::string_view kIsovaluesVersion = "isovalues1";
 
+/// The most bytes of directory pages of a field that a response keeps in memory. A larger page is
+/// kept alone.
+constexpr uint64_t kFieldDirectoryBytes = uint64_t{4} << 20;
+
 /// Points as records, optionally after the header of a .npy file. Computes at least one chunk at a
 /// time.
 class SampleStream final : public BodyStream {
@@ -244,7 +248,7 @@ Response samples_response(const RouteCall& call) {
         call.no_wait->needs_disk = true;
         return response;
       }
-      auto field = open_field(*store, *request->field);
+      auto field = open_field(*store, *request->field, kFieldDirectoryBytes);
       if (!field) {
         // The message has the path of the store.
         const std::string& name = store->info().fields[*request->field].info.name;

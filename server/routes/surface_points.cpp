@@ -69,6 +69,12 @@ BlockRange blocks_around(const WorldBox& box, const VolumeGrid& grid, uint32_t l
   return {{x.first, y.first, z.first}, {x.second, y.second, z.second}};
 }
 
+/// Orders the chunks of a level: blocks in raster order, and their bands.
+std::tuple<int32_t, int32_t, int32_t, uint32_t> place_of(const ChunkRef& chunk) {
+  const Index3 at = chunk.block.index;
+  return {at.z, at.y, at.x, chunk.band};
+}
+
 }  // namespace
 
 std::shared_ptr<SurfacePoints::Scratch> SurfacePoints::make_scratch() {
@@ -111,26 +117,48 @@ Result<std::string> SurfacePoints::find_chunks(NoWait* no_wait) {
                                       limits_.chunks, no_wait, where);
   if (!selection) return tl::unexpected(std::move(selection.error()));
   if (std::string over = add_chunks(std::move(*selection)); !over.empty()) return over;
-  return query_.field ? find_field_chunks(no_wait) : std::string();
+  return query_.field ? find_field_chunks(where, no_wait) : std::string();
 }
 
-/// Finds the chunks of the field. Returns the limit that is exceeded, or an empty text.
-Result<std::string> SurfacePoints::find_field_chunks(NoWait* no_wait) {
-  std::vector<ChunkAddress> addresses;
-  for (const Part& part : parts_) addresses.push_back({part.chunk.block, part.chunk.band});
-  auto selection = query_.field->chunks_at(addresses, limits_.chunks, no_wait);
+/// Finds the chunks of the field by the query that has found those of the store: the pages, blocks
+/// and bands are the same. Returns the limit that is exceeded, or an empty text.
+Result<std::string> SurfacePoints::find_field_chunks(const BlockRange& where, NoWait* no_wait) {
+  if (parts_.empty()) return std::string();
+  const StoreFile& field = *query_.field;
+  auto selection = field.chunks_for(query_.level, quantized_isovalue_, quantized_isovalue_,
+                                    limits_.chunks, no_wait, where);
   if (!selection) return tl::unexpected(std::move(selection.error()));
   if (selection->over_budget) {
-    return fmt::format("expected at most {} bytes of chunks of the field, found at least {}",
-                       limits_.chunks.bytes, selection->bytes);
+    return over_budget(*selection, fmt::format(" of the field '{}'", field.info().field->name));
   }
+  std::ranges::sort(selection->chunks, {}, place_of);
   uint64_t largest = 0;
-  for (size_t i = 0; i < parts_.size(); ++i) {
-    parts_[i].of_field = selection->chunks[i];
-    largest = std::max<uint64_t>(largest, parts_[i].of_field.bytes);
+  auto found = selection->chunks.begin();
+  for (Part& part : parts_) {
+    const auto place = place_of(part.chunk);
+    while (found != selection->chunks.end() && place_of(*found) < place) ++found;
+    if (found == selection->chunks.end() || place_of(*found) != place) {
+      return fail(Status::malformed_page,
+                  fmt::format("{}: expected chunk {}, as the store has, found none: rebuild the "
+                              "store",
+                              field.path().filename().string(),
+                              chunk_name(part.chunk.block, part.chunk.band)));
+    }
+    part.of_field = *found;
+    largest = std::max<uint64_t>(largest, found->bytes);
   }
   largest_chunk_bytes_ += largest;
   return std::string();
+}
+
+/// The limits of one query, in words. of_field: empty, or " of the field …".
+std::string SurfacePoints::over_budget(const ChunkSelection& selection,
+                                       std::string_view of_field) const {
+  return fmt::format(
+      "expected at most {} bytes of chunks, {} chunks and {} bytes of directory pages{}, found at "
+      "least {}, {} and {}",
+      limits_.chunks.bytes, limits_.chunks.chunks, limits_.chunks.directory_bytes, of_field,
+      selection.bytes, selection.count, selection.directory_bytes);
 }
 
 SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
@@ -154,13 +182,7 @@ SurfacePoints::Inside SurfacePoints::inside_of(BlockKey block) const {
 
 /// Adds the chunks that are needed, in raster order. Returns the limit that is exceeded.
 std::string SurfacePoints::add_chunks(ChunkSelection selection) {
-  if (selection.over_budget) {
-    return fmt::format(
-        "expected at most {} bytes of chunks, {} chunks and {} bytes of directory pages, found at "
-        "least {}, {} and {}",
-        limits_.chunks.bytes, limits_.chunks.chunks, limits_.chunks.directory_bytes,
-        selection.bytes, selection.count, selection.directory_bytes);
-  }
+  if (selection.over_budget) return over_budget(selection, {});
   uint64_t cells = 0;
   bool has_points = false;
   for (const ChunkRef& chunk : selection.chunks) {
@@ -177,10 +199,7 @@ std::string SurfacePoints::add_chunks(ChunkSelection selection) {
   if (has_points && cells > limits_.cells) {
     return fmt::format("expected chunks with at most {} cells, found {}", limits_.cells, cells);
   }
-  std::ranges::sort(parts_, {}, [](const Part& part) {
-    const Index3 at = part.chunk.block.index;
-    return std::tuple(at.z, at.y, at.x);
-  });
+  std::ranges::sort(parts_, {}, [](const Part& part) { return place_of(part.chunk); });
   memory_ = parts_.capacity() * sizeof(Part);
   if (query_.smooth_normals) {
     std::vector<Index3> blocks;
@@ -263,9 +282,8 @@ Result<void> SurfacePoints::decode_field(const Part& part, Scratch& scratch,
                                    scratch.cells.cell, 1u << mapping.bits, scratch.field_corners);
   if (!decoded) {
     decoded.error().message =
-        fmt::format("{}: field '{}', chunk {}: {}", store_->path().filename().string(),
-                    field.info().field->name, chunk_name(part.chunk.block, part.chunk.band),
-                    decoded.error().message);
+        fmt::format("{}: chunk {}: {}", field.path().filename().string(),
+                    chunk_name(part.chunk.block, part.chunk.band), decoded.error().message);
     return decoded;
   }
   if (!scratch.field) scratch.field.emplace(mapping);

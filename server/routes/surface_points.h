@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/core/points/block_borders.h"
@@ -82,8 +83,11 @@ class SurfacePoints {
   /// The maximum bytes that fetch_next() keeps.
   uint64_t largest_chunk_bytes() const { return largest_chunk_bytes_; }
 
-  /// Bytes of memory that this object uses.
-  uint64_t memory() const { return memory_; }
+  /// Bytes of memory that this object uses, with the header and the directory pages of the field.
+  uint64_t memory() const {
+    if (!query_.field) return memory_;
+    return memory_ + query_.field->header().size() + query_.field->directory_bytes();
+  }
 
   /// Memory for decoding, smooth normals and a field: about 8 MB. For one thread; reused between
   /// calls.
@@ -116,7 +120,8 @@ class SurfacePoints {
   Inside inside_of(BlockKey block) const;
   std::string add_chunks(ChunkSelection selection);
   Result<std::string> find_chunks(NoWait* no_wait);
-  Result<std::string> find_field_chunks(NoWait* no_wait);
+  Result<std::string> find_field_chunks(const BlockRange& where, NoWait* no_wait);
+  std::string over_budget(const ChunkSelection& selection, std::string_view of_field) const;
   Result<void> decode(const ChunkRef& chunk, Scratch& scratch, NoWait* no_wait) const;
   Result<void> decode_field(const Part& part, Scratch& scratch, NoWait* no_wait) const;
   PointsWithField points_in_box(const Part& part, Scratch& scratch, const BlockBorders* borders,

@@ -1,15 +1,23 @@
 // The fields of stores: their list, and their values with samples.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "native/builder/array_source.h"
 #include "native/builder/store_with_fields.h"
 #include "native/extract/extract.h"
+#include "server/routes/router.h"
+#include "shared/core/store/checksum.h"
+#include "shared/core/store/directory_page.h"
+#include "shared/core/store/store_header.h"
+#include "shared/system/store_file/field_file.h"
 #include "tests/server/server_fixture.h"
 
 namespace isosplat::server::test {
@@ -20,11 +28,11 @@ using Json = nlohmann::json;
 constexpr Index3 kSize{90, 37, 70};  // two blocks along x and z
 
 template <class T, class F>
-std::vector<T> voxels_of(F value) {
+std::vector<T> voxels_of(F value, Index3 size = kSize) {
   std::vector<T> voxels;
-  for (int32_t z = 0; z < kSize.z; ++z) {
-    for (int32_t y = 0; y < kSize.y; ++y) {
-      for (int32_t x = 0; x < kSize.x; ++x) voxels.push_back(static_cast<T>(value(x, y, z)));
+  for (int32_t z = 0; z < size.z; ++z) {
+    for (int32_t y = 0; y < size.y; ++y) {
+      for (int32_t x = 0; x < size.x; ++x) voxels.push_back(static_cast<T>(value(x, y, z)));
     }
   }
   return voxels;
@@ -139,6 +147,122 @@ TEST_F(FieldSamples, RefuseUnknownFields) {
   const Answer answer = get(port(), samples("field=speed"));
   EXPECT_EQ(answer.status, 404);
   EXPECT_NE(answer.body.find("pressure, values"), std::string::npos) << answer.body;
+}
+
+/// A store whose level 0 has two pages of blocks. A list of blocks in raster order returns from the
+/// second page to the first one. All blocks have cells of the isosurface y = 0.5025. The field
+/// "noise" has larger chunks than the store.
+class FieldSamplesOfPages : public ServerTest {
+ protected:
+  void SetUp() override {
+    VolumeGrid grid;
+    grid.voxels = {258, 3, 67};
+    // The voxel with the value 1 keeps the step of quantization at 1.
+    const auto density = voxels_of<uint8_t>(
+        [](int x, int y, int z) { return x + y + z == 0 ? 1 : 100 * y; }, grid.voxels);
+    std::mt19937 random(5);
+    const auto noise = voxels_of<uint16_t>([&](int, int, int) { return random(); }, grid.voxels);
+    const std::vector fields{
+        FieldInput{"noise", "n.nrrd", [&]() -> Result<std::unique_ptr<VolumeSource>> {
+                     return std::make_unique<ArraySource<uint16_t>>(grid, noise, "n");
+                   }}};
+    const auto path = folder.path() / "flat.isosplat";
+    ArraySource<uint8_t> source(grid, density, "density");
+    ASSERT_TRUE(build_store_with_fields(source, fields, path, {}));
+    store_ = *StoreFile::open(path);
+    isovalue_ = store_->info().mapping.quantized_isovalue(50.25);
+    selection_ = *store_->chunks_for(0, isovalue_, isovalue_);
+    ASSERT_EQ(selection_.count, 10u);
+    size_t pages = 0;
+    for (const PageRef& page : store_->pages()) pages += page.level == 0;
+    ASSERT_EQ(pages, 2u);
+  }
+
+  Answer samples(const std::string& query) {
+    return get(port(), "/v1/volumes/flat/" + store_->content() +
+                           "/samples?fields=positions&format=raw&isovalue=50.25" + query);
+  }
+
+  std::shared_ptr<StoreFile> store_;
+  float isovalue_ = 0;        ///< quantized
+  ChunkSelection selection_;  ///< the chunks of the isosurface
+};
+
+TEST_F(FieldSamplesOfPages, CountEachPageOnce) {
+  options.limits.query_directory_bytes = selection_.directory_bytes;
+  start();
+  EXPECT_EQ(samples("").status, 200);
+  const Answer with_field = samples("&field=noise");
+  EXPECT_EQ(with_field.status, 200) << with_field.body;
+  EXPECT_EQ(with_field.body.size(), 16u * 257 * 66);
+}
+
+TEST_F(FieldSamplesOfPages, BeyondALimitNameAllLimits) {
+  options.limits.query_bytes = selection_.bytes;
+  start();
+  EXPECT_EQ(samples("").status, 200);
+  const Answer refused = samples("&field=noise");
+  EXPECT_EQ(refused.status, 413);
+  const std::string expected = fmt::format(
+      "expected at most {} bytes of chunks, 65536 chunks and 268435456 bytes of directory pages of "
+      "the field 'noise', found at least ",
+      selection_.bytes);
+  EXPECT_NE(refused.body.find(expected), std::string::npos) << refused.body;
+}
+
+TEST_F(FieldSamplesOfPages, RefuseAFieldWithOtherBlocks) {
+  std::vector<std::byte> file(store_->info().file_bytes);
+  ASSERT_TRUE(store_->read(0, file));
+  const FieldRef ref = store_->info().fields[0];
+  const auto field = std::span(file).subspan(ref.offset, ref.bytes);
+  StoreHeader header = *parse_store_header(field);
+  for (PageRef& page : header.pages) {
+    if (page.level > 0) continue;
+    const auto place = field.subspan(page.offset, page.bytes);
+    DirectoryPage changed = *parse_page(place, page, header.levels[0]);
+    changed.blocks[0].interval.min = 60;  // above the isovalue
+    const auto bytes = write_page(changed);
+    ASSERT_EQ(bytes.size(), page.bytes);
+    std::ranges::copy(bytes, place.begin());
+    page.checksum = checksum32(bytes);
+  }
+  std::ranges::copy(*write_store_header(header), field.begin());
+  write_file(folder.path() / "flat.isosplat", file);
+  start();
+  EXPECT_EQ(samples("").status, 200);
+  const Answer refused = samples("&field=noise");
+  EXPECT_EQ(refused.status, 500);
+  EXPECT_EQ(Json::parse(refused.body)["status"], "malformed_page");
+  EXPECT_NE(refused.body.find("flat.isosplat, field 'noise': expected chunk "), std::string::npos)
+      << refused.body;
+}
+
+TEST_F(FieldSamplesOfPages, CountTheMemoryOfTheField) {
+  const auto ignore = [](std::string_view) {};
+  Catalog catalog({folder.path()}, ignore);
+  StorePool stores({}, ignore);
+  ScenePool scenes({}, ScenePool::OutsideLinks::followed, ignore);
+  catalog.scan();
+  const auto memory_with = [&](const std::string& query) {
+    const std::string target = "/v1/volumes/flat/" + store_->content() +
+                               "/samples?fields=positions&isovalue=50.25" + query;
+    Request request;
+    request.method = Method::get;
+    request.target = target;
+    const Response response = Router(catalog, stores, scenes, {}).respond(request);
+    return response.stream ? response.stream->memory() : 0;
+  };
+  const uint64_t without = memory_with("");
+  EXPECT_GT(without, 0u);
+  const auto field = *open_field(*store_, 0);
+  const auto of_field = *field->chunks_for(0, isovalue_, isovalue_);
+  uint32_t largest = 0, cells = 0;
+  for (const ChunkRef& chunk : of_field.chunks) {
+    largest = std::max(largest, chunk.bytes);
+    cells = std::max(cells, chunk.cells);
+  }
+  EXPECT_EQ(memory_with("&field=noise") - without,
+            of_field.directory_bytes + field->header().size() + largest + sizeof(float) * cells);
 }
 
 }  // namespace
