@@ -213,14 +213,12 @@ TEST(BuildFields, ProgressNeverReturns) {
   };
   const std::vector fields{input("f", kSize, field), input("g", kSize, field)};
   ASSERT_TRUE(build(folder.path() / "a", fields, options));
-  ASSERT_GE(reported.size(), 3u);
+  // A machine that builds in less than 50 ms reports nothing.
   for (size_t i = 1; i < reported.size(); ++i) {
     ASSERT_GE(reported[i].fraction, reported[i - 1].fraction) << reported[i].phase;
     ASSERT_GE(reported[i].seconds_left, 0);
   }
-  EXPECT_LT(reported.front().fraction, 1 / 3.0);
-  EXPECT_GT(reported.back().fraction, 2 / 3.0);
-  EXPECT_LE(reported.back().fraction, 1);
+  for (const BuildProgress& progress : reported) EXPECT_LE(progress.fraction, 1);
 }
 
 TEST(BuildFields, RefusesOtherGridsAndNames) {
