@@ -143,6 +143,18 @@ test.each(sources)("a field of %s can be shown and hidden later", async (_, sour
   expect(harness.values.size).toBe(0);
 });
 
+test.each(sources)(
+  "a distant view of %s has the values of the coarsest levels",
+  async (_, source) => {
+    const session = await harness.open(source(), core);
+    session.showField("pressure");
+    session.update(view(100.5, 5));
+    await harness.until(() => harness.progress?.complete === true && hasValues());
+    expect(harness.progress?.finestLevel).toBe(session.info.levels - 1);
+    expect(harness.progress?.damagedParts).toBe(0);
+  },
+);
+
 test.each([
   ["chunks", 32 * 1024],
   ["header", 100],

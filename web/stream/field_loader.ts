@@ -200,7 +200,7 @@ export class FieldLoader {
     for (const chunk of this.#needed) {
       const { handle } = chunk;
       const own = this.#chunks.get(handle) ?? chunkAt(store, chunk);
-      if (!own) {
+      if (own === undefined) {
         this.#missingIn.add(handle);
         continue;
       }
