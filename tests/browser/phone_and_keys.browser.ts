@@ -42,6 +42,20 @@ test.describe("a phone", () => {
     await expect(more).toBeFocused();
   });
 
+  test("the legend is below the status line, also where this has two lines", async ({ page }) => {
+    await page.setViewportSize({ width: 320, height: 640 });
+    await page.goto(
+      `${server.url}?volume=bucky&isovalue=100&slices=,0.5,&clip=0,1,0,0.5,0,1&lang=de`,
+    );
+    await settled(page);
+    const line = 30;
+    const boxOf = async (part: string) =>
+      (await page.locator(part).boundingBox()) ?? { y: 0, height: 0 };
+    const [status, legend] = [await boxOf(".status"), await boxOf(".legend")];
+    expect(status.height).toBeGreaterThan(line);
+    expect(legend.y).toBeGreaterThan(status.y + status.height);
+  });
+
   test("at 320 px the text of the state is completely visible", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
     await page.goto(`${server.url}?volume=bucky&isovalue=100`);

@@ -1,6 +1,5 @@
 import { html, type TemplateResult } from "lit";
 import type { StoreInfo, Triple } from "../../core/types.ts";
-import { axisNames, isAnatomical } from "../../overlay/axis_names.ts";
 import { unitOf } from "../../overlay/length_unit.ts";
 import { formatMeasured } from "../../overlay/lengths.ts";
 import { panelTexts } from "../../texts/panel.ts";
@@ -9,21 +8,9 @@ import type { ClipPlane } from "../../viewer/types.ts";
 import { percent, withValue } from "./form_elements.ts";
 import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
-
-/** The cosine of 30°. */
-const nearlyParallel = Math.sqrt(0.75);
+import { axisText, volumeAxes } from "./volume_axes.ts";
 
 type RangeElement = HTMLElement & { minValue: number; maxValue: number };
-
-/** The volume's axis, with the anatomical sides of its ends where they are known and the axis is nearly theirs: "x, R–L". */
-function sides(axis: string, index: number, info: StoreInfo): string {
-  if (!isAnatomical(info)) return axis;
-  const along = [0, 1, 2].map((row) => info.direction[3 * row + index] ?? 0);
-  const world = along.findIndex((part) => Math.abs(part) > nearlyParallel);
-  const [low, high] = axisNames(info)[world] ?? [];
-  if (low === undefined || high === undefined) return axis;
-  return `${axis}, ${(along[world] ?? 1) > 0 ? `${low}–${high}` : `${high}–${low}`}`;
-}
 
 /** A position along the volume's axis, from its first voxel. */
 function place(share: number, index: number, info: StoreInfo): string {
@@ -60,12 +47,12 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
     @wa-hide=${shown(false)}
   >
     <div class="fields">
-      ${["x", "y", "z"].map((axis, i) =>
+      ${volumeAxes.map((_, i) =>
         withValue(
           html`<wa-slider
               range
               size="s"
-              label=${sides(axis, i, info)}
+              label=${axisText(i, info)}
               min="0"
               max="1"
               step="0.01"

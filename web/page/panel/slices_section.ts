@@ -13,13 +13,12 @@ import { mapNames } from "./appearance_section.ts";
 import { select, type ValueElement } from "./form_elements.ts";
 import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
-
-const axes = ["x", "y", "z"] as const;
+import { axisText, sidesOf, volumeAxes } from "./volume_axes.ts";
 
 /** The section of slices: one across each axis, and an oblique one. */
 export function slicesSection(state: PanelState, actions: PanelActions): TemplateResult {
   return html`<div class="fields slices">
-    ${axes.map((_, axis) => axisPart(axis, state, actions))} ${obliquePart(state, actions)}
+    ${volumeAxes.map((_, axis) => axisPart(axis, state, actions))} ${obliquePart(state, actions)}
     ${hasSlices(state.slices) && state.look.colourBy !== "isovalue" ? rangePart(state, actions) : nothing}
     <p class="quiet">${slicesTexts.about}</p>
   </div>`;
@@ -27,7 +26,7 @@ export function slicesSection(state: PanelState, actions: PanelActions): Templat
 
 /** A slice across an axis, with steps of one voxel. */
 function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActions) {
-  const name = axes[axis] ?? "";
+  const name = axisText(axis, info);
   const last = (info.voxels[axis] ?? 2) - 1;
   const share = slices.along[axis] ?? null;
   const voxelText = (at: number) => localized(String(Number(at.toFixed(3))));
@@ -56,7 +55,7 @@ function axisPart(axis: number, { slices, info }: PanelState, actions: PanelActi
       aria-pressed=${isShown}
       @click=${toggle}
     >
-      ${name}
+      ${sidesOf(axis, info) ?? name}
     </button>
     ${
       isShown

@@ -53,6 +53,11 @@ export class PageLayout {
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;
   #isPanelHidden = false;
+  /** On narrow screens, other parts are below the status line, which may have several lines of text. */
+  readonly #statusSize = new ResizeObserver(() => {
+    const { offsetHeight } = this.#page.status.element;
+    this.#root.style.setProperty("--status-height", `${offsetHeight}px`);
+  });
   readonly #pace = new LayoutPace(
     () => this.renderNow(),
     () => this.#showIsovalue(),
@@ -66,6 +71,7 @@ export class PageLayout {
       activate: (index) => page.surfaces.actions.activate(index),
       step: (by) => page.surfaces.step(by, "step"),
     });
+    this.#statusSize.observe(page.status.element);
   }
 
   /** Lays the page out in the next frame. `isIsovalueOnly`: see LayoutPace. */
@@ -152,6 +158,8 @@ export class PageLayout {
 
   close(): void {
     this.#pictures.close();
+    this.#statusSize.disconnect();
+    this.#root.style.removeProperty("--status-height");
   }
 
   /** Whether the view is complete and rests, and the pictures of isovalues are in view. */
