@@ -93,6 +93,16 @@ const devices = [
 /** How long a picture may take on a busy machine (ms). */
 const longestWait = 120_000;
 
+/** Waits for the pictures of suggested isovalues, which are drawn while they are in view. */
+async function choicesDrawn(page: Page): Promise<void> {
+  await page.waitForFunction(() => {
+    const pictures = [...document.querySelectorAll(".choice-picture")];
+    const { top = 0, bottom = 0 } = pictures[0]?.getBoundingClientRect() ?? {};
+    const areInView = pictures[0]?.checkVisibility() && top < innerHeight && bottom > 0;
+    return !areInView || pictures.every(({ childElementCount }) => childElementCount > 0);
+  });
+}
+
 async function draw(browser: Browser, url: string, state: State, file: string): Promise<void> {
   for (const { name, options } of devices) {
     const context = await browser.newContext({ ...options, reducedMotion: "reduce" });
@@ -103,7 +113,10 @@ async function draw(browser: Browser, url: string, state: State, file: string): 
       if (state.view) await settled(page, longestWait);
       else await page.waitForFunction(() => [...document.images].every(({ complete }) => complete));
       await state.act?.(page);
-      if (state.view) await settled(page, longestWait);
+      if (state.view) {
+        await settled(page, longestWait);
+        await choicesDrawn(page);
+      }
       await page.screenshot({
         path: `${file}_${name}.jpg`,
         type: "jpeg",
