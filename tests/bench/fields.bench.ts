@@ -4,6 +4,8 @@ import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Bench, Benchmark } from "./harness/benchmark.ts";
 import { renderProgram } from "./harness/render.ts";
+import { serve } from "./stream/serving.ts";
+import { launch, links, Visitor } from "./stream/visit.ts";
 
 interface Query {
   chunks: number;
@@ -92,8 +94,42 @@ async function measure(bench: Bench, what: string, volume: string, field: string
   );
 }
 
+const visits = 5;
+
+/** The times until the page shows a surface, and until it is complete, with its field for each without. */
+async function measureVisits(bench: Bench, what: string, store: string, isovalue: number) {
+  const url = await serve(bench, [store]);
+  const view = `${url}?volume=store&isovalue=${isovalue}`;
+  const browser = await launch();
+  try {
+    for (const link of links) {
+      const ratios: [first: number[], complete: number[]] = [[], []];
+      const timesOf = async (address: string, first: string): Promise<[number, number]> => {
+        const visitor = await Visitor.arrive(browser, link);
+        try {
+          await visitor.page.goto(address);
+          const { shown } = await visitor.mark(first);
+          return [shown, (await visitor.mark("isosplat:complete")).at];
+        } finally {
+          await visitor.leave();
+        }
+      };
+      for (let visit = 0; visit < visits; ++visit) {
+        const plain = await timesOf(view, "isosplat:surface");
+        const coloured = await timesOf(`${view}&colour-by=field&field=field`, "isosplat:coloured");
+        ratios[0].push(coloured[0] / plain[0]);
+        ratios[1].push(coloured[1] / plain[1]);
+      }
+      bench.report(what, `first coloured picture, ${link.name}`, "×", ratios[0], { atMost: 1.2 });
+      bench.report(what, `complete, ${link.name}`, "×", ratios[1]);
+    }
+  } finally {
+    await browser.close();
+  }
+}
+
 export default {
-  title: "fields: bytes for an isovalue, frame rates",
+  title: "fields: bytes for an isovalue, first picture, frame rates",
   async run(bench) {
     const pairs: [string, string, string, number?][] = [
       ["fuel, neghip", "fuel.nhdr", "neghip.nhdr", 1.2],
@@ -107,6 +143,7 @@ export default {
     const [speed, pressure] = vortices(bench.folder);
     await measure(bench, "vortices, pressure", speed, pressure, 1.2);
     await measureFrames(bench, "vortices, pressure", storeOf(bench), 150.5);
+    await measureVisits(bench, "vortices, pressure", storeOf(bench), 150.5);
     for (const [what, volume, field, most] of pairs) {
       const [volumePath, fieldPath] = [volume, field].map((name) => {
         const [folder, ...file] = name.split("/");

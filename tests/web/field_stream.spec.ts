@@ -258,3 +258,25 @@ test("nothing of a field is fetched while none is shown", async () => {
   expect(await fetched(true)).toBeGreaterThan(without);
   expect(without).toBeLessThan((harness.session?.info.fileBytes ?? 0) - (fields[0]?.bytes ?? 0));
 });
+
+test("the header and the pages of a field are requested at the same time", async () => {
+  const requested: [offset: number, bytes: number][] = [];
+  class Recorded extends FileSource {
+    override async range(...request: Parameters<FileSource["range"]>): Promise<void> {
+      requested.push([request[0], request[1]]);
+      await super.range(...request);
+    }
+  }
+  const session = await harness.open(new Recorded(`${host.origin}/ball.isosplat`), core);
+  const [field] = session.info.fields;
+  if (!field) throw new Error("expected a store with a field, found none");
+  session.showField("pressure");
+  session.update(view(100.5, 1600));
+  await harness.until(() => harness.progress?.complete === true);
+  const end = field.offset + field.bytes;
+  const ofField = requested.filter(([offset]) => offset >= field.offset && offset < end);
+  const tail = Math.max(end - 64 * 1024, field.offset);
+  const header = [field.offset, Math.min(8 * 1024, field.bytes)];
+  expect(ofField.slice(0, 2)).toEqual(expect.arrayContaining([header, [tail, end - tail]]));
+  expect(ofField.slice(2).filter(([offset]) => offset >= tail)).toEqual([]);
+});

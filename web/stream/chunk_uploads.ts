@@ -21,6 +21,8 @@ export interface ChunkUploadEvents {
   fieldFailed(error: StreamError, isFirst: boolean): void;
   /** The values of a field that are missing have changed. */
   fieldChanged(): void;
+  /** See FieldValuesEvents.coloured. */
+  coloured(): void;
   /** The GPU is out of memory. Called once until `retry`. */
   overflowed(error: StreamError): void;
 }
@@ -57,6 +59,7 @@ export class ChunkUploads {
       chunkOf: (handle) => this.residency.chunk(handle),
       failed: (error, isFirst) => events.fieldFailed(error, isFirst),
       changed: () => events.fieldChanged(),
+      coloured: () => events.coloured(),
     });
     const upload: Upload = (chunk, decoded, purpose) => this.#upload(chunk, decoded, purpose);
     this.#queue = new UploadQueue(upload, () => events.changed());

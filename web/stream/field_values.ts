@@ -11,6 +11,8 @@ export interface FieldValuesEvents {
   /** A field chunk, a page or the header of the field cannot be read, or the GPU has no room for values. */
   failed(error: StreamError, isFirst: boolean): void;
   changed(): void;
+  /** The first values of the field that is shown are drawn from now on. */
+  coloured(): void;
 }
 
 interface HeldChunk {
@@ -44,6 +46,8 @@ export class FieldValues {
   readonly #held = new Map<number, HeldChunk>();
   /** The chunks on the GPU whose values are there too. */
   readonly #present = new Set<number>();
+  /** Whether values of the field have been drawn. */
+  #isColoured = false;
   #bins: FieldBins | undefined;
   #selection: DrawnSelection = { drawn: new Uint32Array(), load: [], isMoving: false };
   /** The handles of the chunks in `load`. */
@@ -83,6 +87,7 @@ export class FieldValues {
     this.#loader?.close();
     this.#loader = undefined;
     this.#present.clear();
+    this.#isColoured = false;
     this.#overflow = undefined;
     this.#bins = field ? new FieldBins(field) : undefined;
     if (field) {
@@ -144,6 +149,8 @@ export class FieldValues {
     this.#bins?.add(handle, values);
     this.#present.add(handle);
     this.#viewer.fieldValues?.(handle, values);
+    if (!this.#isColoured) this.#events.coloured();
+    this.#isColoured = true;
   }
 
   /** The chunk has left the GPU. */

@@ -79,6 +79,7 @@ export function makeSessionParts(
       else if (isFirst) host.failed(error);
     },
     fieldChanged: () => host.progressChanged(),
+    coloured: () => host.mark("isosplat:coloured"),
     overflowed: (error) => host.failed(error),
   });
   const { residency } = uploads;
