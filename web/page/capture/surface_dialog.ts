@@ -243,7 +243,7 @@ class SurfaceDialog {
           }
           ${
             this.#isClipped && this.#hasPlanes && !this.#isClosed
-              ? html`<p>${surfaceTexts.planesNeedClosed}</p>`
+              ? html`<p class="warning" role="status">${surfaceTexts.planesNeedClosed}</p>`
               : nothing
           }
           ${this.#format === "stl" ? html`<p class="quiet">${surfaceTexts.millimetres}</p>` : nothing}
