@@ -1,0 +1,56 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "shared/core/base/status.h"
+#include "shared/core/unstructured/cell_shape.h"
+
+namespace isosplat {
+
+/// Cells of any shapes, which share points, with a value at each point. A cell with a value that is
+/// not finite is no part of the mesh.
+struct UnstructuredMesh {
+  std::vector<Vec3d> points;
+  std::vector<double> values;     ///< one for each point
+  std::vector<CellShape> shapes;  ///< one for each cell
+  std::vector<uint32_t> begins;   ///< one for each cell: its first corner in `corners`
+  std::vector<uint32_t> corners;  ///< indices of points, cell after cell
+
+  size_t cells() const { return shapes.size(); }
+  std::span<const uint32_t> corners_of(size_t cell) const {
+    return std::span(corners).subspan(begins[cell],
+                                      static_cast<size_t>(corner_count(shapes[cell])));
+  }
+  CellGeometry geometry(size_t cell) const;
+  bool has_values(size_t cell) const;
+  /// The weighted sum of the values at a cell's corners.
+  double value(size_t cell, const CornerWeights& weights) const;
+  uint64_t memory_bytes() const;
+};
+
+/// A box that is parallel to the axes.
+struct Box {
+  Vec3d low, high;
+
+  bool overlaps(const Box& other) const {
+    return low.x <= other.high.x && low.y <= other.high.y && low.z <= other.high.z &&
+           other.low.x <= high.x && other.low.y <= high.y && other.low.z <= high.z;
+  }
+  bool contains(Vec3d p) const {
+    return p.x >= low.x && p.y >= low.y && p.z >= low.z && p.x <= high.x && p.y <= high.y &&
+           p.z <= high.z;
+  }
+  void add(Vec3d p);
+};
+
+/// The bounding box of a cell.
+Box box_of(const CellGeometry& cell);
+
+/// Values at points, of values that belong to cells: the average of the cells around a point,
+/// weighted by their volumes. Points without a cell have NaN. `cell_values`: one for each cell; a
+/// cell whose value is not finite is left out.
+std::vector<double> values_at_points(const UnstructuredMesh& mesh,
+                                     std::span<const double> cell_values);
+
+}  // namespace isosplat
