@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -15,14 +16,21 @@
 #include "native/scene/scene_output.h"
 #include "shared/core/adaptive/drawn_cells.h"
 #include "shared/core/adaptive/level_source.h"
+#include "shared/core/unstructured/resample.h"
 #include "shared/import/codecs/file_head.h"
 #include "shared/import/vtk_amr/vtk_amr.h"
+#include "shared/import/vtk_mesh/vtk_mesh.h"
 #include "shared/system/store_file/store_file.h"
 
 namespace isosplat::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+bool is_mesh(const fs::path& path) {
+  const auto head = import::read_head(path);
+  return head && import::is_vtk_mesh(head->bytes());
+}
 
 class AdaptiveBuild {
  public:
@@ -33,6 +41,7 @@ class AdaptiveBuild {
 
  private:
   Result<import::OpenAdaptiveGrid> open();
+  Result<import::OpenAdaptiveGrid> open_mesh();
   Result<void> scan();
   Result<void> build(size_t number);
   Scene scene(std::optional<double> isovalue) const;
@@ -53,8 +62,59 @@ class AdaptiveBuild {
   SceneReport report_;
 };
 
+/// The text about the grid of a mesh, for the user and for the stores.
+std::string resampled_text(const UnstructuredMesh& mesh, const ResampledMesh& resampled) {
+  const ResampleError error = measure_error(mesh, resampled);
+  uint64_t leaves = 0;
+  for (uint32_t level = 0; level < resampled.grid.levels(); ++level) {
+    for (const auto& [key, brick] : resampled.grid.bricks(level)) {
+      leaves += static_cast<uint64_t>(
+          std::count(brick.states.begin(), brick.states.end(), CellState::leaf));
+    }
+  }
+  std::string text = fmt::format(
+      "{} cells of a mesh became {} cells of an adaptive grid. At {} random points, its values "
+      "differ from those of the mesh by at most {:.3g}, RMS {:.3g} (limit: {:.3g})",
+      with_commas(mesh.cells()), with_commas(leaves), with_commas(error.points), error.max,
+      error.rms, resampled.max_error);
+  if (error.above > 0) {
+    text += fmt::format(", by more than the limit at {:.2g} % of them", 100 * error.above);
+  }
+  if (error.outside > 0) {
+    text += fmt::format("; {:.2g} % of the mesh, at its border and at gaps, have no values",
+                        100 * error.outside);
+  }
+  return text;
+}
+
+/// Brings an unstructured grid to an adaptive one. --max-error is the limit of the difference
+/// between them; the stores' own error is the smallest that 16 bits allow.
+Result<import::OpenAdaptiveGrid> AdaptiveBuild::open_mesh() {
+  const uint64_t memory = build_.memory_bytes / 2;
+  auto opened = import::open_vtk_mesh(volume_, options_.import, memory);
+  if (!opened) return tl::unexpected(opened.error());
+  progress_->show(0, "resampling the mesh");
+  const UnstructuredMesh& mesh = opened->mesh;
+  auto resampled =
+      resample(mesh, {build_.max_error, memory - std::min(memory, mesh.memory_bytes())});
+  if (!resampled) {
+    return fail(resampled.error().status,
+                fmt::format("{}: {}", volume_.string(), resampled.error().message));
+  }
+  build_.max_error = 0;
+  opened->notes.push_back(resampled_text(mesh, *resampled));
+  VolumeHeader header;
+  header.format = "VTK XML";
+  header.name = opened->name;
+  header.grid = resampled->level_0;
+  return import::OpenAdaptiveGrid{std::move(resampled->grid), std::move(header),
+                                  std::move(opened->notes), std::move(opened->files)};
+}
+
 Result<import::OpenAdaptiveGrid> AdaptiveBuild::open() {
-  auto opened = import::open_vtk_amr(volume_, options_.import, build_.memory_bytes / 2);
+  auto opened = is_mesh(volume_)
+                    ? open_mesh()
+                    : import::open_vtk_amr(volume_, options_.import, build_.memory_bytes / 2);
   if (!opened) return opened;
   if (auto other = check_not_input(output_path_, opened->files); !other) {
     return tl::unexpected(other.error());
@@ -138,7 +198,7 @@ Result<std::optional<double>> AdaptiveBuild::isovalue() const {
 Result<SceneReport> AdaptiveBuild::run() {
   const auto begin = std::chrono::steady_clock::now();
   progress_.emplace(fmt::format("Building {}", output_path_.string()));
-  progress_->show(0, "reading the patches");
+  progress_->show(0, "reading the grid");
   const auto opened = open();
   if (!opened) return tl::unexpected(opened.error());
   for (uint32_t level = 0; level < opened->grid.levels(); ++level) {
@@ -178,7 +238,7 @@ Result<SceneReport> AdaptiveBuild::run() {
 
 bool is_adaptive(const fs::path& path) {
   const auto head = import::read_head(path);
-  return head && import::is_vtk_amr(head->bytes());
+  return head && (import::is_vtk_amr(head->bytes()) || import::is_vtk_mesh(head->bytes()));
 }
 
 Result<SceneReport> build_adaptive(const fs::path& volume, const fs::path& output,

@@ -12,15 +12,16 @@ struct AdaptiveBuildOptions {
   import::ImportOptions import;
 };
 
-/// Whether a file is an adaptive grid, which build_adaptive() builds.
+/// Whether a file is an adaptive or unstructured grid, which build_adaptive() builds.
 bool is_adaptive(const std::filesystem::path& path);
 
-/// Builds a scene of an adaptive grid: a bundle or a folder (SceneOutput) with a layer and a store
+/// Builds a scene of an adaptive grid, or of an unstructured one, which is resampled to an adaptive
+/// grid (shared/core/unstructured): a bundle or a folder (SceneOutput) with a layer and a store
 /// for each refinement level (LevelSource). All stores have the same mapping to quantized values,
 /// and the layers are parts of one volume (SceneLayer::part_of), so that they show one isosurface.
 /// Half of the memory is for the grid. Prints notes and progress on stderr. Errors: those of
-/// open_vtk_amr, choose_drawn_cells, build_store_file and SceneOutput; malformed_volume if no cell
-/// has a value; invalid_argument if the output is one of the inputs.
+/// open_vtk_amr, open_vtk_mesh, resample, choose_drawn_cells, build_store_file and SceneOutput;
+/// malformed_volume if no cell has a value; invalid_argument if the output is one of the inputs.
 Result<SceneReport> build_adaptive(const std::filesystem::path& volume,
                                    const std::filesystem::path& output,
                                    const AdaptiveBuildOptions& options);

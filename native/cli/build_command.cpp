@@ -146,10 +146,10 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
   return finish_scene(call, *output, *built, counted(built->layers, "label"));
 }
 
-/// Builds a scene with a layer for each refinement level of an adaptive grid.
+/// Builds a scene with a layer for each refinement level of an adaptive or unstructured grid.
 int run_adaptive(const BuildCall& call, const import::ImportOptions& import_options,
                  const BuildOptions& build_options) {
-  const auto output = scene_output(call, "an adaptive grid");
+  const auto output = scene_output(call, "an adaptive or unstructured grid");
   if (!output) return report(output.error());
   const auto built = build_adaptive(call.volumes.front(), *output,
                                     {scene_options(call, *output, build_options), import_options});
@@ -265,7 +265,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option(
       "volume", call->volumes,
       "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, VTK, TIFF, cube, VASP, XSF, "
-      "OpenDX or raw file, an adaptive grid of VTK (.vthb), or a "
+      "OpenDX or raw file, an adaptive or unstructured grid of VTK (.vthb, "
+      ".vtu), or a "
       "folder of DICOM or TIFF slices; several are the time steps of a scene");
   command->add_option(
       "-o,--output", call->store,
@@ -320,6 +321,7 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "  isosplat build cells.tif -o cells.isobundle\n"
       "  isosplat build organs.nii.gz --labels\n"
       "  isosplat build blast.vthb\n"
+      "  isosplat build flow.vtu --dataset pressure --max-error 0.01\n"
       "  isosplat build density.nrrd --field temperature=temperature.nrrd\n"
       "  isosplat build head.nii.gz -o s3://bucket/head.isosplat\n"
       "  isosplat build huge.nrrd --resume\n"
@@ -328,6 +330,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "A scene has a layer for each channel and a store for each time step. The steps of a layer\n"
       "have the same quantized values. Call an interrupted build again to continue it. A later\n"
       "call can add steps to a folder.\n"
+      "An unstructured grid (.vtu, .pvtu) is resampled to cells that are no larger than its own.\n"
+      "For it, --max-error limits the difference between both (default: 0.5 % of the range).\n"
       "The output appears under its name only when it is complete. It replaces an older store of\n"
       "the same volume, but never an input file.\n"
       "\n"

@@ -42,7 +42,7 @@ void VolumeFlags::add_to(CLI::App& command) {
       .add_option(
           "--dataset", dataset_,
           "HDF5, netCDF: path of the dataset; .npz: name of the array, if the file has several; "
-          "OME-Zarr: path of the scale (default: the finest)")
+          "OME-Zarr: path of the scale (default: the finest); VTK XML: name of the array")
       ->type_name("PATH");
   command.add_option("--dims", dims_, "Raw files: number of voxels along each axis")
       ->type_name("XxYxZ");
@@ -138,10 +138,12 @@ void BuildFlags::add_to(CLI::App& command) {
       ->check(is_number(0.01, 100))
       ->capture_default_str();
   command
-      .add_option("--max-error", max_error_,
-                  "Largest difference between a voxel and its stored value, in the volume's units. "
-                  "A larger one makes the store smaller (default: integers and evenly spaced "
-                  "numbers are lossless, others are as exact as 16 bits allow)")
+      .add_option(
+          "--max-error", max_error_,
+          "Largest difference between a voxel and its stored value, in the volume's units. "
+          "A larger one makes the store smaller (default: integers and evenly spaced "
+          "numbers are lossless, others are as exact as 16 bits allow). Unstructured grids: "
+          "largest difference to the values of the mesh (default: 0.5 % of their range)")
       ->check(is_above_zero());
   command
       .add_option("--range", range_,

@@ -147,6 +147,10 @@ std::optional<KnownFile> known_xml(const std::filesystem::path& path, std::strin
     return KnownFile{"an adaptive grid of VTK's XML format",
                      "isosplat build makes a scene of it, with a store for each refinement level"};
   }
+  if (has("\"unstructuredgrid\"") || has("\"punstructuredgrid\"")) {
+    return KnownFile{"an unstructured grid of VTK's XML format",
+                     "isosplat build makes a scene of it, resampled to an adaptive grid"};
+  }
   if (has("<vtkfile"))
     return made("a grid or mesh of VTK's XML format", kMetaImageOfParaView, path);
   if (has("<spimdata")) {

@@ -58,6 +58,21 @@ function writeAdaptiveGrid(folder: string): void {
   );
 }
 
+/** The file that the README calls flow.vtu: four tetrahedra around a point. */
+function writeMesh(folder: string): void {
+  const array = (type: string, name: string, numbers: string, components = 1) =>
+    `<DataArray type="${type}" Name="${name}" NumberOfComponents="${components}" format="ascii">${numbers}</DataArray>`;
+  const points = array("Float32", "Points", "0 0 0 4 0 0 0 4 0 0 0 4 1 1 1", 3);
+  const cells =
+    array("Int32", "connectivity", "4 1 2 3 0 4 2 3 0 1 4 3 0 1 2 4") +
+    array("Int32", "offsets", "4 8 12 16") +
+    array("UInt8", "types", "10 10 10 10");
+  writeFileSync(
+    join(folder, "flow.vtu"),
+    `<VTKFile type="UnstructuredGrid" version="1.0"><UnstructuredGrid><Piece NumberOfPoints="5" NumberOfCells="4"><PointData>${array("Float32", "pressure", "1 2 3 4 0")}</PointData><Points>${points}</Points><Cells>${cells}</Cells></Piece></UnstructuredGrid></VTKFile>`,
+  );
+}
+
 const readme = readFileSync(join(root, "README.md"), "utf8");
 const commands = [...readme.matchAll(/^isosplat ([^#\n]*)/gm)].map((match) =>
   (match[1] ?? "").trim().split(/\s+/),
@@ -71,6 +86,7 @@ describe("the README's commands", () => {
     writeFileSync(join(folder, "dose.nii.gz"), header());
     writeFileSync(join(folder, "organs.nii.gz"), header()); // each value is a label
     writeAdaptiveGrid(folder);
+    writeMesh(folder);
     for (const step of [1, 2]) writeFileSync(join(folder, `step_${step}.nii.gz`), header());
     const layer = { store: "head.isosplat", surfaces: [{ isovalue: 100 }] };
     const scene = { format: "isosplat-scene", version: 1, layers: [layer] };

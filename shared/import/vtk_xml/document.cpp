@@ -13,6 +13,7 @@ namespace isosplat::import {
 namespace {
 
 constexpr int64_t kMaxIndex = int64_t{1} << 31;
+constexpr int64_t kMaxCount = (int64_t{1} << 32) - 1;
 constexpr size_t kMaxPieces = 100'000;
 constexpr size_t kMaxArrays = 1'000'000;
 
@@ -50,19 +51,23 @@ class Parser {
     }
     if (!has_grid_) return malformed("expected a grid with a WholeExtent, found none");
     for (VtkXmlPiece& piece : file_.pieces) {
-      for (VtkXmlArray& array : piece.arrays) {
-        if (auto placed = place(array); !placed) return tl::unexpected(placed.error());
-      }
-      for (VtkXmlArray& array : piece.coordinates) {
-        if (auto placed = place(array); !placed) return tl::unexpected(placed.error());
+      for (auto* arrays : {&piece.arrays, &piece.coordinates, &piece.positions, &piece.topology}) {
+        for (VtkXmlArray& array : *arrays) {
+          if (auto placed = place(array); !placed) return tl::unexpected(placed.error());
+        }
       }
     }
-    std::erase_if(file_.pieces, [](const VtkXmlPiece& piece) { return piece.extent.is_empty(); });
+    std::erase_if(file_.pieces, [&](const VtkXmlPiece& piece) {
+      // Files that name others do not state the points of their pieces.
+      return is_unstructured() ? !file_.is_parallel && piece.points == 0 : piece.extent.is_empty();
+    });
     if (file_.pieces.empty()) return malformed("expected a <Piece> with points, found none");
     return std::move(file_);
   }
 
  private:
+  bool is_unstructured() const { return file_.grid == VtkXmlGrid::unstructured; }
+
   tl::unexpected<Error> malformed(const std::string& what) const {
     return malformed_vtk_xml(file_.path, what);
   }
@@ -84,14 +89,15 @@ class Parser {
   }
 
   Result<void> take(const XmlTag& tag) {
-    const std::string_view plain =
-        tag.name.starts_with('P') && tag.name != "Piece" && tag.name != "PointData"
-            ? tag.name.substr(1)
-            : tag.name;
+    const std::string_view plain = tag.name.starts_with('P') && tag.name != "Piece" &&
+                                           tag.name != "PointData" && tag.name != "Points"
+                                       ? tag.name.substr(1)
+                                       : tag.name;
     if (tag.name == "VTKFile") return take_file(tag);
-    if (plain == "ImageData" || plain == "RectilinearGrid") {
+    if (plain == "ImageData" || plain == "RectilinearGrid" || plain == "StructuredGrid") {
       return tag.begins ? take_grid(tag) : Result<void>();
     }
+    if (plain == "UnstructuredGrid") has_grid_ = true;
     if (tag.name == "Piece" && tag.begins) return take_piece(tag);
     if (plain == "PointData" || plain == "CellData") {
       section_ = tag.ends ? Section::none : plain == "CellData" ? Section::cells : Section::points;
@@ -99,6 +105,8 @@ class Parser {
       if (const auto name = tag.attribute("Scalars"); name && scalars.empty()) scalars = *name;
     }
     if (plain == "Coordinates") section_ = tag.ends ? Section::none : Section::coordinates;
+    if (plain == "Points") section_ = tag.ends ? Section::none : Section::positions;
+    if (plain == "Cells") section_ = tag.ends ? Section::none : Section::topology;
     if (tag.name == "DataArray" && tag.begins && section_ != Section::none &&
         !file_.pieces.empty()) {
       return take_array(tag);
@@ -109,7 +117,10 @@ class Parser {
   Result<void> take_file(const XmlTag& tag) {
     const std::string type = tag.attribute("type").value_or("");
     file_.is_parallel = type.starts_with('P');
-    file_.is_rectilinear = type.ends_with("RectilinearGrid");
+    file_.grid = type.ends_with("RectilinearGrid")    ? VtkXmlGrid::rectilinear
+                 : type.ends_with("UnstructuredGrid") ? VtkXmlGrid::unstructured
+                 : type.ends_with("StructuredGrid")   ? VtkXmlGrid::structured
+                                                      : VtkXmlGrid::image;
     const std::string version = tag.attribute("version").value_or("0.1");
     const auto major = whole_number(std::string_view(version).substr(0, version.find('.')));
     if (!major || *major < 0 || *major > 2) {
@@ -188,15 +199,26 @@ class Parser {
   }
 
   Result<void> take_piece(const XmlTag& tag) {
-    const auto box = extent(tag, "Extent");
-    if (!box) return tl::unexpected(box.error());
     if (file_.pieces.size() == kMaxPieces) {
       return malformed(fmt::format("expected at most {} pieces, found more", kMaxPieces));
     }
     VtkXmlPiece piece;
-    piece.extent = *box;
     piece.source = tag.attribute("Source").value_or("");
-    if (file_.is_parallel && piece.source.empty() && !box->is_empty()) {
+    if (!is_unstructured()) {
+      const auto box = extent(tag, "Extent");
+      if (!box) return tl::unexpected(box.error());
+      piece.extent = *box;
+    } else if (!file_.is_parallel) {
+      for (const char* name : {"NumberOfPoints", "NumberOfCells"}) {
+        const auto count = whole_number(tag.attribute(name).value_or(""));
+        if (!count || *count < 0 || *count > kMaxCount) {
+          return malformed(fmt::format("expected a number below 4294967296 in {}", name));
+        }
+        (name[8] == 'P' ? piece.points : piece.cells) = static_cast<uint64_t>(*count);
+      }
+    }
+    const bool is_empty = !is_unstructured() && piece.extent.is_empty();
+    if (file_.is_parallel && piece.source.empty() && !is_empty) {
       return malformed("expected a Source in each <Piece>");
     }
     file_.pieces.push_back(std::move(piece));
@@ -228,7 +250,10 @@ class Parser {
                    : format == "binary" ? VtkXmlArray::Format::base64
                                         : VtkXmlArray::Format::appended;
     if (format == "appended") array.begin = static_cast<uint64_t>(*offset);
-    auto& arrays = section_ == Section::coordinates ? piece.coordinates : piece.arrays;
+    auto& arrays = section_ == Section::coordinates ? piece.coordinates
+                   : section_ == Section::positions ? piece.positions
+                   : section_ == Section::topology  ? piece.topology
+                                                    : piece.arrays;
     arrays.push_back(std::move(array));
     if (!tag.ends && format != "appended") {
       open_ = &arrays.back();
@@ -268,7 +293,7 @@ class Parser {
     return {};
   }
 
-  enum class Section : uint8_t { none, points, cells, coordinates };
+  enum class Section : uint8_t { none, points, cells, coordinates, positions, topology };
 
   ByteReader& bytes_;
   XmlTags tags_;

@@ -35,12 +35,19 @@ struct VtkXmlArray {
   uint64_t words = 0;           ///< in text form: the number of values
 };
 
+/// The kinds of grids: evenly spaced, with an array of positions for each axis, with a position for
+/// each point of a lattice, and with cells of several shapes.
+enum class VtkXmlGrid : uint8_t { image, rectilinear, structured, unstructured };
+
 /// A part of the grid.
 struct VtkXmlPiece {
-  VtkXmlExtent extent;
-  std::string source;  ///< in files that refer to others: the name of the piece's file
+  VtkXmlExtent extent;             ///< not of unstructured grids
+  uint64_t points = 0, cells = 0;  ///< of unstructured grids, below 2^32 each
+  std::string source;              ///< in files that refer to others: the name of the piece's file
   std::vector<VtkXmlArray> arrays;
   std::vector<VtkXmlArray> coordinates;  ///< of rectilinear grids: of x, y and z
+  std::vector<VtkXmlArray> positions;    ///< the arrays in <Points>: one
+  std::vector<VtkXmlArray> topology;     ///< those in <Cells>: connectivity, offsets, types, …
 };
 
 enum class VtkXmlCompressor : uint8_t { none, zlib, lz4, lzma };
@@ -48,7 +55,7 @@ enum class VtkXmlCompressor : uint8_t { none, zlib, lz4, lzma };
 /// A file without its values.
 struct VtkXmlFile {
   std::filesystem::path path;
-  bool is_rectilinear = false;
+  VtkXmlGrid grid = VtkXmlGrid::image;
   bool is_parallel = false;  ///< its pieces are in other files
   bool big_endian = false;
   size_t header_bytes = 4;  ///< of each number before the values of an array
@@ -66,8 +73,9 @@ struct VtkXmlFile {
 /// none.
 std::string vtk_xml_type(std::string_view beginning);
 
-/// Reads a file of the types ImageData and RectilinearGrid, with or without a "P" before them, up
-/// to its appended data. Errors: io_error, malformed_volume, truncated, unsupported_format.
+/// Reads a file of the types ImageData, RectilinearGrid, StructuredGrid and UnstructuredGrid, with
+/// or without a "P" before them, up to its appended data. Errors: io_error, malformed_volume,
+/// truncated, unsupported_format.
 Result<VtkXmlFile> read_vtk_xml(const std::filesystem::path& path);
 
 /// The error truncated, for a file that ends before </VTKFile>.

@@ -16,6 +16,8 @@
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/vtk_xml/array_bytes.h"
+#include "shared/import/vtk_xml/choose.h"
+#include "shared/import/vtk_xml/numbers.h"
 #include "shared/import/vtk_xml/parts.h"
 
 // Reads images of VTK's XML format: selects an array, and joins its pieces.
@@ -65,7 +67,7 @@ Result<Grid> read_grid(const std::filesystem::path& path) {
     const std::filesystem::path source = path.parent_path() / grid.main().pieces[i].source;
     auto file = read_vtk_xml(source);
     if (!file) return tl::unexpected(file.error());
-    if (file->is_parallel || file->is_rectilinear != grid.main().is_rectilinear) {
+    if (file->is_parallel || file->grid != grid.main().grid) {
       return malformed_vtk_xml(source, "expected a piece with the type of the file that names it");
     }
     for (size_t k = 0; k < file->pieces.size(); ++k) {
@@ -78,40 +80,6 @@ Result<Grid> read_grid(const std::filesystem::path& path) {
     return malformed_vtk_xml(path, "expected a <Piece> inside the WholeExtent, found none");
   }
   return grid;
-}
-
-/// The array and component that the options select, of the arrays of the first piece.
-Result<GridNumber> choose(const Grid& grid, const ImportOptions& options,
-                          std::vector<std::string>& notes) {
-  const auto& found = grid.piece(grid.pieces.front()).arrays;
-  std::vector<GridArray> arrays;
-  for (const VtkXmlArray& array : found) {
-    // Flags of hidden points and cells, not values.
-    const bool are_flags = array.name == "vtkGhostType" || array.name == "vtkGhostLevels";
-    arrays.push_back({array.name, array.of_cells, static_cast<size_t>(array.components),
-                      array.type && !are_flags});
-  }
-  std::optional<size_t> scalars;
-  for (const bool of_cells : {false, true}) {
-    const std::string& named = of_cells ? grid.main().cell_scalars : grid.main().point_scalars;
-    for (const bool needs_name : {true, false}) {
-      for (size_t i = 0; i < arrays.size() && !scalars; ++i) {
-        const GridArray& array = arrays[i];
-        const bool is_named = !needs_name || (!named.empty() && array.name == named);
-        if (array.of_cells == of_cells && array.is_readable && array.components == 1 && is_named) {
-          scalars = i;
-        }
-      }
-    }
-  }
-  if (std::none_of(arrays.begin(), arrays.end(),
-                   [](const GridArray& array) { return array.is_readable; })) {
-    for (const VtkXmlArray& array : found) {
-      if (!array.type) return unknown_type(grid.main().path, array.type_name);
-    }
-    return malformed_vtk_xml(grid.main().path, "expected PointData or CellData, found none");
-  }
-  return choose_array(grid.main().path, arrays, scalars, options, notes);
 }
 
 /// The part of the volume that a piece has. `chosen`: an array of the first piece; the others have
@@ -153,30 +121,6 @@ Result<VtkXmlPart> part_of(const Grid& grid, const Placed& placed, const VtkXmlA
   return part;
 }
 
-/// The positions that a piece has along an axis. Errors: those of open_vtk_xml_array.
-Result<std::vector<double>> coordinates_of(const VtkXmlFile& file, const VtkXmlArray& array,
-                                           size_t count) {
-  StoredVoxels stored;
-  stored.type = *array.type;
-  stored.big_endian = array.format == VtkXmlArray::Format::ascii
-                          ? std::endian::native == std::endian::big
-                          : file.big_endian;
-  std::vector<std::byte> bytes(count * voxel_bytes(stored.type));
-  auto reader = open_vtk_xml_array(file, array, bytes.size());
-  if (!reader) return tl::unexpected(reader.error());
-  if (auto read = (*reader)->read(0, bytes); !read) return tl::unexpected(read.error());
-  to_native_order(stored, bytes);
-  std::vector<double> positions;
-  with_voxel_type(stored.type, [&]<class T>(T) {
-    for (size_t i = 0; i < count; ++i) {
-      T value;
-      std::memcpy(&value, bytes.data() + i * sizeof(T), sizeof(T));
-      positions.push_back(static_cast<double>(value));
-    }
-  });
-  return positions;
-}
-
 /// Sets origin and spacing along an axis from positions. False if they are not evenly spaced.
 bool place_axis(const std::vector<double>& positions, double& origin, double& spacing) {
   origin = positions.front();
@@ -215,7 +159,8 @@ Result<void> place_rectilinear(const Grid& grid, const std::array<int64_t, 3>& p
       const auto begin = all.begin() + offset(whole.low[axis], placed.used.low[axis]);
       const auto end = all.begin() + offset(whole.low[axis], placed.used.high[axis] + 1);
       if (std::none_of(begin, end, [](double each) { return std::isnan(each); })) continue;
-      const auto own = coordinates_of(file, piece.coordinates[axis], static_cast<size_t>(count));
+      const auto own =
+          read_vtk_xml_numbers(file, piece.coordinates[axis], static_cast<uint64_t>(count));
       if (!own) return tl::unexpected(own.error());
       std::copy_n(own->begin() + offset(low, placed.used.low[axis]), end - begin, begin);
     }
@@ -243,7 +188,8 @@ Result<OpenVolume> open_vtk_xml(const std::filesystem::path& path, const ImportO
   auto grid = read_grid(path);
   if (!grid) return tl::unexpected(grid.error());
   std::vector<std::string> notes;
-  const auto chosen = choose(*grid, options, notes);
+  const auto chosen =
+      choose_vtk_xml_array(grid->main(), grid->piece(grid->pieces.front()).arrays, options, notes);
   if (!chosen) return tl::unexpected(chosen.error());
   if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
   const VtkXmlArray array = grid->piece(grid->pieces.front()).arrays[chosen->array];
@@ -260,7 +206,8 @@ Result<OpenVolume> open_vtk_xml(const std::filesystem::path& path, const ImportO
     return fail(fits.error().status, path.string() + ": " + fits.error().message);
   }
   Vec3d origin = main.origin, spacing = main.spacing.value_or(Vec3d{1, 1, 1});
-  if (main.is_rectilinear) {
+  const bool is_rectilinear = main.grid == VtkXmlGrid::rectilinear;
+  if (is_rectilinear) {
     if (auto placed = place_rectilinear(*grid, points, origin, spacing); !placed) {
       return tl::unexpected(placed.error());
     }
@@ -276,7 +223,7 @@ Result<OpenVolume> open_vtk_xml(const std::filesystem::path& path, const ImportO
     notes.push_back("the values belong to cells: each becomes a voxel at its cell's centre");
   }
   std::optional<Matrix3d> direction = main.direction;
-  if (!direction && main.is_parallel && !main.is_rectilinear) {
+  if (!direction && main.is_parallel && !is_rectilinear) {
     // VTK 9.1 writes no Direction into files that name others.
     direction = grid->files[grid->pieces.front().file].direction;
     if (direction && *direction != kIdentity3) {

@@ -1,0 +1,192 @@
+// isosplat build of unstructured grids: a scene of the adaptive grid that they become.
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "shared/core/scene/scene.h"
+#include "shared/system/scene_file/scene_file.h"
+#include "tests/native/cli_program.h"
+#include "tests/native/vtk_mesh_files.h"
+
+namespace isosplat {
+namespace {
+
+using mesh_test::add_block;
+using mesh_test::Division;
+using test::run;
+using test::TempFolder;
+using test::vtu_text;
+using test::write_file;
+
+constexpr Box kUnit{{0, 0, 0}, {1, 1, 1}};
+
+UnstructuredMesh distance_mesh(Division division) {
+  UnstructuredMesh mesh;
+  add_block(mesh, kUnit, {6, 6, 6}, division);
+  mesh_test::set_values(mesh, [](Vec3d p) { return length(p - Vec3d{0.1, 0.1, 0.1}); });
+  return mesh;
+}
+
+TEST(CliMesh, LevelsAreOneLayerAndTheErrorIsReported) {
+  const TempFolder folder;
+  const std::string file = folder / "mixed.vtu", output = folder / "mixed/";
+  write_file(file, vtu_text(distance_mesh(Division::mixed)));
+  const auto ended = run({"build", file, "-o", output, "--no-thumbnail", "--dataset", "density",
+                          "--max-error", "0.01"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("cells of a mesh became"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("(limit: 0.01)"), std::string::npos) << ended.err;
+  EXPECT_EQ(ended.err.find("have no values"), std::string::npos) << ended.err;
+  const auto scene = SceneFile::open(output + "scene.json");
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_GE(scene->scene().layers.size(), 2u);
+  for (const SceneLayer& layer : scene->scene().layers) {
+    EXPECT_EQ(layer.part_of, "mixed");
+    const auto store = scene->open_store(layer.stores[0]);
+    ASSERT_TRUE(store);
+    // The error of the grid is not that of the stores.
+    EXPECT_LT((*store)->info().mapping.max_error, 1e-4);
+  }
+  EXPECT_EQ(run({"verify", output + "scene.json"}).exit_code, 0);
+}
+
+TEST(CliMesh, ABundleBesideTheFileIsTheDefault) {
+  const TempFolder folder;
+  write_file(folder / "a.vtu", vtu_text(distance_mesh(Division::hexahedra)));
+  EXPECT_EQ(run({"build", folder / "a.vtu", "--no-thumbnail"}).exit_code, 0);
+  EXPECT_TRUE(SceneFile::open(folder / "a.isobundle"));
+}
+
+TEST(CliMesh, PiecesAreJoined) {
+  const TempFolder folder;
+  for (int i = 0; i < 2; ++i) {
+    UnstructuredMesh mesh;
+    add_block(mesh, {{1.0 * i, 0, 0}, {1.0 + i, 1, 1}}, {3, 3, 3}, Division::hexahedra);
+    mesh_test::set_values(mesh, [](Vec3d p) { return p.x; });
+    write_file(folder / fmt::format("p{}.vtu", i), vtu_text(mesh));
+  }
+  write_file(folder / "all.pvtu",
+             "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\"><PUnstructuredGrid>"
+             "<PPointData><PDataArray type=\"Float64\" Name=\"density\"/></PPointData>"
+             "<Piece Source=\"p0.vtu\"/><Piece Source=\"p1.vtu\"/></PUnstructuredGrid></VTKFile>");
+  const auto ended = run({"build", folder / "all.pvtu", "-o", folder / "all/", "--no-thumbnail"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const auto scene = SceneFile::open(folder / "all/scene.json");
+  ASSERT_TRUE(scene);
+  ASSERT_EQ(scene->scene().layers.size(), 1u);
+  const auto store = scene->open_store(scene->scene().layers[0].stores[0]);
+  ASSERT_TRUE(store);
+  EXPECT_EQ((*store)->info().grid.voxels, (Index3{7, 4, 4}));
+  EXPECT_FALSE((*store)->info().mapping.has_missing);
+}
+
+TEST(CliMesh, ValuesOfCellsAreAveragedWithANote) {
+  const TempFolder folder;
+  write_file(folder / "a.vtu", vtu_text(distance_mesh(Division::tetrahedra)));
+  const auto ended = run({"build", folder / "a.vtu", "-o", folder / "b/", "--no-thumbnail",
+                          "--dataset", "number", "--max-error", "100"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("weighted by their volumes"), std::string::npos) << ended.err;
+}
+
+/// One error for each malformed file, within the memory of a small program.
+TEST(CliMesh, RefusesMalformedFiles) {
+  const TempFolder folder;
+  UnstructuredMesh mesh;
+  add_block(mesh, kUnit, {2, 1, 1}, Division::hexahedra);
+  mesh_test::set_values(mesh, [](Vec3d p) { return p.x; });
+  const std::string text = vtu_text(mesh), file = folder / "a.vtu";
+  const struct {
+    std::string from, to, message;
+  } cases[] = {
+      {"NumberOfPoints=\"12\"", "NumberOfPoints=\"1000000000000\"", "NumberOfPoints"},
+      {"NumberOfPoints=\"12\"", "NumberOfPoints=\"4000000000\"", "raise --memory"},
+      {"NumberOfPoints=\"12\"", "NumberOfPoints=\"13\"", "expected 39 values"},
+      {"NumberOfPoints=\"12\"", "", "NumberOfPoints"},
+      {"NumberOfCells=\"2\"", "NumberOfCells=\"1000000000\"", "raise --memory"},
+      {"NumberOfCells=\"2\"", "NumberOfCells=\"3\"", "expected 3 values"},
+      {"NumberOfCells=\"2\"", "NumberOfCells=\"-1\"", "NumberOfCells"},
+      {"8\n16\n", "16\n8\n", "expected 8 points of cell 0"},
+      {"8\n16\n", "8\n7\n", "expected offsets of cells that increase"},
+      {"8\n16\n", "8\n99999999999\n", "expected offsets of cells"},
+      {"8\n16\n", "8\n17\n", "expected 8 points of cell 1"},
+      {"12\n12\n", "12\n25\n", "Tessellate"},
+      {"12\n12\n", "12\n42\n", "Tetrahedralize"},
+      {"12\n12\n", "12\n200\n", "expected types of cells"},
+      {"12\n12\n", "12\n10\n", "expected 4 points of cell 1"},
+      {"0 1 4 3", "0 1 4 12", "expected points of cells from 0 to 11, found 12 in cell 0"},
+      {"0 1 4 3", "0 1 4 -3", "found -3 in cell 0"},
+      {"<Points><DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" "
+       "format=\"ascii\">\n0",
+       "<Points><DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" "
+       "format=\"ascii\">\nnan",
+       "expected finite positions"},
+      {"Name=\"connectivity\"", "Name=\"other\"", "'connectivity' in <Cells>"},
+      {"<Points>", "<Pints>", "in <Points>"},
+      {"</VTKFile>", "", "incomplete"},
+      {"12\n12\n", "9\n9\n", "cells with values and a volume"},
+  };
+  for (const auto& each : cases) {
+    std::string changed = text;
+    const size_t at = changed.find(each.from);
+    ASSERT_NE(at, changed.npos) << each.from;
+    changed.replace(at, each.from.size(), each.to);
+    write_file(file, changed);
+    const auto ended = run({"build", file, "-o", folder / "b.isobundle", "--no-thumbnail"});
+    EXPECT_EQ(ended.signal, 0) << each.to;
+    EXPECT_NE(ended.exit_code, 0) << each.to;
+    EXPECT_NE(ended.err.find(each.message), std::string::npos) << each.to << ": " << ended.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "b.isobundle"));
+  }
+  write_file(file, text);
+  const auto other = run({"build", file, "--dataset", "pressure"});
+  EXPECT_NE(other.exit_code, 0);
+  EXPECT_NE(other.err.find("expected one of 'density', 'where', 'number', found 'pressure'"),
+            std::string::npos)
+      << other.err;
+}
+
+/// Distances are in edges of the mesh's cells. One pair of sheets that nearly touch may be joined.
+TEST(CliMesh, SurfacesOfTheFireAreThoseOfVtk) {
+  const auto volumes = test::volumes_folder();
+  if (!volumes) GTEST_SKIP() << "needs volumes";
+  const auto file = *volumes / "fire_ug.vtu";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
+  const TempFolder folder;
+  const std::string output = folder / "fire/";
+  const auto ended =
+      run({"build", file.string(), "-o", output, "--dataset", "t", "--no-thumbnail"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("10,462 cells of a mesh became"), std::string::npos) << ended.err;
+  const auto scene = SceneFile::open(output + "scene.json");
+  ASSERT_TRUE(scene) << scene.error().message;
+  const auto python = [](std::vector<std::string> arguments) {
+    return test::run(test::Call{.arguments = std::move(arguments), .program = "/usr/bin/python3"});
+  };
+  if (python({"-c", "import vtk"}).exit_code != 0) GTEST_SKIP() << "needs python3-vtk9";
+  for (const char* isovalue : {"350", "400", "500"}) {
+    std::vector<std::string> arguments{ISOSPLAT_SOURCE_DIR "/tests/native/compare_contours.py",
+                                       file.string(), "t", isovalue};
+    for (const SceneLayer& layer : scene->scene().layers) {
+      const std::string surface = output + layer.name + isovalue + ".vtp";
+      const auto extracted =
+          run({"extract", output + layer.stores[0], "-i", isovalue, "--mesh", "-o", surface});
+      if (extracted.exit_code == 0) arguments.push_back(surface);
+    }
+    const auto compared = python(arguments);
+    ASSERT_EQ(compared.exit_code, 0) << compared.err;
+    std::istringstream numbers(compared.out);
+    double area = 0, there = 1, back = 1;
+    int found = 0, expected = 0;
+    numbers >> area >> there >> back >> found >> expected;
+    SCOPED_TRACE(isovalue + (": " + compared.out));
+    EXPECT_NEAR(area, 1, 0.01);
+    EXPECT_LT(there, 0.1);
+    EXPECT_LT(back, 0.1);
+    EXPECT_LE(std::abs(found - expected), 1);
+  }
+}
+
+}  // namespace
+}  // namespace isosplat

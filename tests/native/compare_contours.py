@@ -1,0 +1,90 @@
+"""Compares isosurfaces with VTK's contour of an unstructured grid.
+
+Arguments: the .vtu file, the name of an array, an isovalue, and .vtp files that together are the
+surface. Prints: the ratio of the areas; the 95th percentiles of the distances from the surface to
+the contour and back, in cube roots of the volumes of the mesh's cells there; the numbers of
+connected components of both.
+"""
+
+import math
+import random
+import sys
+
+import vtk
+
+
+def read(reader, path):
+    reader.SetFileName(path)
+    reader.Update()
+    return reader.GetOutput()
+
+
+def area(surface):
+    triangles = vtk.vtkTriangleFilter()
+    triangles.SetInputData(surface)
+    properties = vtk.vtkMassProperties()
+    properties.SetInputConnection(triangles.GetOutputPort())
+    return properties.GetSurfaceArea()
+
+
+def components(surface):
+    clean = vtk.vtkCleanPolyData()
+    clean.SetInputData(surface)
+    clean.ToleranceIsAbsoluteOn()
+    # Edges between levels have vertices of one side only.
+    clean.SetAbsoluteTolerance(1e-3 * surface.GetLength())
+    connected = vtk.vtkPolyDataConnectivityFilter()
+    connected.SetInputConnection(clean.GetOutputPort())
+    connected.SetExtractionModeToAllRegions()
+    connected.Update()
+    return connected.GetNumberOfExtractedRegions()
+
+
+def locator(data):
+    found = vtk.vtkCellLocator()
+    found.SetDataSet(data)
+    found.BuildLocator()
+    return found
+
+
+def closest(locator, point):
+    at, cell, part, square = [0.0] * 3, vtk.reference(0), vtk.reference(0), vtk.reference(0.0)
+    locator.FindClosestPoint(point, at, cell, part, square)
+    return math.sqrt(float(square)), int(cell)
+
+
+def main():
+    mesh = read(vtk.vtkXMLUnstructuredGridReader(), sys.argv[1])
+    contour = vtk.vtkContourFilter()
+    contour.SetInputData(mesh)
+    contour.SetInputArrayToProcess(0, 0, 0, vtk.vtkDataObject.FIELD_ASSOCIATION_POINTS, sys.argv[2])
+    contour.SetValue(0, float(sys.argv[3]))
+    contour.Update()
+    expected = contour.GetOutput()
+    joined = vtk.vtkAppendPolyData()
+    for path in sys.argv[4:]:
+        joined.AddInputData(read(vtk.vtkXMLPolyDataReader(), path))
+    joined.Update()
+    surface = joined.GetOutput()
+    sizes = vtk.vtkCellSizeFilter()
+    sizes.SetInputData(mesh)
+    sizes.Update()
+    volumes = sizes.GetOutput().GetCellData().GetArray("Volume")
+    cells = locator(mesh)
+    random.seed(1)
+
+    def distance(start, end):
+        to = locator(end)
+        count = start.GetNumberOfPoints()
+        found = []
+        for i in random.sample(range(count), min(count, 3000)):
+            point = start.GetPoint(i)
+            size = abs(volumes.GetValue(closest(cells, point)[1])) ** (1 / 3)
+            found.append(closest(to, point)[0] / size)
+        return sorted(found)[len(found) * 95 // 100]
+
+    print(area(surface) / area(expected), distance(surface, expected), distance(expected, surface),
+          components(surface), components(expected))
+
+
+main()
