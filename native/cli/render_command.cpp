@@ -117,17 +117,16 @@ std::string content_of(const Subject& subject) {
   return bundle ? bundle->content() : std::string();
 }
 
-/// Sets the ends of the colour map for a field: those of the option, or else `found`, or else those
-/// of all its values. Prints them.
-Result<void> set_field_range(const RenderCall& call, const FieldInfo& field,
-                             const std::optional<std::array<double, 2>>& found,
+/// Sets the ends of the colour map for a field: those of the option, or else `found`. Prints
+/// them.
+Result<void> set_field_range(const RenderCall& call, const std::array<double, 2>& found,
                              render::RenderSettings& settings) {
   if (call.field_range.size() == 2) {
     settings.colour_low = call.field_range[0];
     settings.colour_high = call.field_range[1];
   } else {
-    settings.colour_low = found ? (*found)[0] : field.mapping.value(field.range.min);
-    settings.colour_high = found ? (*found)[1] : field.mapping.value(field.range.max);
+    settings.colour_low = found[0];
+    settings.colour_high = found[1];
   }
   const bool is_logarithmic = settings.field_scale == render::FieldScale::logarithmic;
   if (is_logarithmic && call.field_range.size() == 2 &&
@@ -160,17 +159,27 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
     if (!shown) return tl::unexpected(shown.error());
     if (subject.field) {
       const FieldInfo& field = *subject.field->info().field;
-      const auto set = set_field_range(call, field, shown->field_range, settings);
+      const std::array all{field.mapping.value(field.range.min),
+                           field.mapping.value(field.range.max)};
+      const auto set = set_field_range(call, shown->field_range.value_or(all), settings);
       if (!set) return tl::unexpected(set.error());
     }
     return Shown{shown->level, subject.store->info().grid};
   }
   const size_t step = call.step.value_or(first_step(subject.scene->scene()));
-  const auto shown = show_scene(renderer, *subject.scene, step, call.level, call.samples);
+  const Scene& scene = subject.scene->scene();
+  std::string field = call.field;
+  if (field.empty() && !call.given.contains("--colour-by")) field = shown_field(scene);
+  const auto shown = show_scene(renderer, *subject.scene, step, call.level, call.samples, field);
   if (!shown) return tl::unexpected(shown.error());
   for (const std::string& text : shown->notes) note(text);
   settings.isosurfaces = shown->isosurfaces;
-  apply_scene_settings(call, subject.scene->scene(), shown->first, settings);
+  apply_scene_settings(call, scene, *shown, settings);
+  if (!call.field.empty()) {
+    const auto set =
+        set_field_range(call, shown->field_range.value_or(SceneFieldRange{0, 1}), settings);
+    if (!set) return tl::unexpected(set.error());
+  }
   return Shown{shown->coarsest, shown->extent};
 }
 
@@ -181,9 +190,6 @@ void check_arguments(const RenderCall& call) {
   if (is_scene && !(call.isovalues.empty() && call.colours.empty() && call.opacities.empty())) {
     throw CLI::ExcludesError("a scene, which states its surfaces,",
                              "--isovalue, --colour and --opacity");
-  }
-  if (is_scene && !call.field.empty()) {
-    throw CLI::ExcludesError("a scene", "--field, which is for stores");
   }
   if (!call.field.empty() && !call.colour_range.empty()) {
     throw CLI::ExcludesError("--field", "--range: --field-range states the values of the field");

@@ -130,13 +130,12 @@ Result<render::RenderSettings> render_settings(const RenderCall& call) {
   return settings;
 }
 
-void apply_scene_settings(const RenderCall& call, const Scene& scene,
-                          const std::optional<FirstVolume>& first,
+void apply_scene_settings(const RenderCall& call, const Scene& scene, const ScenePicture& picture,
                           render::RenderSettings& settings) {
   const render::RenderSettings stated = settings;
   settings.light = {};
   settings.clip_planes.clear();
-  apply_scene(scene, first, settings);
+  apply_scene(scene, picture, settings);
   const auto keep = [&](const char* option, auto... members) {
     if (call.given.contains(option)) ((settings.*members = stated.*members), ...);
   };
@@ -144,6 +143,7 @@ void apply_scene_settings(const RenderCall& call, const Scene& scene,
   keep("--kind", &Settings::kind);
   keep("--shading", &Settings::shading);
   keep("--colour-by", &Settings::colour_by);
+  keep("--field", &Settings::colour_by, &Settings::field_scale, &Settings::field_steps);
   keep("--colour-map", &Settings::colour_map);
   keep("--range", &Settings::colour_low, &Settings::colour_high);
   keep("--background", &Settings::background);

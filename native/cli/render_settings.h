@@ -17,8 +17,7 @@ Result<render::RenderSettings> render_settings(const RenderCall& call);
 
 /// Sets clipping, slices, look and background of a scene, except for what options state. The
 /// isosurfaces are those of `settings`.
-void apply_scene_settings(const RenderCall& call, const Scene& scene,
-                          const std::optional<FirstVolume>& first,
+void apply_scene_settings(const RenderCall& call, const Scene& scene, const ScenePicture& picture,
                           render::RenderSettings& settings);
 
 /// The camera of the first picture. `aspect`: width / height.

@@ -115,11 +115,12 @@ Result<View> show(render::Renderer& renderer, const StoreFile& store, double iso
 /// The step that a scene shows first, with its surfaces and its camera.
 Result<View> show(render::Renderer& renderer, const SceneFile& scene) {
   const size_t step = first_step(scene.scene());
-  const auto shown = show_scene(renderer, scene, step, std::nullopt, kEnoughSamples);
+  const auto shown =
+      show_scene(renderer, scene, step, std::nullopt, kEnoughSamples, shown_field(scene.scene()));
   if (!shown) return tl::unexpected(shown.error());
   View view;
   view.settings.isosurfaces = shown->isosurfaces;
-  apply_scene(scene.scene(), shown->first, view.settings);
+  apply_scene(scene.scene(), *shown, view.settings);
   const auto& camera = scene.scene().camera;
   view.camera =
       camera ? camera_of(*camera) : render::default_camera(shown->extent, double(kWidth) / kHeight);

@@ -10,6 +10,8 @@ using render::LightSettings;
 using render::RenderSettings;
 
 static_assert(int(SceneColouring::projection_error) == int(ColourBy::projection_error));
+static_assert(int(SceneColouring::field) == int(ColourBy::field));
+static_assert(int(SceneFieldScale::symmetric) == int(render::FieldScale::symmetric));
 static_assert(int(SceneColourMap::turbo) == int(render::ColourMap::turbo));
 static_assert(int(SceneShading::exact) == int(render::Shading::exact));
 
@@ -43,8 +45,16 @@ void set_colour_range(const FirstVolume& first, RenderSettings& settings) {
       0.5 * (first.high - first.low) / std::min({spacing.x, spacing.y, spacing.z});
 }
 
-void apply_look(const SceneLook& look, const std::optional<FirstVolume>& first,
-                RenderSettings& settings) {
+void apply_field(const SceneField& field, const std::optional<SceneFieldRange>& found,
+                 RenderSettings& settings) {
+  settings.field_scale = static_cast<render::FieldScale>(field.scale);
+  settings.field_steps = field.steps;
+  const auto [low, high] = found.value_or(SceneFieldRange{0, 1});
+  settings.colour_low = field.range ? field.range->low : low;
+  settings.colour_high = field.range ? field.range->high : high;
+}
+
+void apply_look(const SceneLook& look, const ScenePicture& picture, RenderSettings& settings) {
   if (look.kind == SceneSplats::quad) settings.kind = render::SplatKind::quad;
   if (look.kind == SceneSplats::ellipse) settings.kind = render::SplatKind::ellipse;
   if (look.kind == SceneSplats::exact || look.kind == SceneSplats::automatic) {
@@ -53,7 +63,10 @@ void apply_look(const SceneLook& look, const std::optional<FirstVolume>& first,
   if (look.shading) settings.shading = static_cast<render::Shading>(*look.shading);
   if (look.colour_by) settings.colour_by = static_cast<ColourBy>(*look.colour_by);
   if (look.colour_map) settings.colour_map = static_cast<render::ColourMap>(*look.colour_map);
-  if (first) set_colour_range(*first, settings);
+  if (picture.first) set_colour_range(*picture.first, settings);
+  if (settings.colour_by == ColourBy::field && look.field) {
+    apply_field(*look.field, picture.field_range, settings);
+  }
   apply_light(look.light, settings.light);
   set(settings.eye_dome, look.eye_dome);
 }
@@ -86,16 +99,20 @@ render::Camera camera_of(const SceneCamera& camera) {
           camera.roll,   camera.field_of_view, camera.orthographic};
 }
 
-void apply_scene(const Scene& scene, const std::optional<FirstVolume>& first,
-                 RenderSettings& settings) {
+std::string shown_field(const Scene& scene) {
+  const SceneLook& look = scene.look;
+  return look.colour_by == SceneColouring::field && look.field ? look.field->name : std::string();
+}
+
+void apply_scene(const Scene& scene, const ScenePicture& picture, RenderSettings& settings) {
   settings.clip_box_low = scene.clip.low;
   settings.clip_box_high = scene.clip.high;
   for (const ScenePlane& plane : scene.clip.planes) {
     settings.clip_planes.push_back({plane.normal, plane.offset});
   }
   settings.clip_caps = settings.clip_caps || scene.clip.caps;
-  if (first) apply_slices(scene.slices, *first, settings);
-  apply_look(scene.look, first, settings);
+  if (picture.first) apply_slices(scene.slices, *picture.first, settings);
+  apply_look(scene.look, picture, settings);
   if (scene.background) settings.background = *scene.background;
 }
 

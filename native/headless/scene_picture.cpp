@@ -6,6 +6,7 @@
 
 #include "native/headless/store_scene.h"
 #include "native/scene/layer_surfaces.h"
+#include "shared/system/store_file/field_file.h"
 
 namespace isosplat {
 namespace {
@@ -29,10 +30,20 @@ class WorldBox {
   Vec3d low_{1e300, 1e300, 1e300}, high_{-1e300, -1e300, -1e300};
 };
 
+/// Null if the store has no field of this name.
+Result<std::shared_ptr<StoreFile>> field_of(const StoreFile& store, const std::string& name) {
+  const auto& fields = store.info().fields;
+  const auto found =
+      std::ranges::find(fields, name, [](const auto& each) { return each.info.name; });
+  if (name.empty() || found == fields.end()) return nullptr;
+  return open_field(store, static_cast<size_t>(found - fields.begin()));
+}
+
 }  // namespace
 
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& file, size_t step,
-                                std::optional<uint32_t> level, uint64_t sample_budget) {
+                                std::optional<uint32_t> level, uint64_t sample_budget,
+                                const std::string& field) {
   const Scene& scene = file.scene();
   if (auto exists = check_step(scene, step); !exists) return tl::unexpected(exists.error());
   ScenePicture picture;
@@ -46,7 +57,10 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     const auto opened = open_layer(file, i, step);
     if (!opened) return tl::unexpected(opened.error());
     const StoreFile& store = *opened->store;
-    const VolumePlace place{static_cast<render::VolumeId>(i), opened->grid};
+    VolumePlace place{static_cast<render::VolumeId>(i), opened->grid};
+    const auto values = field_of(store, field);
+    if (!values) return tl::unexpected(with_layer(scene, i, values.error()));
+    place.field = values->get();
     const std::vector<SceneSurface> surfaces = surfaces_of(layer, store.info(), picture.layers);
     if (surfaces.empty()) picture.notes.push_back(no_surfaces(scene, i));
     std::vector<double> isovalues;
@@ -59,6 +73,7 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     const uint64_t budget = (sample_budget - std::min(picture.samples, sample_budget)) / left--;
     const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
     if (!shown) return tl::unexpected(with_layer(scene, i, shown.error()));
+    if (!picture.field_range) picture.field_range = shown->field_range;
     picture.samples += shown->samples;
     picture.coarsest = std::max(picture.coarsest, shown->level);
     ++picture.layers;
@@ -72,6 +87,9 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
   if (picture.layers == 0) {
     return fail(Status::not_found,
                 "expected a visible layer, found none: set visible to true for at least one layer");
+  }
+  if (!field.empty() && !picture.field_range) {
+    picture.notes.push_back(fmt::format("no visible layer has values of the field '{}'", field));
   }
   picture.extent = box.grid();
   return picture;

@@ -1,4 +1,4 @@
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -148,4 +148,41 @@ test("colours return with the context, and follow another isovalue", async ({ pa
   await settled(page);
   const { top, bottom } = await colours(page);
   expect(yellowness(top)).toBeGreaterThan(yellowness(bottom) + 30);
+});
+
+test("a scene shows a field, and a saved scene keeps it", async ({ page }) => {
+  const open = async (text: string) => {
+    await page.goto(`${server.url}?theme=light`);
+    const file = { name: "ball.scene.json", mimeType: "application/json" };
+    await page
+      .locator(".device-drop input")
+      .first()
+      .setInputFiles({ ...file, buffer: Buffer.from(text) });
+    await complete(page);
+    await settled(page);
+    await expect(page.locator(".legend")).toContainText("pressure");
+    return colours(page);
+  };
+  const field = { name: "pressure", range: [800, 2000], scale: "symmetric", steps: 6 };
+  const scene = {
+    format: "isosplat-scene",
+    version: 1,
+    layers: [75.5, 30.5].map((isovalue) => ({
+      store: `${server.url}v1/volumes/ball`,
+      surfaces: [{ isovalue }],
+    })),
+    camera: { target: [75, 65, 35], distance: 120, azimuth: 90, elevation: 0 },
+    look: { colour_by: "field", colour_map: "turbo", field: { ...field, unknown: "kept" } },
+  };
+  const before = await open(JSON.stringify(scene));
+  await expect(page.locator(".legend-ends span").first()).toHaveText(/^[−-]2,?000$/);
+  const download = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Save the scene" }).click();
+  const text = readFileSync(await (await download).path(), "utf8");
+  expect(JSON.parse(text).look).toMatchObject({
+    colour_by: "field",
+    colour_map: "turbo",
+    field: { ...field, unknown: "kept" },
+  });
+  expectClose(await open(text), before);
 });

@@ -117,6 +117,39 @@ TEST_F(CliFields, AreExtractedWithPointsAndMeshes) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.stl"));
 }
 
+TEST_F(CliFields, ColourTheLayersOfScenes) {
+  ASSERT_EQ(build({"--field", "temperature=" + field}).exit_code, 0);
+  const std::string scene = folder / "scene.json", picture = folder / "a.png";
+  const auto drawn = [&](const std::string& look, std::vector<std::string> options) {
+    test::write_file(scene, R"({"format": "isosplat-scene", "version": 1, "layers": [
+      {"store": "x.isosplat", "surfaces": [{"isovalue": 100.5}]}], "look": {)" +
+                                look + "}}");
+    options.insert(options.begin(),
+                   {"render", scene, "-o", picture, "--size", "160x120", "--force"});
+    const Ended ended = run(options);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended.exit_code == 0 ? test::read_file(picture) : std::string();
+  };
+  const std::string by_field = R"("colour_by": "field", "field": {"name": "temperature")";
+  const std::string plain = drawn("", {});
+  const std::string stated = drawn(by_field + R"(, "range": [-295, -280], "steps": 4})", {});
+  ASSERT_FALSE(stated.empty());
+  EXPECT_FALSE(stated == plain);
+  // The same as options, with and without another look in the scene.
+  const std::vector<std::string> options{"--field", "temperature", "--field-steps", "4",
+                                         "--field-range=-295,-280"};
+  EXPECT_TRUE(drawn("", options) == stated);
+  EXPECT_TRUE(drawn(by_field + "}", options) == stated);
+  EXPECT_FALSE(drawn(by_field + "}", {}) == stated);
+  EXPECT_TRUE(drawn(by_field + "}", {"--colour-by", "isosurface"}) == plain);
+  // Stores without the field have the colours of their surfaces, in the light of fields.
+  const std::string other = drawn(R"("colour_by": "field", "field": {"name": "other"})", {});
+  EXPECT_FALSE(other == stated);
+  const Ended ended = run({"render", scene, "-o", picture, "--size", "160x120", "--force"});
+  EXPECT_NE(ended.err.find("no visible layer has values of the field 'other'"), std::string::npos)
+      << ended.err;
+}
+
 TEST_F(CliFields, AreExtractedFromTheLayersOfScenes) {
   ASSERT_EQ(build({"--field", "temperature=" + field}).exit_code, 0);
   const std::string plain = folder / "plain.isosplat", scene = folder / "scene.json";

@@ -104,6 +104,49 @@ TEST(Scene, HasSlicesLookAndMeasurements) {
   EXPECT_FALSE(width.points[1].level);
 }
 
+TEST(Scene, HasTheFieldThatColoursShow) {
+  const auto look = [](const std::string& members) {
+    return scene_of(R"([{"store":"a"}])", R"(,"look":{)" + members + "}");
+  };
+  const auto plain = parse_scene(look(R"("colour_by":"field","field":{"name":"p"})"));
+  ASSERT_TRUE(plain) << plain.error().message;
+  EXPECT_EQ(plain->look.colour_by, SceneColouring::field);
+  EXPECT_EQ(plain->look.field->name, "p");
+  EXPECT_FALSE(plain->look.field->range);
+  EXPECT_EQ(plain->look.field->scale, SceneFieldScale::linear);
+  EXPECT_EQ(plain->look.field->steps, 0);
+  const auto full = parse_scene(
+      look(R"("field":{"name":"p","range":[0.5,20],"scale":"logarithmic","steps":12})"));
+  ASSERT_TRUE(full) << full.error().message;
+  EXPECT_EQ(full->look.field->range->low, 0.5);
+  EXPECT_EQ(full->look.field->range->high, 20);
+  EXPECT_EQ(full->look.field->scale, SceneFieldScale::logarithmic);
+  EXPECT_EQ(full->look.field->steps, 12);
+
+  const auto fault = [&](const std::string& field) {
+    return error_of(look(R"("colour_by":"field","field":)" + field));
+  };
+  EXPECT_EQ(fault("null"), "scene: look.field: expected the field that colours show, found null");
+  EXPECT_EQ(fault("3"), "scene: look.field: expected a field, found 3");
+  EXPECT_EQ(fault("{}"),
+            "scene: look.field.name: expected a text of at most 64 bytes, found nothing");
+  EXPECT_EQ(fault(R"({"name":""})"),
+            "scene: look.field.name: expected the name of a field, found \"\"");
+  EXPECT_EQ(fault(R"({"name":"p","range":[2,1]})"),
+            "scene: look.field.range[1]: expected a number above the first, found 1");
+  EXPECT_EQ(fault(R"({"name":"p","range":["a",1]})"),
+            "scene: look.field.range[0]: expected a finite number, found \"a\"");
+  EXPECT_EQ(fault(R"({"name":"p","scale":"logarithmic","range":[0,1]})"),
+            "scene: look.field.range[0]: expected a number above 0, for a logarithmic scale, "
+            "found 0");
+  EXPECT_EQ(fault(R"({"name":"p","steps":1})"),
+            "scene: look.field.steps: expected 0, or 2 to 256 colours, found 1");
+  EXPECT_EQ(fault(R"({"name":"p","steps":1e9})"),
+            "scene: look.field.steps: expected 0, or 2 to 256 colours, found 1000000000.0");
+  EXPECT_EQ(fault(R"({"name":"p","steps":2.5})"),
+            "scene: look.field.steps: expected an integer from 0 to 2^53, found 2.5");
+}
+
 TEST(Scene, FaultsOfThePictureNameTheMember) {
   const auto fault = [](const std::string& members) {
     return error_of(scene_of(R"([{"store":"a"}])", "," + members));

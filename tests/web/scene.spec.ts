@@ -100,6 +100,37 @@ describe("a scene's document", () => {
     expect([plain.look, plain.measurements]).toEqual([{}, []]);
   });
 
+  it("has the field that colours show", () => {
+    const lookOf = (look: unknown) =>
+      parseScene(utf8(JSON.stringify({ ...example, look }))).look.field;
+    expect(lookOf({ colour_by: "field", field: { name: "p" } })).toEqual({
+      name: "p",
+      range: null,
+      scale: "linear",
+      steps: 0,
+    });
+    const field = { name: "p", range: [0.5, 20], scale: "logarithmic", steps: 12 };
+    expect(lookOf({ field })).toEqual(field);
+    const said = (change: object) =>
+      fault(() => lookOf({ colour_by: "field", field: { ...field, ...change } }));
+    expect(said({ name: "" })).toContain("look.field.name: expected the name of a field");
+    expect(said({ name: 3 })).toContain("look.field.name: expected a text of at most 64 bytes");
+    expect(said({ range: [2, 1] })).toContain("look.field.range[1]: expected a number above the");
+    expect(said({ range: [1, 2, 3] })).toContain("look.field.range: expected a list of 2");
+    expect(said({ range: [0, 1] })).toContain("look.field.range[0]: expected a number above 0");
+    expect(said({ range: [0, 1], scale: "linear" })).toBe("");
+    expect(said({ scale: "log" })).toContain("look.field.scale: expected one of linear, ");
+    for (const steps of [1, 257]) {
+      expect(said({ steps })).toContain("look.field.steps: expected 0, or 2 to 256 colours");
+    }
+    for (const steps of [-1, 2.5, "8"]) {
+      expect(said({ steps })).toContain("look.field.steps: expected an integer from 0 to 2^53");
+    }
+    expect(fault(() => lookOf({ colour_by: "field" }))).toContain(
+      "look.field: expected the field that colours show, found nothing",
+    );
+  });
+
   it("has the labels of layers", () => {
     const label = { value: 7, voxels: 1000, volume: 1953.125 };
     const layers = [{ store: "a", label }, { store: "b" }];
@@ -161,8 +192,9 @@ describe("a scene's document", () => {
       look: {
         kind: "exact",
         shading: "smooth",
-        colour_by: "depth",
+        colour_by: "field",
         colour_map: "magma",
+        field: { name: "p", range: [1, 2], scale: "logarithmic", steps: 5 },
         light: { azimuth: 1, roughness: 0.5, occlusion_radius: 0.1, shadow_softness: 0.1 },
         eye_dome: 0.5,
       },

@@ -25,6 +25,11 @@ describe("the schema of scenes", () => {
       ],
     };
     expect(validate({ ...example, ...members })).toBe(true);
+    const field = { name: "p", range: [1, 2], scale: "symmetric", steps: 8 };
+    expect(validate({ ...example, look: { colour_by: "field", field } })).toBe(true);
+    expect(validate({ ...example, look: { field: { name: "p", steps: 0, range: null } } })).toBe(
+      true,
+    );
     expect(validate({ ...example, slices: null, look: null, measurements: null })).toBe(true);
   });
 
@@ -58,6 +63,12 @@ describe("the schema of scenes", () => {
     { slices: { plane: { normal: [0, 0, 1] } } },
     { look: { kind: "round" } },
     { look: { light: { roughness: 0 } } },
+    { look: { colour_by: "field" } },
+    { look: { colour_by: "field", field: null } },
+    { look: { field: { name: "" } } },
+    { look: { field: { name: "p", range: [1] } } },
+    { look: { field: { name: "p", steps: 1 } } },
+    { look: { field: { name: "p", scale: "log" } } },
     { measurements: [{ kind: "angle", points: [{ position: [0, 0, 0] }] }] },
     { measurements: [{ kind: "note", points: [{ position: [0, 0, 0] }] }] },
     { measurements: [{ kind: "point", points: [{ position: [0, 0] }] }] },

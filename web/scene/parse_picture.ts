@@ -14,6 +14,8 @@ import {
   type ClipPlane,
   colourings,
   colourMaps,
+  type FieldLook,
+  fieldScales,
   type Slices,
   shadings,
   splatKinds,
@@ -23,6 +25,8 @@ import {
   type CameraDocument,
   type LookDocument,
   lightMembers,
+  maxFieldNameBytes,
+  maxFieldSteps,
   maxScenePlanes,
   type SceneDocument,
 } from "./scene_document.ts";
@@ -31,9 +35,6 @@ type PictureDocument = Pick<
   SceneDocument,
   "camera" | "clip" | "slices" | "look" | "background" | "measurements"
 >;
-
-/** Scenes cannot name the field that colours show. */
-const sceneColourings = colourings.filter((colouring) => colouring !== "field");
 
 /** Reads camera, clipping, slices, look, background and measurements. Throws the errors of parseScene. */
 export function readPicture(root: Member): PictureDocument {
@@ -115,15 +116,35 @@ function readLook(look: Member): LookDocument {
   if (kind) read.kind = kind;
   const shading = optional(look.at("shading"), (it) => it.oneOf(shadings), undefined);
   if (shading) read.shading = shading;
-  const colourBy = optional(look.at("colour_by"), (it) => it.oneOf(sceneColourings), undefined);
+  const colourBy = optional(look.at("colour_by"), (it) => it.oneOf(colourings), undefined);
   if (colourBy) read.colourBy = colourBy;
   const colourMap = optional(look.at("colour_map"), (it) => it.oneOf(colourMaps), undefined);
   if (colourMap) read.colourMap = colourMap;
+  const field = optional(look.at("field"), readField, undefined);
+  if (field) read.field = field;
+  if (colourBy === "field" && !field) look.at("field").refuse("the field that colours show");
   const light = optional(look.at("light"), readLight, undefined);
   if (light) read.light = light;
   const eyeDome = optional(look.at("eye_dome"), (it) => it.number(0, 1), undefined);
   if (eyeDome !== undefined) read.eyeDome = eyeDome;
   return read;
+}
+
+function readField(field: Member): FieldLook {
+  field.requireObject("a field");
+  const name = field.at("name").text(maxFieldNameBytes);
+  if (name === "") field.at("name").refuse("the name of a field");
+  const scale = optional(field.at("scale"), (it) => it.oneOf(fieldScales), "linear");
+  const range = optional(field.at("range"), readRange, null);
+  if (range && scale === "logarithmic" && !(range[0] > 0)) {
+    const [low] = field.at("range").list(2, 2) as [Member, Member];
+    low.refuse("a number above 0, for a logarithmic scale");
+  }
+  const steps = optional(field.at("steps"), (it) => it.integer(0), 0);
+  if (steps === 1 || steps > maxFieldSteps) {
+    field.at("steps").refuse(`0, or 2 to ${maxFieldSteps} colours`);
+  }
+  return { name, range, scale, steps };
 }
 
 function readLight(light: Member): Light {

@@ -74,4 +74,6 @@ export const maxTextBytes = 1024;
 export const maxLayers = 4096;
 export const maxSurfacesOfLayer = 8;
 export const maxSteps = 65536;
+export const maxFieldNameBytes = 64;
+export const maxFieldSteps = 256;
 export const maxScenePlanes = 6;

@@ -1,5 +1,6 @@
 import type { Measurement } from "../measure/measurement.ts";
 import { isDefaultClip } from "../viewer/clipping.ts";
+import { shownRange } from "../viewer/field_of.ts";
 import type { Layer } from "../viewer/layer.ts";
 import { hasSlices, isDefaultSlices } from "../viewer/slices.ts";
 import { isIdentity } from "../viewer/transform.ts";
@@ -163,22 +164,36 @@ function slicesDocument({ along, plane, range, mapped }: Slices): JsonObject {
 
 /** The member `look`. Undefined if the look is the default and the scene had none. */
 function lookDocument(look: Look, before: unknown): JsonObject | undefined {
-  // Scenes cannot name the field that colours show.
-  const { background: _, field: __, light, colourBy, colourMap, eyeDome, ...splats } = look;
-  const { background: ___, field: ____, ...defaults } = defaultLook;
+  const { background: _, field, light, colourBy, colourMap, eyeDome, ...splats } = look;
+  const { background: __, field: ___, ...defaults } = defaultLook;
   const isDefault = Object.entries(defaults).every(
     ([name, value]) => JSON.stringify(look[name as keyof Look]) === JSON.stringify(value),
   );
   if (isDefault && before === undefined) return undefined;
-  const { light: lightBefore, ...others } = objectOf(before);
+  const { light: lightBefore, field: fieldBefore, ...others } = objectOf(before);
   const numbers = Object.fromEntries(lightMembers.map(([name, member]) => [member, light[name]]));
   return {
     ...others,
     ...splats,
-    colour_by: colourBy === "field" ? defaultLook.colourBy : colourBy,
+    colour_by: colourBy,
     colour_map: colourMap,
+    field: fieldDocument(look, fieldBefore),
     light: { ...objectOf(lightBefore), ...numbers },
     eye_dome: eyeDome,
+  };
+}
+
+/** The field that is shown, with the ends of its colours. Undefined if none is. */
+function fieldDocument({ colourBy, field }: Look, before: unknown): JsonObject | undefined {
+  if (colourBy !== "field") return undefined;
+  const { name, range, scale, steps } = field;
+  return {
+    ...objectOf(before),
+    name,
+    // Scenes have no logarithms of 0, which the renderer replaces.
+    range: range && scale === "logarithmic" ? shownRange(range, scale) : (range ?? undefined),
+    scale,
+    steps,
   };
 }
 

@@ -80,6 +80,33 @@ SceneLight read_light(const SceneMember& in) {
   return light;
 }
 
+SceneField read_field(const SceneMember& in) {
+  SceneField field;
+  in.require_object("a field");
+  field.name = in.at("name").text(kMaxSceneFieldName);
+  if (field.name.empty()) in.at("name").refuse("the name of a field");
+  if (const SceneMember scale = in.at("scale"); scale.exists()) {
+    field.scale =
+        static_cast<SceneFieldScale>(scale.one_of({"linear", "logarithmic", "symmetric"}));
+  }
+  if (const SceneMember range = in.at("range"); range.exists() && range.list(2, 2) > 0) {
+    field.range = {range.at(size_t{0}).number(), range.at(1).number()};
+    if (!(field.range->low < field.range->high)) range.at(1).refuse("a number above the first");
+    if (field.scale == SceneFieldScale::logarithmic && !(field.range->low > 0)) {
+      range.at(size_t{0}).refuse("a number above 0, for a logarithmic scale");
+    }
+  }
+  if (const SceneMember steps = in.at("steps"); steps.exists()) {
+    const double count = steps.integer(0);
+    if (count == 1 || count > kMaxSceneFieldSteps) {
+      steps.refuse("0, or 2 to " + std::to_string(kMaxSceneFieldSteps) + " colours");
+    } else {
+      field.steps = static_cast<int>(count);
+    }
+  }
+  return field;
+}
+
 SceneLook read_look(const SceneMember& in) {
   SceneLook look;
   in.require_object("a look");
@@ -91,11 +118,16 @@ SceneLook read_look(const SceneMember& in) {
   }
   if (const SceneMember colour_by = in.at("colour_by"); colour_by.exists()) {
     look.colour_by = static_cast<SceneColouring>(colour_by.one_of(
-        {"isosurface", "isovalue", "gradient", "depth", "level", "projection-error"}));
+        {"isosurface", "isovalue", "gradient", "depth", "level", "projection-error", "field"}));
   }
   if (const SceneMember colour_map = in.at("colour_map"); colour_map.exists()) {
     look.colour_map =
         static_cast<SceneColourMap>(colour_map.one_of({"viridis", "magma", "cividis", "turbo"}));
+  }
+  const SceneMember field = in.at("field");
+  if (field.exists()) look.field = read_field(field);
+  if (look.colour_by == SceneColouring::field && !field.exists()) {
+    field.refuse("the field that colours show");
   }
   if (const SceneMember light = in.at("light"); light.exists()) look.light = read_light(light);
   if (const SceneMember eye_dome = in.at("eye_dome"); eye_dome.exists()) {

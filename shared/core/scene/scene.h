@@ -92,8 +92,24 @@ enum class SceneColouring : uint8_t {
   depth,
   level,
   projection_error,
+  field,
 };
 enum class SceneColourMap : uint8_t { viridis, magma, cividis, turbo };
+
+enum class SceneFieldScale : uint8_t { linear, logarithmic, symmetric };
+
+/// The field of stores that colours show. Stores without it have the colours of their surfaces.
+struct SceneField {
+  struct Range {
+    double low = 0, high = 1;
+  };
+  std::string name;  ///< 1 to kMaxSceneFieldName bytes
+  /// The values of the first and the last colour, both above 0 for a logarithmic scale; default:
+  /// those on the surfaces of the first layer that has the field.
+  std::optional<Range> range;
+  SceneFieldScale scale = SceneFieldScale::linear;
+  int steps = 0;  ///< number of colours, 2 to kMaxSceneFieldSteps; 0: all of the map
+};
 
 /// The light, and the material of surfaces: the numbers of render::LightSettings. Absent ones have
 /// the defaults there.
@@ -109,6 +125,7 @@ struct SceneLook {
   std::optional<SceneShading> shading;
   std::optional<SceneColouring> colour_by;
   std::optional<SceneColourMap> colour_map;
+  std::optional<SceneField> field;  ///< shown with SceneColouring::field, which requires it
   SceneLight light;
   std::optional<double> eye_dome;  ///< strength of edge shading, 0 … 1
 };
@@ -149,6 +166,8 @@ inline constexpr size_t kMaxLayers = 4096;
 inline constexpr size_t kMaxSurfacesOfLayer = 8;
 inline constexpr size_t kMaxSteps = 65536;
 inline constexpr size_t kMaxScenePlanes = 6;
+inline constexpr size_t kMaxSceneFieldName = 64;
+inline constexpr int kMaxSceneFieldSteps = 256;
 inline constexpr size_t kMaxMeasurements = 500;
 inline constexpr size_t kMaxMeasuredPath = 500;      ///< points of one path
 inline constexpr size_t kMaxMeasuredPoints = 10000;  ///< of all measurements
