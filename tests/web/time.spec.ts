@@ -4,7 +4,7 @@
  */
 import { describe, expect, test } from "vitest";
 import { Bandwidth } from "../../web/viewer/bandwidth.ts";
-import { activeCells, costOfLayers, playCost } from "../../web/viewer/time_cost.ts";
+import { activeCells, costOfLayers, fieldShare, playCost } from "../../web/viewer/time_cost.ts";
 import {
   nearestStep,
   nextPosition,
@@ -199,6 +199,15 @@ describe("the cost of playing", () => {
     });
     expect(playCost([step(100), step(), step()])).toEqual({ ...cost, bytes: 300 });
     expect(playCost([step(undefined, 5), step()])).toBeUndefined();
+  });
+
+  test("includes the bytes of the field that is shown, which are estimated", () => {
+    const info = { fields: [{ offset: 4000 }, { offset: 3000 }] };
+    expect(fieldShare(info, { bytes: 1500 })).toBe(0.5);
+    expect(fieldShare(info, undefined)).toBe(0);
+    expect(fieldShare({ fields: [] }, undefined)).toBe(0);
+    const shown = { ...step(150), isEstimated: true };
+    expect(playCost([shown, shown])).toEqual({ steps: 2, bytes: 300, isEstimated: true });
   });
 
   test("of layers is their sum", () => {

@@ -1,7 +1,14 @@
 import type { CameraView } from "../stream/types.ts";
 import type { LayerEntry } from "./layer_list.ts";
 import type { OpenVolume } from "./open_volume.ts";
-import { activeCells, costOfLayers, type PlayCost, playCost, type StepCost } from "./time_cost.ts";
+import {
+  activeCells,
+  costOfLayers,
+  fieldShare,
+  type PlayCost,
+  playCost,
+  type StepCost,
+} from "./time_cost.ts";
 import { completeCosts } from "./time_plan.ts";
 
 /** Bytes and samples of one step of a layer. */
@@ -13,8 +20,8 @@ export interface StepNeed {
 }
 
 interface LayerCosts {
-  /** The isovalues for which the costs were computed. */
-  isovalues: string;
+  /** The isovalues and the field for which the costs were computed. */
+  shown: string;
   steps: Map<number, StepCost>;
 }
 
@@ -29,8 +36,9 @@ export class StepCosts {
     if (steps.get(step)?.bytes !== undefined) return;
     const isovalues = isovaluesOf(entry);
     const [finest] = session.levelCosts(isovalues);
-    const bytes = finest?.level === 0 ? finest.bytes : undefined;
-    steps.set(step, { bytes, cells: cellsOf(isovalues, info) });
+    const share = fieldShare(info, session.shownField?.info);
+    const bytes = finest?.level === 0 ? withField(finest.bytes, share) : undefined;
+    steps.set(step, { bytes, cells: cellsOf(isovalues, info), isEstimated: share > 0 });
   }
 
   /** The bytes of all steps of layers at full detail. */
@@ -45,14 +53,19 @@ export class StepCosts {
   }
 
   #of(entry: LayerEntry): LayerCosts {
-    const isovalues = String(isovaluesOf(entry));
+    const field = entry.volume.session?.shownField?.info.name ?? "";
+    const shown = `${isovaluesOf(entry)} ${field}`;
     let costs = this.#layers.get(entry);
-    if (costs?.isovalues !== isovalues) {
-      costs = { isovalues, steps: new Map() };
+    if (costs?.shown !== shown) {
+      costs = { shown, steps: new Map() };
       this.#layers.set(entry, costs);
     }
     return costs;
   }
+}
+
+function withField(bytes: number, share: number): number {
+  return Math.round(bytes * (1 + share));
 }
 
 /** The isovalues of a layer's visible surfaces. */
@@ -81,7 +94,7 @@ export function needOf(entry: LayerEntry, view: CameraView): StepNeed | undefine
   const level = session.finestLevelOf(view);
   const cost = costs.find((each) => each.level === level);
   return {
-    bytes: cost?.bytes ?? 0,
+    bytes: withField(cost?.bytes ?? 0, fieldShare(info, session.shownField?.info)),
     coarseBytes: session.firstCoarseBytes,
     samples: session.pinnedSamples + (cost?.cells ?? 0),
   };

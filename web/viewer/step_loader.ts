@@ -231,7 +231,8 @@ export class StepLoader {
 
   /** The bytes and samples that a step needs for the present view, as estimated from the step that was shown last. */
   #need(entry: SteppedEntry, pixels: number): StepNeed {
-    const key = `${this.#keyOf(entry)} ${this.#time().step} ${pixels}`;
+    const field = entry.volume.session?.shownField?.info.name ?? "";
+    const key = `${this.#keyOf(entry)} ${this.#time().step} ${pixels} ${field}`;
     let known = this.#needs.get(key);
     if (!known) {
       known = needOf(entry, this.#viewOf(entry, pixels));

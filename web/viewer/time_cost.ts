@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../core/types.ts";
+import type { FieldInfo, StoreInfo } from "../core/types.ts";
 
 /** The bytes that all steps take at full detail. */
 export interface PlayCost {
@@ -10,8 +10,10 @@ export interface PlayCost {
 
 /** The known numbers of one step of one layer. */
 export interface StepCost {
-  /** The bytes of its surfaces; undefined until its directory has been fetched. */
+  /** The bytes of its surfaces, with a field; undefined until its directory has been fetched. */
   bytes: number | undefined;
+  /** Part of these bytes is estimated: those of a field. */
+  isEstimated?: boolean;
   /** The cells of its surfaces, according to its header: activeCells. */
   cells: number | undefined;
 }
@@ -37,8 +39,21 @@ export function playCost(steps: readonly StepCost[]): PlayCost | undefined {
   return {
     steps: steps.length,
     bytes: Math.round(sum(estimates.map((bytes) => bytes ?? mean))),
-    isEstimated: known.length < steps.length,
+    isEstimated: known.length < steps.length || known.some((step) => step.isEstimated),
   };
+}
+
+/**
+ * The bytes of a field's chunks, relative to those of the store's chunks with the same cells: on average over the
+ * file, because a field's directory is fetched only with its values. 0: no field is shown, or no store precedes it.
+ */
+export function fieldShare(
+  { fields }: { fields: readonly Pick<FieldInfo, "offset">[] },
+  shown: Pick<FieldInfo, "bytes"> | undefined,
+): number {
+  // The fields follow the store in its file.
+  const storeBytes = Math.min(...fields.map(({ offset }) => offset));
+  return shown && storeBytes > 0 ? shown.bytes / storeBytes : 0;
 }
 
 /** The cost of several layers that play together. Undefined if the cost of one of them is unknown. */
