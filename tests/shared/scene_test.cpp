@@ -72,7 +72,8 @@ TEST(Scene, HasSlicesLookAndMeasurements) {
                  "eye_dome":0,"future":1},
          "measurements":[
            {"kind":"distance","text":"width","points":[
-             {"position":[1,2,3],"value":-7,"normal":[0,0,1],"level":2,"layer":"a","voxel":[1,1,1]},
+             {"position":[1,2,3],"value":-7,"normal":[0,0,1],"level":2,"layer":"a","voxel":[1,1,1],
+              "field":{"name":"dose","value":2.5,"units":"Gy"}},
              {"position":[4,5,6]}]},
            {"kind":"note","text":"n","points":[{"position":[0,0,0],"more":true}]}])"));
   ASSERT_TRUE(scene) << scene.error().message;
@@ -100,6 +101,10 @@ TEST(Scene, HasSlicesLookAndMeasurements) {
   EXPECT_EQ(width.points[0].level, 2u);
   EXPECT_EQ(width.points[0].layer, "a");
   EXPECT_EQ(width.points[0].voxel->x, 1);
+  ASSERT_TRUE(width.points[0].field.has_value());
+  EXPECT_EQ(width.points[0].field->name, "dose");
+  EXPECT_EQ(width.points[0].field->value, 2.5);
+  EXPECT_EQ(width.points[0].field->units, "Gy");
   EXPECT_EQ(width.points[1].position.z, 6);
   EXPECT_FALSE(width.points[1].level);
 }

@@ -101,6 +101,18 @@ describe("measurements", () => {
   });
 });
 
+describe("tables", () => {
+  it("have the field that was shown, in columns of its own", () => {
+    const dose = { name: "=dose", value: 2.5, units: "Gy" };
+    const points = [{ ...at(0, 0, 0), field: dose }, at(3, 4, 0)];
+    const lines = toCsv([{ kind: "distance", points, voxels: [] }]).split("\r\n");
+    expect(lines[0]).toMatch(/,angle_degrees,field,field_value,field_units$/);
+    expect(lines[1]).toMatch(/,'=dose,2.5,Gy$/);
+    expect(lines[2]).toMatch(/,,,$/);
+    expect(lines.slice(1, 3).map((line) => line.split(",").length)).toEqual([20, 20]);
+  });
+});
+
 describe("session files", () => {
   const session = {
     view: "?volume=head&isovalue=60.5",
@@ -108,6 +120,11 @@ describe("session files", () => {
     measurements: [
       { kind: "point", points: [{ ...at(1, 2, 3), value: 60.5, normal: [0, 0, 1], level: 0 }] },
       { kind: "note", points: [at(1, 2, 3)], text: "here" },
+      {
+        kind: "point",
+        points: [{ ...at(1, 2, 3), field: { name: "dose", value: -2.5, units: "Gy" } }],
+      },
+      { kind: "point", points: [{ ...at(1, 2, 3), field: { name: "dose", value: 0 } }] },
     ] as Measurement[],
   };
 
@@ -189,7 +206,15 @@ describe("session files", () => {
 
   it("drop everything that the format does not have", () => {
     const text = change({
-      measurements: [{ ...point, points: [{ position: [1, 2, 3], value: "x", more: 1 }], more: 2 }],
+      measurements: [
+        {
+          ...point,
+          points: [
+            { position: [1, 2, 3], value: "x", field: { name: "dose", value: "2" }, more: 1 },
+          ],
+          more: 2,
+        },
+      ],
     });
     expect(readSession(text).measurements).toEqual([point]);
   });

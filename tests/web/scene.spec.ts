@@ -80,7 +80,10 @@ describe("a scene's document", () => {
       plane: { normal: [0, 0, 1], offset: 2 },
       range: [1, 2],
     };
-    const points = [{ position: [1, 2, 3], value: 4, level: 1, layer: "a", voxel: [0, 0, 1] }];
+    const field = { name: "dose", value: 2.5, units: "Gy" };
+    const points = [
+      { position: [1, 2, 3], value: 4, level: 1, layer: "a", voxel: [0, 0, 1], field },
+    ];
     const scene = parseScene(
       utf8(
         JSON.stringify({

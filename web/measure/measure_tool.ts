@@ -3,6 +3,7 @@ import { listenToClicks } from "../viewer/clicks.ts";
 import type { Viewer } from "../viewer/viewer.ts";
 import {
   isText,
+  type MeasuredField,
   type MeasuredPoint,
   type Measurement,
   type MeasurementKind,
@@ -194,7 +195,20 @@ export class MeasureTool {
     if (!found) return undefined;
     const { position, isovalue: value, normal, level, voxel } = found;
     const layer = this.#titleOf(found.layer);
-    return { position, value, normal, level, ...(layer !== undefined && { layer, voxel }) };
+    const field = this.#fieldOf(found.field);
+    return {
+      ...{ position, value, normal, level },
+      ...(layer !== undefined && { layer, voxel }),
+      ...(field && { field }),
+    };
+  }
+
+  /** `value`: undefined while it has not arrived, NaN where the field has none. */
+  #fieldOf(value: number | undefined): MeasuredField | undefined {
+    const { look, legend } = this.#viewer;
+    if (value === undefined || Number.isNaN(value) || look.colourBy !== "field") return undefined;
+    const units = legend?.field?.units;
+    return { name: look.field.name, value, ...(units && { units }) };
   }
 
   #add(kind: MeasurementKind, points: readonly MeasuredPoint[]): void {

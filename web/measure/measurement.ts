@@ -19,6 +19,14 @@ export interface MeasuredPoint {
   /** The title of the layer that was hit, if there were several, and the voxel of its volume. */
   layer?: string;
   voxel?: Triple;
+  /** The field that colours showed, and its value at the point. */
+  field?: MeasuredField;
+}
+
+export interface MeasuredField {
+  name: string;
+  value: number;
+  units?: string;
 }
 
 export interface Measurement {

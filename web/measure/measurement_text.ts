@@ -60,15 +60,20 @@ export interface MeasurementRow extends Measurement {
   voxels: readonly Triple[];
 }
 
-/** One line for each point; with a column `layer` if there were several. `unit`: of the world's lengths. */
+/**
+ * One line for each point; with a column `layer` if there were several, and with columns of the field where one was
+ * shown. `unit`: of the world's lengths.
+ */
 export function toCsv(rows: readonly MeasurementRow[], unit: LengthUnit = "mm"): string {
   const of = unit === "mm" ? "mm" : "voxels";
   const hasLayers = rows.some(({ points }) => points.some(({ layer }) => layer !== undefined));
+  const hasFields = rows.some(({ points }) => points.some(({ field }) => field !== undefined));
   const head =
     `number,kind,text,point,x_${of},y_${of},z_${of},voxel_x,voxel_y,voxel_z,value,` +
-    `normal_x,normal_y,normal_z,level,length_${of},angle_degrees${hasLayers ? ",layer" : ""}`;
+    `normal_x,normal_y,normal_z,level,length_${of},angle_degrees${hasLayers ? ",layer" : ""}` +
+    (hasFields ? ",field,field_value,field_units" : "");
   const lines = rows.flatMap(({ kind, text = "", points, voxels, ...results }, i) =>
-    points.map(({ position, value, normal, level, layer = "" }, j) =>
+    points.map(({ position, value, normal, level, layer = "", field }, j) =>
       [
         i + 1,
         kind,
@@ -82,6 +87,9 @@ export function toCsv(rows: readonly MeasurementRow[], unit: LengthUnit = "mm"):
         j === 0 ? (results.length_mm ?? results.length_voxels ?? "") : "",
         j === 0 ? (results.angle_degrees ?? "") : "",
         ...(hasLayers ? [cell(layer)] : []),
+        ...(hasFields
+          ? [cell(field?.name ?? ""), field?.value ?? "", cell(field?.units ?? "")]
+          : []),
       ].join(","),
     ),
   );

@@ -3,6 +3,7 @@ import { sessionTexts } from "../texts/session.ts";
 import {
   isText,
   longestText,
+  type MeasuredField,
   type MeasuredPoint,
   type Measurement,
   measurementKinds,
@@ -25,7 +26,8 @@ export interface Session {
 export const sessionFormat = "isosplat-session";
 const version = 1;
 /** The maximum length of the title of a layer. */
-const longestLayer = 1024;
+/** Of the names of layers and fields, and of units. */
+const longestName = 1024;
 /** A larger file is refused before it is read. */
 export const largestSession = 5_000_000;
 /** The maximum length of the view. A thousand layers take about 100 letters each. */
@@ -126,14 +128,24 @@ function pointOf(value: unknown, number: number): MeasuredPoint {
   const normal = tripleOf(record.normal);
   const { value: found, level, layer } = record;
   const voxel = tripleOf(record.voxel);
+  const field = fieldOf(record.field);
   return {
     position,
     ...(typeof found === "number" && Number.isFinite(found) && { value: found }),
     ...(normal && { normal }),
-    ...(typeof layer === "string" && layer.length <= longestLayer && { layer }),
+    ...(typeof layer === "string" && layer.length <= longestName && { layer }),
     ...(voxel && { voxel }),
+    ...(field && { field }),
     ...(typeof level === "number" && Number.isInteger(level) && level >= 0 && { level }),
   };
+}
+
+function fieldOf(value: unknown): MeasuredField | undefined {
+  const { name, value: found, units } = recordOf(value) ?? {};
+  if (typeof name !== "string" || name.length > longestName) return undefined;
+  if (typeof found !== "number" || !Number.isFinite(found)) return undefined;
+  const hasUnits = typeof units === "string" && units.length <= longestName;
+  return { name, value: found, ...(hasUnits && { units }) };
 }
 
 function tripleOf(value: unknown): Triple | undefined {

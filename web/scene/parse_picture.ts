@@ -1,5 +1,6 @@
 import type { Triple } from "../core/types.ts";
 import {
+  type MeasuredField,
   type MeasuredPoint,
   type Measurement,
   measurementKinds,
@@ -184,6 +185,7 @@ function readPoint(point: Member): MeasuredPoint {
   const level = optional(point.at("level"), (it) => it.integer(0), undefined);
   const layer = optional(point.at("layer"), (it) => it.text(), undefined);
   const voxel = vector("voxel");
+  const field = optional(point.at("field"), readMeasuredField, undefined);
   return {
     position,
     ...(value !== undefined && { value }),
@@ -191,5 +193,14 @@ function readPoint(point: Member): MeasuredPoint {
     ...(level !== undefined && { level }),
     ...(layer !== undefined && { layer }),
     ...(voxel && { voxel }),
+    ...(field && { field }),
   };
+}
+
+function readMeasuredField(field: Member): MeasuredField {
+  field.requireObject("a field");
+  const name = field.at("name").text();
+  const value = field.at("value").number();
+  const units = optional(field.at("units"), (it) => it.text(), undefined);
+  return { name, value, ...(units !== undefined && { units }) };
 }

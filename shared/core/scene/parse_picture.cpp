@@ -146,6 +146,13 @@ SceneMeasuredPoint read_point(const SceneMember& in) {
   }
   if (const SceneMember layer = in.at("layer"); layer.exists()) point.layer = layer.text();
   if (const SceneMember voxel = in.at("voxel"); voxel.exists()) point.voxel = voxel.vector();
+  if (const SceneMember field = in.at("field"); field.exists()) {
+    field.require_object("a field");
+    SceneMeasuredField& measured = point.field.emplace();
+    measured.name = field.at("name").text();
+    measured.value = field.at("value").number();
+    if (const SceneMember units = field.at("units"); units.exists()) measured.units = units.text();
+  }
   return point;
 }
 

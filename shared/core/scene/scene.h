@@ -132,6 +132,12 @@ struct SceneLook {
 
 enum class SceneMeasurementKind : uint8_t { point, distance, path, angle, note };
 
+/// The value of a field at a point, measured while colours showed the field.
+struct SceneMeasuredField {
+  std::string name, units;
+  double value = 0;
+};
+
 struct SceneMeasuredPoint {
   Vec3d position;                 ///< world
   std::optional<double> value;    ///< of the volume at this point
@@ -139,6 +145,7 @@ struct SceneMeasuredPoint {
   std::optional<uint64_t> level;  ///< of the cell that was measured: at 0 the point is exact
   std::string layer;              ///< the title of the layer, if there were several
   std::optional<Vec3d> voxel;     ///< in the volume of this layer
+  std::optional<SceneMeasuredField> field;
 };
 
 struct SceneMeasurement {

@@ -86,6 +86,9 @@ function facts({ kind, points }: Measurement, info: StoreInfo): string {
     point.value === undefined
       ? ""
       : measureTexts.value(`${formatValue(point.value)}${units ? ` ${units}` : ""}`),
+    point.field
+      ? [point.field.name, formatValue(point.field.value), point.field.units ?? ""].join(" ").trim()
+      : "",
     point.normal
       ? measureTexts.normal(listed(point.normal.map((n) => localized(n.toFixed(3)))))
       : "",
