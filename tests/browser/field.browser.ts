@@ -78,6 +78,16 @@ test("a surface shows the values of a field by colours, with a legend, from a li
   await expect(legend).toContainText("10");
   const low2 = await colours(page);
   expect(Math.abs(yellowness(low2.top) - yellowness(low2.bottom))).toBeLessThan(60);
+
+  // A measured point has the value too.
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Point", exact: true }).click();
+  await page.getByRole("application").press("Enter");
+  const facts = page.locator(".measurement-facts.quiet");
+  await expect(facts).toContainText("pressure");
+  const [, measured] = (await facts.textContent())?.match(/pressure ([\d.]+)/) ?? [];
+  expect(Math.abs(Number(measured) - pressure(100, 65, 35))).toBeLessThan(12);
+  await expect(page.locator(".measurement-value")).toHaveText(/\s(\d+(\.\d)?, ){2}\d+(\.\d)?\s*$/);
 });
 
 test("a field is chosen in the panel, and undone", async ({ page }) => {

@@ -16,6 +16,7 @@ import {
   formatPower,
   formatVolume,
   roundBelow,
+  roundedToVoxel,
   scaleBar,
   ticks,
 } from "../../web/overlay/lengths.ts";
@@ -163,6 +164,8 @@ describe("lengths", () => {
     expect(measured(1234.5678, 25)).toBe("1.235 m");
     expect(measured(56.4942, Infinity)).toBe("56.4942 mm");
     expect(measured(56.4942, 0)).toBe("56.4942 mm");
+    expect(roundedToVoxel(-60.0903, 1)).toBeCloseTo(-60.1, 9);
+    expect(roundedToVoxel(60.0903, Infinity)).toBe(60.0903);
   });
 
   it("have a unit that suits their size", () => {

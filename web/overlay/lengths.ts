@@ -22,11 +22,16 @@ export function formatLength(mm: number, world: LengthUnit = "mm", texts = overl
   return localized(`${Number((mm / unit.mm).toPrecision(6))} ${unit.name}`);
 }
 
-/** A measured length, rounded to about a tenth of a voxel: 56.4942 mm → "56.5 mm" for voxels of 1 mm. */
-export function formatMeasured(mm: number, voxelMm: number, world: LengthUnit = "mm"): string {
+/** A measured length or coordinate, rounded to about a tenth of a voxel: 56.4942 mm → 56.5 mm for voxels of 1 mm. */
+export function roundedToVoxel(mm: number, voxelMm: number): number {
   const step = 10 ** Math.floor(Math.log10(voxelMm / 10));
   const isKnown = step > 0 && Number.isFinite(step);
-  return formatLength(isKnown ? Math.round(mm / step) * step : mm, world);
+  return isKnown ? Math.round(mm / step) * step : mm;
+}
+
+/** A measured length, rounded as by `roundedToVoxel`. */
+export function formatMeasured(mm: number, voxelMm: number, world: LengthUnit = "mm"): string {
+  return formatLength(roundedToVoxel(mm, voxelMm), world);
 }
 
 /** An area (power 2) or a volume (3), in mm² or mm³: 0.0005 → "500 µm²"; or in voxels. */

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
-import type { StoreInfo } from "../../core/types.ts";
+import type { StoreInfo, Triple } from "../../core/types.ts";
 import type { MeasureTool } from "../../measure/measure_tool.ts";
 import {
   angleOf,
@@ -12,7 +12,7 @@ import {
 } from "../../measure/measurement.ts";
 import type { SurfaceExtent } from "../../mesh/surface_extent.ts";
 import type { LengthUnit } from "../../overlay/length_unit.ts";
-import { formatMeasured, formatPower } from "../../overlay/lengths.ts";
+import { formatMeasured, formatPower, roundedToVoxel } from "../../overlay/lengths.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import { listed, localized } from "../../texts/numbers.ts";
 import { formatBytes, formatValue } from "../shell/format.ts";
@@ -44,12 +44,16 @@ export interface MeasureActions {
   saveSession(): void;
 }
 
+/** World coordinates, rounded to what the voxels allow. */
+function positionText(position: Triple, { voxelMm }: LengthScale): string {
+  return listed(position.map((n) => formatValue(roundedToVoxel(n, voxelMm))));
+}
+
 /** The result of a measurement, in the form shown in the picture. */
 export function resultOf({ kind, points, text }: Measurement, scale: LengthScale): string {
   if (kind === "note") return text ?? "";
   if (kind === "point") {
-    const [x, y, z] = points[0]?.position ?? [0, 0, 0];
-    return text ?? listed([x, y, z].map(formatValue));
+    return text ?? positionText(points[0]?.position ?? [0, 0, 0], scale);
   }
   const angle = angleOf(points);
   const value =
@@ -62,7 +66,7 @@ export function resultOf({ kind, points, text }: Measurement, scale: LengthScale
 }
 
 /** The other known properties of its points. */
-function facts({ kind, points }: Measurement, info: StoreInfo): string {
+function facts({ kind, points }: Measurement, info: StoreInfo, scale: LengthScale): string {
   if (kind !== "point" && kind !== "note") {
     const isCoarse = points.some(({ level }) => level !== undefined && level > 0);
     const layers = [...new Set(points.flatMap(({ layer }) => layer ?? []))];
@@ -81,7 +85,7 @@ function facts({ kind, points }: Measurement, info: StoreInfo): string {
   const units = point.layer === undefined ? info.metadata.units : undefined;
   return [
     point.layer === undefined ? "" : measureTexts.onLayers(point.layer),
-    kind === "note" ? measureTexts.at(listed(point.position.map(formatValue))) : "",
+    kind === "note" ? measureTexts.at(positionText(point.position, scale)) : "",
     measureTexts.voxel(voxel),
     point.value === undefined
       ? ""
@@ -215,7 +219,7 @@ function list(
   return html`<ol class="measurements" aria-label=${measureTexts.measurements}>
     ${repeat(tool.measurements, keyOf, (measurement, i) => {
       const name = `${measureTexts.kinds[measurement.kind]} ${i + 1}`;
-      const more = facts(measurement, info);
+      const more = facts(measurement, info, scale);
       return html`<li class="measurement">
         <span class="measurement-value">
           <span class="visually-hidden">${name}:</span> ${resultOf(measurement, scale)}
