@@ -109,6 +109,14 @@ test("a field is chosen in the panel, and undone", async ({ page }) => {
   const coloured = await colours(page);
   expect(yellowness(coloured.top)).toBeGreaterThan(yellowness(coloured.bottom) + 60);
 
+  // The histogram has the values on the surface alone: most bins are empty.
+  const histogram = page.getByRole("img", { name: "occur on the surface" });
+  await expect(histogram).toBeVisible();
+  const bars = (await histogram.locator("path").getAttribute("d"))?.match(/V[^H]*/g) ?? [];
+  const heights = bars.slice(0, 256).map((bar) => 1 - Number(bar.slice(1)));
+  expect(Math.max(...heights)).toBe(1);
+  expect(heights.filter((height) => height === 0).length).toBeGreaterThan(64);
+
   await choose("Number of colours", "4 colours");
   await expect(page).toHaveURL(/field-steps=4/);
   await page.getByRole("button", { name: "Whole range" }).click();

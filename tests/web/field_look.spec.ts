@@ -30,6 +30,11 @@ test("the range of a surface leaves out the lowest and highest values of the dra
   // All of them, and those of a chunk that is drawn as well.
   expect(bins.percentiles([1, 2], 0)?.[0]).toBeCloseTo(600, 0);
   expect(bins.percentiles([1, 2, 3], 0.01)?.[0]).toBeCloseTo(601, 0);
+  const { low: least, high: most, counts } = bins.histogram([1, 2]);
+  expect([least, most, counts.length]).toEqual([600, 727.5, 256]);
+  // Eight corners each; missing values are not counted.
+  expect(counts.reduce((sum, count) => sum + count, 0)).toBe(8 * 302);
+  expect([counts[0], counts[255]]).toEqual([8, 8]);
   bins.remove(3);
   expect(bins.percentiles([3], 0.01)).toBeUndefined();
 });

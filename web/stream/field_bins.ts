@@ -1,4 +1,4 @@
-import type { FieldInfo } from "../core/types.ts";
+import type { Bins, FieldInfo } from "../core/types.ts";
 
 const bins = 256;
 
@@ -31,17 +31,24 @@ export class FieldBins {
     this.#counts.delete(chunk);
   }
 
+  /** The counts of all these chunks together, from the lowest to the highest value of the field. */
+  histogram(chunks: readonly number[]): Bins {
+    const counts: number[] = Array(bins).fill(0);
+    for (const chunk of chunks) {
+      this.#counts.get(chunk)?.forEach((count, bin) => {
+        counts[bin] = (counts[bin] ?? 0) + count;
+      });
+    }
+    const [low, high] = this.#field.range;
+    return { low, high, counts };
+  }
+
   /**
    * A range around the values of these chunks without the lowest and highest `share` of them. Undefined if they
    * have no values.
    */
   percentiles(chunks: readonly number[], share: number): [number, number] | undefined {
-    const sums = new Float64Array(bins);
-    for (const chunk of chunks) {
-      this.#counts.get(chunk)?.forEach((count, bin) => {
-        sums[bin] = (sums[bin] ?? 0) + count;
-      });
-    }
+    const { low, high, counts: sums } = this.histogram(chunks);
     const all = sums.reduce((sum, count) => sum + count, 0);
     if (all === 0) return undefined;
     const least = share * all;
@@ -55,7 +62,6 @@ export class FieldBins {
     };
     const ascending = Array.from(sums.keys());
     const [first, last] = [binAt(ascending), binAt([...ascending].reverse())];
-    const [low, high] = this.#field.range;
     const width = (high - low) / bins;
     return [low + first * width, low + (last + 1) * width];
   }

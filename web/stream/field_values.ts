@@ -1,5 +1,5 @@
 import type { Chunk } from "../core/records.ts";
-import type { DecodedChunk, FieldInfo, StoreMetadata } from "../core/types.ts";
+import type { Bins, DecodedChunk, FieldInfo, StoreMetadata } from "../core/types.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import { FieldBins } from "./field_bins.ts";
 import { type FieldAccess, FieldLoader } from "./field_loader.ts";
@@ -142,6 +142,11 @@ export class FieldValues {
   /** The range of the values on the surfaces that are drawn, without the lowest and highest `share`: FieldBins. */
   surfaceRange(share: number): [number, number] | undefined {
     return this.#bins?.percentiles([...this.#selection.drawn], share);
+  }
+
+  /** How often values occur around the surfaces that are drawn: FieldBins. */
+  get histogram(): Bins | undefined {
+    return this.#bins?.histogram([...this.#selection.drawn]);
   }
 
   /** Passes the values of a chunk to the viewer, which has its samples. */

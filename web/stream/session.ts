@@ -1,5 +1,5 @@
 import type { Core, Store } from "../core/core.ts";
-import type { FieldInfo, Points, StoreInfo, StoreMetadata } from "../core/types.ts";
+import type { Bins, FieldInfo, Points, StoreInfo, StoreMetadata } from "../core/types.ts";
 import { Backoff } from "./backoff.ts";
 import { CoalescedTask } from "./coalesced_task.ts";
 import type { Decoder } from "./decoder.ts";
@@ -204,6 +204,11 @@ export class StreamSession {
    */
   get fieldRange(): [number, number] | undefined {
     return this.#parts.uploads.fields.surfaceRange(0.01);
+  }
+
+  /** How often the shown field's values occur around the drawn surfaces. */
+  get fieldHistogram(): Bins | undefined {
+    return this.#parts.uploads.fields.histogram;
   }
 
   /** Call it when opacity or clipping has changed, because this changes the occlusion. */

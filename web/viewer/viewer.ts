@@ -1,5 +1,5 @@
 import type { Core } from "../core/core.ts";
-import type { StoreInfo } from "../core/types.ts";
+import type { Bins, StoreInfo } from "../core/types.ts";
 import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress } from "../stream/types.ts";
@@ -224,6 +224,11 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** StreamSession.fieldRange; undefined while the first layer is not open, or hidden. */
   get fieldRange(): [number, number] | undefined {
     return this.#layers.list.firstSession?.fieldRange;
+  }
+
+  /** StreamSession.fieldHistogram; undefined while the first layer is not open, or hidden. */
+  get fieldHistogram(): Bins | undefined {
+    return this.#layers.list.firstSession?.fieldHistogram;
   }
 
   get look(): Readonly<Look> {

@@ -38,7 +38,7 @@ function colouredBy(chosen: string, { field }: Look): Partial<Look> {
 
 /** Splats, colouring and background of the picture; the language of the page. */
 export function appearanceSection(
-  state: PictureState & Pick<VolumeState, "info">,
+  state: PictureState & Pick<VolumeState, "info" | "fieldBins">,
   actions: PictureActions,
 ): TemplateResult {
   const { look } = state;
@@ -61,7 +61,7 @@ export function appearanceSection(
           ? panelTexts.noSuchField(look.field.name)
           : panelTexts.quantityHints[look.colourBy],
       )}
-      ${look.colourBy === "field" && field ? fieldPart(look.field, field, actions) : nothing}
+      ${look.colourBy === "field" && field ? fieldPart(look.field, field, state.fieldBins, actions) : nothing}
       ${
         look.colourBy === "isosurface"
           ? nothing

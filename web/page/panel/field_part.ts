@@ -1,5 +1,5 @@
-import { html, type TemplateResult } from "lit";
-import type { FieldInfo } from "../../core/types.ts";
+import { html, nothing, svg, type TemplateResult } from "lit";
+import type { Bins, FieldInfo } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
 import type { FieldLook, FieldScale } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
@@ -13,6 +13,7 @@ const steps = ["0", "4", "6", "8", "10", "12"];
 export function fieldPart(
   look: FieldLook,
   field: FieldInfo,
+  counts: Bins | undefined,
   actions: PictureActions,
 ): TemplateResult {
   const change = (part: Partial<FieldLook>) => actions.changeLook({ field: { ...look, ...part } });
@@ -43,7 +44,8 @@ export function fieldPart(
   const stepTexts = Object.fromEntries(
     numbers.map((n) => [n, n === "0" ? panelTexts.continuous : panelTexts.colourSteps(n)]),
   );
-  return html`<div class="field-range">
+  return html`${counts ? histogram(counts, range) : nothing}
+    <div class="field-range">
       ${end(panelTexts.coloursFrom, 0)} ${end(panelTexts.coloursTo, 1)}
       <button
         type="button"
@@ -61,4 +63,24 @@ export function fieldPart(
       change({ scale: scale as FieldScale }),
     )}
     ${select(panelTexts.fieldSteps, String(look.steps), stepTexts, (n) => change({ steps: Number(n) }))}`;
+}
+
+/** How often values occur on the surface, with the range of the colours. Heights are square roots of the counts. */
+function histogram({ low, high, counts }: Bins, range: readonly [number, number]): TemplateResult {
+  const most = Math.max(1, ...counts);
+  const bars = counts.map((count, i) => `V${1 - Math.sqrt(count / most)}H${i + 1}`).join("");
+  const placeOf = (value: number) =>
+    high > low ? counts.length * Math.max(0, Math.min(1, (value - low) / (high - low))) : 0;
+  const name = panelTexts.fieldHistogram(formatValue(low), formatValue(high));
+  return html`<svg
+    class="field-histogram"
+    role="img"
+    aria-label=${name}
+    viewBox=${`0 0 ${counts.length} 1`}
+    preserveAspectRatio="none"
+  >
+    <title>${name}</title>
+    <path d=${`M0,1${bars}V1Z`} />
+    ${range.map((end) => svg`<line x1=${placeOf(end)} x2=${placeOf(end)} y1="0" y2="1" />`)}
+  </svg>`;
 }

@@ -1,4 +1,4 @@
-import type { StoreInfo } from "../../core/types.ts";
+import type { Bins, StoreInfo } from "../../core/types.ts";
 import type { OverlayPart } from "../../overlay/parts.ts";
 import type { AxisView } from "../../viewer/camera_views.ts";
 import type { Light } from "../../viewer/light.ts";
@@ -25,6 +25,8 @@ export interface VolumeState {
   offered: Pick<ChoicesState, "choices" | "pictures">;
   /** Bytes for the active surface's isovalue, at the finest level; undefined if unknown. */
   bytes: number | undefined;
+  /** How often the field's values occur on the surface at rest; undefined if no field is shown. */
+  fieldBins: Bins | undefined;
 }
 
 /** The state of the picture in the panel: look, projection, clipping and slices. */

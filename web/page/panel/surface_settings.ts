@@ -158,7 +158,7 @@ export class SurfaceSettings {
     this.actions.slide(isovalue + by * width);
   }
 
-  get state(): Omit<VolumeState, "info" | "histogram" | "bytes" | "offered"> {
+  get state(): Omit<VolumeState, "info" | "histogram" | "bytes" | "fieldBins" | "offered"> {
     return {
       scale: this.#scale,
       surfaces: this.#surfaces,

@@ -1,5 +1,5 @@
 import { render } from "lit";
-import type { StoreInfo } from "../../core/types.ts";
+import type { Bins, StoreInfo } from "../../core/types.ts";
 import { listed } from "../../texts/numbers.ts";
 import { pageTexts } from "../../texts/page.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
@@ -50,6 +50,7 @@ export class PageLayout {
   });
   /** The bytes for an isovalue of a layer. `layer` is undefined if there is only one. */
   #cost: { layer: number | undefined; isovalue: number; bytes: number } | null = null;
+  #fieldBins: Bins | undefined;
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;
   #isPanelHidden = false;
@@ -105,6 +106,7 @@ export class PageLayout {
   /** The view rests. Computes the isovalue's bytes now, since this takes time in large volumes. */
   rests(): void {
     this.#updatePictures();
+    this.#countField();
     const { surfaces, active } = this.#page.surfaces.state;
     const isovalue = surfaces[active]?.isovalue;
     if (isovalue === undefined || this.#bytesOf(isovalue) !== undefined) return;
@@ -112,6 +114,14 @@ export class PageLayout {
     const bytes = (chosen ?? this.#page.viewer).bytesOf(isovalue);
     if (bytes === undefined) return;
     this.#cost = { layer: chosen?.id, isovalue, bytes };
+    this.request();
+  }
+
+  /** Only at rest, since this takes time in large volumes. */
+  #countField(): void {
+    const { look, fieldHistogram } = this.#page.viewer;
+    if (look.colourBy !== "field") return;
+    this.#fieldBins = fieldHistogram;
     this.request();
   }
 
@@ -237,6 +247,7 @@ export class PageLayout {
       panel: info && {
         info,
         projection: viewer.camera?.projection,
+        fieldBins: settings.look.colourBy === "field" ? this.#fieldBins : undefined,
         mayEnterSpacing: !layers.scene && !chosen,
         canUndo: this.#page.history.canUndo,
         canRedo: this.#page.history.canRedo,
