@@ -81,7 +81,7 @@ test("closes the surface where oblique planes cut it, or says that an open one i
   const cut = await save(page);
   expect(cut.equals(extracted("--clip-plane", "1,1,0,120"))).toBe(true);
   await page.getByLabel("Closed").uncheck();
-  await expect(page.getByText("planes cut only a closed surface")).toBeVisible();
+  await expect(page.getByText("planes, which cut only a closed surface")).toBeVisible();
   await expect(page.getByText(/bout [\d.]+ k triangles/)).toBeVisible();
   expect((await save(page)).equals(extracted("--open"))).toBe(true);
   expect(await findings(page)).toEqual([]);

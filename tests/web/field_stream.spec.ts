@@ -4,6 +4,7 @@ import { join } from "node:path";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import type { Core } from "../../web/core/index.ts";
 import { FileSource, ServerSource, type Source, StreamError } from "../../web/stream/index.ts";
+import { fieldShare } from "../../web/viewer/time_cost.ts";
 import { type RunningServer, serve } from "../browser/support/server.ts";
 import { hasPressure, pressure, writeFieldStore } from "../support/field_volumes.ts";
 import { type RangeHost, rangeHost } from "../support/range_host.ts";
@@ -259,24 +260,51 @@ test("nothing of a field is fetched while none is shown", async () => {
   expect(without).toBeLessThan((harness.session?.info.fileBytes ?? 0) - (fields[0]?.bytes ?? 0));
 });
 
-test("the header and the pages of a field are requested at the same time", async () => {
-  const requested: [offset: number, bytes: number][] = [];
-  class Recorded extends FileSource {
-    override async range(...request: Parameters<FileSource["range"]>): Promise<void> {
-      requested.push([request[0], request[1]]);
-      await super.range(...request);
+/** A static file whose host answers the header of the field only when the end of the field has been requested. */
+class TailFirst extends FileSource {
+  readonly ofField: [offset: number, bytes: number][] = [];
+  failsTail = false;
+  #tailRequested = () => {};
+  readonly #tail = new Promise<void>((resolve) => {
+    this.#tailRequested = resolve;
+  });
+
+  override async range(
+    ...[offset, bytes, signal, arrived]: Parameters<FileSource["range"]>
+  ): Promise<void> {
+    const [field] = harness.session?.info.fields ?? [];
+    const end = field ? field.offset + field.bytes : 0;
+    if (field && offset >= field.offset && offset < end) this.ofField.push([offset, bytes]);
+    if (field && offset === field.offset && this.ofField.length === 1) await this.#tail;
+    if (field && offset + bytes === end && this.ofField.length === 2) {
+      this.#tailRequested();
+      if (this.failsTail) throw new StreamError("unreachable", "no answer");
     }
+    await super.range(offset, bytes, signal, arrived);
   }
-  const session = await harness.open(new Recorded(`${host.origin}/ball.isosplat`), core);
-  const [field] = session.info.fields;
-  if (!field) throw new Error("expected a store with a field, found none");
-  session.showField("pressure");
-  session.update(view(100.5, 1600));
-  await harness.until(() => harness.progress?.complete === true);
-  const end = field.offset + field.bytes;
-  const ofField = requested.filter(([offset]) => offset >= field.offset && offset < end);
-  const tail = Math.max(end - 64 * 1024, field.offset);
-  const header = [field.offset, Math.min(8 * 1024, field.bytes)];
-  expect(ofField.slice(0, 2)).toEqual(expect.arrayContaining([header, [tail, end - tail]]));
-  expect(ofField.slice(2).filter(([offset]) => offset >= tail)).toEqual([]);
-});
+}
+
+test.each([false, true])(
+  "the pages of a field are requested with its header; fails: %s",
+  async (failsTail) => {
+    const source = new TailFirst(`${host.origin}/ball.isosplat`);
+    source.failsTail = failsTail;
+    const session = await harness.open(source, core);
+    const [field] = session.info.fields;
+    if (!field) throw new Error("expected a store with a field, found none");
+    session.showField("pressure");
+    session.update(view(100.5, 1600));
+    await harness.until(() => harness.progress?.complete === true);
+    const end = field.offset + field.bytes;
+    const tail = Math.max(end - 64 * 1024, field.offset);
+    const [header, ...others] = source.ofField;
+    expect(header).toEqual([field.offset, Math.min(8 * 1024, field.bytes)]);
+    expect(others[0]).toEqual([tail, end - tail]);
+    const again = others.slice(1).filter(([offset]) => offset >= tail);
+    expect(again.length > 0).toBe(failsTail);
+    // The costs of time steps estimate the bytes of the field by its share of the file.
+    const share = fieldShare(session.info, field);
+    expect(share).toBeGreaterThan(0.05);
+    expect(share).toBeLessThan(5);
+  },
+);

@@ -1,7 +1,12 @@
 // The times at which the address bar is updated, and its content.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { defaultParts } from "../../web/overlay/parts.ts";
-import { AddressBar, type AddressState, addressOf } from "../../web/page/address/page_address.ts";
+import {
+  AddressBar,
+  type AddressState,
+  addressOf,
+  awaitsRange,
+} from "../../web/page/address/page_address.ts";
 import { type Clip, defaultLook, type Slices } from "../../web/viewer/types.ts";
 
 const replaceState = vi.fn();
@@ -119,4 +124,18 @@ it("has the camera only if it is not the page's default, which depends on the wi
   expect(addressOf({ ...view, camera }).projection).toBe("orthographic");
   const moved = addressOf({ ...view, camera, isDefaultCamera: false });
   expect(moved.camera).toMatchObject({ distance: 5 });
+});
+
+it("names the field that colours show, and no range that follows from the values of a scene", () => {
+  const field = { name: "p", range: [0, 100], scale: "linear", steps: 0 } as const;
+  const shown = { ...defaultLook, colourBy: "field", field } as const;
+  const opened = { ...view.opened, look: { ...defaultLook, field } };
+  // The scene has the field, but does not show it.
+  expect(addressOf({ ...view, look: shown, opened })).toMatchObject({ colourBy: "field", field });
+  const same = addressOf({ ...view, look: shown, opened: { ...opened, look: shown } });
+  expect([same.colourBy, same.field]).toEqual([undefined, undefined]);
+  const awaited = { ...shown, field: { ...field, range: null } };
+  expect(awaitsRange({ ...view, look: awaited })).toBe(true);
+  const ofScene = { ...opened, look: awaited };
+  expect(awaitsRange({ ...view, look: awaited, opened: ofScene })).toBe(false);
 });

@@ -202,10 +202,10 @@ describe("the cost of playing", () => {
   });
 
   test("includes the bytes of the field that is shown, which are estimated", () => {
-    const info = { fields: [{ offset: 4000 }, { offset: 3000 }] };
+    const info = { fileBytes: 5500, fields: [{ bytes: 1500 }, { bytes: 1000 }] };
     expect(fieldShare(info, { bytes: 1500 })).toBe(0.5);
     expect(fieldShare(info, undefined)).toBe(0);
-    expect(fieldShare({ fields: [] }, undefined)).toBe(0);
+    expect(fieldShare({ fileBytes: 3000, fields: [] }, undefined)).toBe(0);
     const shown = { ...step(150), isEstimated: true };
     expect(playCost([shown, shown])).toEqual({ steps: 2, bytes: 300, isEstimated: true });
   });

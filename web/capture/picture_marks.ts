@@ -10,8 +10,13 @@ import { MarkPen, round } from "./mark_pen.ts";
 /** What a saved picture shows above the volume. */
 export interface PictureMarks {
   title?: string;
-  /** `ends`: the texts at the first and the last colour. */
-  legend?: { name: string; colours: readonly string[]; ends: readonly [string, string] };
+  /** `ends`: the texts at the first and the last colour; `note`: a line below. */
+  legend?: {
+    name: string;
+    colours: readonly string[];
+    ends: readonly [string, string];
+    note?: string;
+  };
   hasScale?: boolean;
   hasAxes?: boolean;
   measurements?: readonly { measurement: Measurement; label: string }[];
@@ -87,7 +92,7 @@ function axesMark({ size, screen, info }: MarkedView, pen: MarkPen): string {
 }
 
 function legendMark(
-  { name, colours, ends: [low, high] }: NonNullable<PictureMarks["legend"]>,
+  { name, colours, ends: [low, high], note }: NonNullable<PictureMarks["legend"]>,
   width: number,
   pen: MarkPen,
 ): string {
@@ -103,6 +108,7 @@ function legendMark(
     bar,
     pen.text(low, x, 3.8 * letter, { size: 0.85 }),
     pen.text(high, x + length, 3.8 * letter, { size: 0.85, anchor: "end" }),
+    note ? pen.text(note, x + length, 5 * letter, { size: 0.85, anchor: "end" }) : "",
   ].join("");
 }
 

@@ -77,3 +77,9 @@ export const maxSteps = 65536;
 export const maxFieldNameBytes = 64;
 export const maxFieldSteps = 256;
 export const maxScenePlanes = 6;
+
+/** The value if it is an object, else an empty one. */
+export function objectOf(value: unknown): JsonObject {
+  const isObject = typeof value === "object" && value !== null && !Array.isArray(value);
+  return isObject ? (value as JsonObject) : {};
+}

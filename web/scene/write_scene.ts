@@ -1,20 +1,13 @@
 import type { Measurement } from "../measure/measurement.ts";
 import { isDefaultClip } from "../viewer/clipping.ts";
-import { shownRange } from "../viewer/field_of.ts";
 import type { Layer } from "../viewer/layer.ts";
 import { hasSlices, isDefaultSlices } from "../viewer/slices.ts";
 import { isIdentity } from "../viewer/transform.ts";
-import {
-  type Camera,
-  type Clip,
-  defaultLook,
-  type Look,
-  type Slices,
-  type Surface,
-} from "../viewer/types.ts";
+import type { Camera, Clip, Slices, Surface } from "../viewer/types.ts";
 import type { Viewer } from "../viewer/viewer.ts";
+import { lookDocument } from "./look_document.ts";
 import type { ShownScene } from "./open_scene.ts";
-import { type JsonObject, lightMembers, maxTextBytes } from "./scene_document.ts";
+import { type JsonObject, maxTextBytes, objectOf } from "./scene_document.ts";
 
 export interface WriteSceneOptions {
   name: string;
@@ -162,41 +155,6 @@ function slicesDocument({ along, plane, range, mapped }: Slices): JsonObject {
   return { along, plane, range, mapped };
 }
 
-/** The member `look`. Undefined if the look is the default and the scene had none. */
-function lookDocument(look: Look, before: unknown): JsonObject | undefined {
-  const { background: _, field, light, colourBy, colourMap, eyeDome, ...splats } = look;
-  const { background: __, field: ___, ...defaults } = defaultLook;
-  const isDefault = Object.entries(defaults).every(
-    ([name, value]) => JSON.stringify(look[name as keyof Look]) === JSON.stringify(value),
-  );
-  if (isDefault && before === undefined) return undefined;
-  const { light: lightBefore, field: fieldBefore, ...others } = objectOf(before);
-  const numbers = Object.fromEntries(lightMembers.map(([name, member]) => [member, light[name]]));
-  return {
-    ...others,
-    ...splats,
-    colour_by: colourBy,
-    colour_map: colourMap,
-    field: fieldDocument(look, fieldBefore),
-    light: { ...objectOf(lightBefore), ...numbers },
-    eye_dome: eyeDome,
-  };
-}
-
-/** The field that is shown, with the ends of its colours. Undefined if none is. */
-function fieldDocument({ colourBy, field }: Look, before: unknown): JsonObject | undefined {
-  if (colourBy !== "field") return undefined;
-  const { name, range, scale, steps } = field;
-  return {
-    ...objectOf(before),
-    name,
-    // Scenes have no logarithms of 0, which the renderer replaces.
-    range: range && scale === "logarithmic" ? shownRange(range, scale) : (range ?? undefined),
-    scale,
-    steps,
-  };
-}
-
 /** Keeps the unknown members of a measurement of the scene if its points have not changed. */
 function measurementsDocument(
   measurements: readonly Measurement[],
@@ -217,11 +175,6 @@ function measurementsDocument(
 function placesOf(points: unknown): string {
   const places = Array.isArray(points) ? points.map((point) => objectOf(point).position) : [];
   return JSON.stringify(places);
-}
-
-function objectOf(value: unknown): JsonObject {
-  const isObject = typeof value === "object" && value !== null && !Array.isArray(value);
-  return isObject ? (value as JsonObject) : {};
 }
 
 const utf8 = new TextEncoder();

@@ -64,7 +64,8 @@ export class FieldLoader {
     this.info = info;
     this.#access = access;
     this.#events = events;
-    this.#source = new FieldSource(access.store.source, info);
+    const pageBytes = access.store.store.pages().reduce((sum, { bytes }) => sum + bytes, 0);
+    this.#source = new FieldSource(access.store.source, info, pageBytes);
     this.#backoff = new Backoff({ trouble: () => events.troubled() });
     this.#queue = new ChunkQueue(
       this.#source,

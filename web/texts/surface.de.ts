@@ -17,7 +17,7 @@ export const surface: typeof English = {
   wholeCells:
     "Nur was im Schnittquader liegt, in ganzen Zellen: der Rand hat Stufen von einem Voxel",
   planesNeedClosed:
-    "Die Datei wird nicht von der schrägen Ebene geschnitten: Ebenen schneiden nur eine geschlossene Fläche. „Geschlossen“ braucht manchmal die volle Auflösung.",
+    "Die Datei wird nicht von schrägen Ebenen geschnitten: Sie schneiden nur eine geschlossene Fläche. „Geschlossen“ braucht manchmal die volle Auflösung.",
   millimetres: "STL-Dateien nennen keine Einheit: Längen sind die des Volumens, in Millimetern.",
   saving: "Die Fläche wird gespeichert",
   save: "Speichern",

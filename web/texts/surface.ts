@@ -18,7 +18,7 @@ export const surfaceTexts = part("surface", {
   wholeCells:
     "Only what is inside of the clipping box, in whole cells: the border has steps of a voxel",
   planesNeedClosed:
-    "The file will not be cut by the oblique plane: planes cut only a closed surface. “Closed” may need full detail.",
+    "The file will not be cut by oblique planes, which cut only a closed surface. “Closed” may need full detail.",
   millimetres: "STL files state no unit: lengths are those of the volume, in millimetres.",
   saving: "Saving the surface",
   save: "Save",

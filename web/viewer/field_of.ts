@@ -6,6 +6,13 @@ export function fieldOf({ fields }: StoreInfo, name: string): FieldInfo | null {
   return fields.find((field) => field.name === name) ?? null;
 }
 
+/** The range; if both ends are the same value, a range around it. */
+export function distinct([low, high]: readonly [number, number]): [number, number] {
+  if (low < high) return [low, high];
+  const around = Math.abs(low) / 100 || 1;
+  return [low - around, low + around];
+}
+
 /** The values of the first and the last colour: field_range in shared/render/settings/render_settings.h. */
 export function shownRange(
   [low, high]: readonly [number, number],

@@ -135,6 +135,11 @@ export class LayerList {
     return this.first?.volume.session ?? null;
   }
 
+  /** That of the first open layer that shows a field; null if none does. */
+  get fieldSession(): StreamSession | null {
+    return this.sessions.find(({ shownField }) => shownField !== null) ?? null;
+  }
+
   get sessions(): StreamSession[] {
     return this.#entries.flatMap(({ volume }) => volume.session ?? []);
   }

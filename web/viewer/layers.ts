@@ -385,6 +385,7 @@ export class Layers {
       list: this.list,
       life: this.#life,
       volumes: this.#volumes,
+      shownField: () => this.#settings.shownField,
       stepShown: () => {
         this.#life.guard(() => this.applySettings());
         this.pictureChanged();

@@ -54,8 +54,8 @@ export class PictureSettings {
   }
 
   /**
-   * The meaning of colours; null if each surface has its own colour and there are no slices. `shown`: the field
-   * that the first layer shows.
+   * The meaning of colours; null if each surface has its own colour and there are no slices. `shown`: the field,
+   * as the first layer that has it shows it.
    */
   legend(renderer: RendererModule, info: StoreInfo, shown: ShownField | null): Legend | null {
     const { colourBy, colourMap } = this.look;
@@ -73,7 +73,8 @@ export class PictureSettings {
     if (colourBy === "field") {
       if (!shown) return null;
       const { units } = shown.metadata;
-      const { name, scale, steps } = this.look.field;
+      const { name, range, scale, steps } = this.look.field;
+      legend.range = shownRange(range ?? shown.info.range, scale);
       const { hasMissing } = shown.info.mapping;
       legend.field = { name, ...(units && { units }), scale, ...(hasMissing && { hasMissing }) };
       if (steps > 1) legend.colours = stepped(renderer.picture.colours(colourMap, steps));

@@ -21,6 +21,8 @@ export interface SeriesHost {
   failed(entry: LayerEntry, error: StreamError): void;
   /** Whether the present picture is complete. */
   isComplete(): boolean;
+  /** The name of the field that colours show. */
+  shownField(): string | null;
 }
 
 /** Opens and closes the steps of all layers, and chooses the one that is shown. */
@@ -37,6 +39,7 @@ export class Series {
       open: (entry, each) => this.#open(entry.steps.at(each)),
       close: (entry, each) => this.#close([entry.steps.close(each)]),
       isShownComplete: () => host.isComplete(),
+      shownField: () => host.shownField(),
     });
     this.time = new Time(time, step, {
       isShowable: (each) => this.#loader.isShowable(each),

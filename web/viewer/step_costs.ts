@@ -1,3 +1,4 @@
+import { fieldOpeningBytes } from "../stream/field_source.ts";
 import type { CameraView } from "../stream/types.ts";
 import type { LayerEntry } from "./layer_list.ts";
 import type { OpenVolume } from "./open_volume.ts";
@@ -28,6 +29,12 @@ interface LayerCosts {
 /** The bytes and samples of the steps whose stores have been opened. */
 export class StepCosts {
   readonly #layers = new WeakMap<LayerEntry, LayerCosts>();
+  readonly #shownField: () => string | null;
+
+  /** `shownField`: the name of the field that colours show. */
+  constructor(shownField: () => string | null) {
+    this.#shownField = shownField;
+  }
 
   /** Notes the cost of a step whose store is open. */
   note(entry: LayerEntry, step: number, { session, info }: OpenVolume): void {
@@ -53,8 +60,7 @@ export class StepCosts {
   }
 
   #of(entry: LayerEntry): LayerCosts {
-    const field = entry.volume.session?.shownField?.info.name ?? "";
-    const shown = `${isovaluesOf(entry)} ${field}`;
+    const shown = `${isovaluesOf(entry)} ${this.#shownField() ?? ""}`;
     let costs = this.#layers.get(entry);
     if (costs?.shown !== shown) {
       costs = { shown, steps: new Map() };
@@ -93,9 +99,12 @@ export function needOf(entry: LayerEntry, view: CameraView): StepNeed | undefine
   const costs = completeCosts(known, session.finestCoarseLevel, cellsOf(isovalues, info));
   const level = session.finestLevelOf(view);
   const cost = costs.find((each) => each.level === level);
+  const field = session.shownField?.info;
+  const samples = session.pinnedSamples + (cost?.cells ?? 0);
   return {
-    bytes: withField(cost?.bytes ?? 0, fieldShare(info, session.shownField?.info)),
-    coarseBytes: session.firstCoarseBytes,
-    samples: session.pinnedSamples + (cost?.cells ?? 0),
+    bytes: withField(cost?.bytes ?? 0, fieldShare(info, field)),
+    coarseBytes: session.firstCoarseBytes + (field ? Math.min(field.bytes, fieldOpeningBytes) : 0),
+    // The values of a field take as much memory as the samples, and the session divides its budget.
+    samples: field ? 2 * samples : samples,
   };
 }

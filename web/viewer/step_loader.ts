@@ -38,6 +38,8 @@ export interface StepLoaderHost {
   close(entry: SteppedEntry, step: number): void;
   /** Whether the step that is shown is complete. */
   isShownComplete(): boolean;
+  /** The name of the field that colours show. */
+  shownField(): string | null;
 }
 
 /** The view of a picture: world to clip space, and its size. */
@@ -58,7 +60,7 @@ export class StepLoader {
   readonly #host: StepLoaderHost;
   readonly #planning = new CoalescedTask(() => this.#plan());
   readonly #bandwidth = new Bandwidth();
-  readonly #costs = new StepCosts();
+  readonly #costs = new StepCosts(() => this.#host.shownField());
   readonly #asked = new WeakMap<OpenVolume, Asked>();
   /** By layer, view, step and size of cells. */
   readonly #needs = new Map<string, StepNeed>();
@@ -231,7 +233,7 @@ export class StepLoader {
 
   /** The bytes and samples that a step needs for the present view, as estimated from the step that was shown last. */
   #need(entry: SteppedEntry, pixels: number): StepNeed {
-    const field = entry.volume.session?.shownField?.info.name ?? "";
+    const field = this.#host.shownField() ?? "";
     const key = `${this.#keyOf(entry)} ${this.#time().step} ${pixels} ${field}`;
     let known = this.#needs.get(key);
     if (!known) {

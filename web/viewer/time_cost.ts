@@ -45,14 +45,14 @@ export function playCost(steps: readonly StepCost[]): PlayCost | undefined {
 
 /**
  * The bytes of a field's chunks, relative to those of the store's chunks with the same cells: on average over the
- * file, because a field's directory is fetched only with its values. 0: no field is shown, or no store precedes it.
+ * file, because a field's directory is fetched only with its values. 0: no field is shown.
  */
 export function fieldShare(
-  { fields }: { fields: readonly Pick<FieldInfo, "offset">[] },
+  { fileBytes, fields }: { fileBytes: number; fields: readonly Pick<FieldInfo, "bytes">[] },
   shown: Pick<FieldInfo, "bytes"> | undefined,
 ): number {
-  // The fields follow the store in its file.
-  const storeBytes = Math.min(...fields.map(({ offset }) => offset));
+  // The file of a store includes its fields.
+  const storeBytes = fileBytes - sum(fields.map(({ bytes }) => bytes));
   return shown && storeBytes > 0 ? shown.bytes / storeBytes : 0;
 }
 

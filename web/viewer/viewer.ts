@@ -221,14 +221,14 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
     return this.#layers.list.firstSession?.quantizedIsovalue(isovalue);
   }
 
-  /** StreamSession.fieldRange; undefined while the first layer is not open, or hidden. */
+  /** StreamSession.fieldRange of the first layer that shows a field. */
   get fieldRange(): [number, number] | undefined {
-    return this.#layers.list.firstSession?.fieldRange;
+    return this.#layers.list.fieldSession?.fieldRange;
   }
 
-  /** StreamSession.fieldHistogram; undefined while the first layer is not open, or hidden. */
+  /** StreamSession.fieldHistogram of the first layer that shows a field. */
   get fieldHistogram(): Bins | undefined {
-    return this.#layers.list.firstSession?.fieldHistogram;
+    return this.#layers.list.fieldSession?.fieldHistogram;
   }
 
   get look(): Readonly<Look> {
@@ -247,7 +247,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   /** What colours mean; null without a volume, or if surfaces have their own ones and there are no slices. */
   get legend(): Legend | null {
     const { renderer } = this.#life;
-    const shown = this.#layers.list.firstSession?.shownField ?? null;
+    const shown = this.#layers.list.fieldSession?.shownField ?? null;
     return renderer && this.info && this.#settings.legend(renderer, this.info, shown);
   }
 

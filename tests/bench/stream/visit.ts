@@ -101,7 +101,7 @@ export class Visitor {
     // tsx names functions by a helper, which the page does not have.
     await page.addInitScript("globalThis.__name = (named) => named");
     // The marks of web/stream and of benchmarks, with the time at which the next frame was submitted to the
-    // browser. For the first surface of a layer, that is the frame after the next picture.
+    // browser. For the first surface of a layer, and the first values of a field, that is the frame after the next picture.
     await page.addInitScript(() => {
       interface Seen {
         name: string;
@@ -123,7 +123,7 @@ export class Visitor {
           if (!/^(isosplat|vtk|peer|bench):/.test(name)) continue;
           const entry = { name, at: startTime, shown: 0 };
           seen.push(entry);
-          if (name === "isosplat:surface") undrawn.add(entry);
+          if (/^isosplat:(surface|coloured)$/.test(name)) undrawn.add(entry);
           else submitted([entry]);
         }
       }).observe({ type: "mark", buffered: true });

@@ -70,8 +70,11 @@ export function addressOf(view: AddressState): UrlState {
   const before = opened.look;
   if (look.kind !== before.kind) state.kind = look.kind;
   if (look.shading !== before.shading) state.shading = look.shading;
-  if (look.colourBy !== before.colourBy) state.colourBy = look.colourBy;
-  if (look.colourBy === "field" && !sameValue(look.field, before.field)) state.field = look.field;
+  const isColouredAlike = look.colourBy === before.colourBy;
+  if (!isColouredAlike) state.colourBy = look.colourBy;
+  // A field is named wherever an address states that colours show it.
+  const isSameField = isColouredAlike && sameValue(look.field, before.field);
+  if (look.colourBy === "field" && !isSameField) state.field = look.field;
   if (look.colourMap !== before.colourMap) state.colourMap = look.colourMap;
   if (look.eyeDome !== before.eyeDome) state.eyeDome = look.eyeDome;
   if (!sameValue(look.light, before.light)) state.light = look.light;
@@ -93,9 +96,13 @@ export function addressOf(view: AddressState): UrlState {
   return state;
 }
 
-/** Whether the range of the field that colours show is to follow from its values, which have not all arrived. */
-export function awaitsRange({ look }: AddressState): boolean {
-  return look.colourBy === "field" && look.field.range === null;
+/**
+ * Whether the range of the field that colours show is to follow from its values, which have not all arrived. That of
+ * a scene may follow later, since its layers may lack the field.
+ */
+export function awaitsRange({ look, opened }: AddressState): boolean {
+  const isOfScene = opened.look.colourBy === "field" && sameValue(look.field, opened.look.field);
+  return look.colourBy === "field" && look.field.range === null && !isOfScene;
 }
 
 /** Updates the address bar when the view rests, without a new history entry for each change. */

@@ -1,6 +1,7 @@
 import { marksSvg } from "../../capture/picture_marks.ts";
 import type { Measurement } from "../../measure/measurement.ts";
 import { Screen } from "../../overlay/screen.ts";
+import { panelTexts } from "../../texts/panel.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { legendTexts } from "../panel/legend.ts";
@@ -49,6 +50,7 @@ export function shownMarks(
             name: texts.units ? `${texts.name} (${texts.units})` : texts.name,
             colours: legend.colours,
             ends: [texts.low, texts.high],
+            ...(legend.field?.hasMissing && { note: panelTexts.fieldMissing }),
           },
         }),
       hasScale: has("scale"),

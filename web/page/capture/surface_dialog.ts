@@ -75,6 +75,11 @@ class SurfaceDialog {
     return isClosed(this.#form);
   }
 
+  /** Whether the planes of the clipping do not cut the surface that will be saved. */
+  get #isUncut(): boolean {
+    return this.#isClipped && this.#hasPlanes && !this.#isClosed;
+  }
+
   get #form() {
     return {
       format: this.#format,
@@ -242,8 +247,10 @@ class SurfaceDialog {
               : nothing
           }
           ${
-            this.#isClipped && this.#hasPlanes && !this.#isClosed
-              ? html`<p class="warning" role="status">${surfaceTexts.planesNeedClosed}</p>`
+            this.#hasPlanes
+              ? html`<p class=${this.#isUncut ? "warning" : "empty"} role="status">
+                  ${this.#isUncut ? surfaceTexts.planesNeedClosed : nothing}
+                </p>`
               : nothing
           }
           ${this.#format === "stl" ? html`<p class="quiet">${surfaceTexts.millimetres}</p>` : nothing}

@@ -1,8 +1,9 @@
 import { defaultParts, type OverlayPart } from "../../overlay/parts.ts";
 import type { ShownScene } from "../../scene/open_scene.ts";
 import { planeFacing, wholeVolume } from "../../viewer/clipping.ts";
-import { fieldOf } from "../../viewer/field_of.ts";
+import { distinct, fieldOf } from "../../viewer/field_of.ts";
 import { turnedLight } from "../../viewer/light.ts";
+import { sameValue } from "../../viewer/same_value.ts";
 import { noSlices } from "../../viewer/slices.ts";
 import { type Clip, defaultLook, type FieldScale, type Look } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
@@ -61,11 +62,19 @@ export class DisplaySettings {
     const isComplete = state === "complete" || state === "limited";
     if (look.colourBy !== "field" || look.field.range || !isComplete) return false;
     const [whole] = layers.flatMap(({ info }) => (info && fieldOf(info, look.field.name)) ?? []);
-    const range = fieldRange ? roundedRange(fieldRange, look.field.scale) : whole?.range;
+    const found = fieldRange ? roundedRange(fieldRange, look.field.scale) : whole?.range;
+    const { look: opened } = this.#opened;
+    if (found) {
+      const field = { ...look.field, range: distinct(found) };
+      // The range is not a choice of the visitor: the address does not have it.
+      if (sameValue(look.field, opened.field)) this.#opened.look = { ...opened, field };
+      this.#viewer.setLook({ field });
+      return true;
+    }
+    // Hidden layers and other steps of a scene may have the field.
+    if (opened.colourBy === "field" || layers.some(({ info }) => !info)) return false;
     // No store has the field that an address names.
-    this.#viewer.setLook(
-      range ? { field: { ...look.field, range } } : { colourBy: defaultLook.colourBy },
-    );
+    this.#viewer.setLook({ colourBy: defaultLook.colourBy });
     return true;
   }
 

@@ -1,6 +1,7 @@
 import { html, nothing, svg, type TemplateResult } from "lit";
 import type { Bins, FieldInfo } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
+import { distinct } from "../../viewer/field_of.ts";
 import type { FieldLook, FieldScale } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
 import { select } from "./form_elements.ts";
@@ -55,7 +56,7 @@ export function fieldPart(
       >
         ${panelTexts.fitColours}
       </button>
-      <button type="button" class="chip" @click=${() => change({ range: field.range })}>
+      <button type="button" class="chip" @click=${() => change({ range: distinct(field.range) })}>
         ${panelTexts.wholeRange}
       </button>
     </div>
