@@ -29,8 +29,10 @@ double product(Vec3d v) {
   return v.x * v.y * v.z;
 }
 
-/// The edge of boxes, doubled until there are at most `most` of them.
+/// The edge of boxes, doubled until there are at most `most` of them. It is at least a millionth of
+/// the longest extent: 0, from a product that underflows, would stay 0.
 double coarsened(Vec3d extent, double edge, double most) {
+  edge = std::max(edge, std::max({extent.x, extent.y, extent.z}) * 1e-6);
   while (product(counts(extent, edge)) > most) edge *= 2;
   return edge;
 }

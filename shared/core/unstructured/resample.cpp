@@ -20,6 +20,8 @@ namespace {
 constexpr double kMargin = 1e-5;
 /// Edges that are equal but for rounding.
 constexpr double kSameEdge = 1.001;
+/// Values that are equal but for rounding, as a share of the largest one.
+constexpr double kRounding = 1e-12;
 constexpr int32_t kRandomPoints = 16;
 constexpr size_t kMostMeshPoints = 64;  ///< that are compared in one grid cell
 /// A grid cell on the border is divided into so many parts along each axis.
@@ -258,7 +260,9 @@ Result<void> Resampler::visit(const GridCell& cell, const Candidates& near,
     ++found;
     size = std::min(size, survey_.sizes[corner->cell]);
   }
-  const bool is_border = is_crossed || (found > 0 && found < 8);
+  // A hole that is as large as the grid cell has all corners, but not the centre, in other cells.
+  const bool is_hole = found == 8 && !find(own, (cell.box.low + cell.box.high) * 0.5);
+  const bool is_border = is_crossed || is_hole || (found > 0 && found < 8);
   if (found == 0 && !is_border) return {};
   if (found == 0) {
     for (const Candidate& each : own) size = std::min(size, survey_.sizes[each.cell]);
@@ -358,7 +362,10 @@ Result<ResampledMesh> resample(const UnstructuredMesh& mesh, const ResampleOptio
   left -= face_bins->memory_bytes();
 
   const double range = survey->high - survey->low;
-  const double limit = options.max_error > 0 ? options.max_error : range * kDefaultErrorShare;
+  // A constant field would otherwise be refined because of rounding.
+  const double rounding = kRounding * std::max(std::abs(survey->low), std::abs(survey->high));
+  const double limit =
+      options.max_error > 0 ? options.max_error : std::max(range * kDefaultErrorShare, rounding);
   const std::vector<int32_t> ratios(plan.finer, 2);
   auto grid = AdaptiveGrid::create(plan.cells, ratios, Centring::nodes, left);
   if (!grid) return tl::unexpected(grid.error());

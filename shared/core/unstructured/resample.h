@@ -8,7 +8,8 @@ namespace isosplat {
 
 struct ResampleOptions {
   /// Grid cells are refined while the trilinear function differs more from the field of the mesh,
-  /// in units of the values. 0: kDefaultShare of the range of the values.
+  /// in units of the values. 0: kDefaultErrorShare of the range of the values, but at least
+  /// 10⁻¹² of the largest one.
   double max_error = 0;
   uint64_t memory_bytes = uint64_t{1} << 30;  ///< limit, without the mesh
 };
@@ -37,7 +38,8 @@ struct ResampledMesh {
 /// leaf if at least half of it is inside of the mesh; nodes outside then have the values of the
 /// linear function that fits the inside best. If boundary faces that look at each other lie in it
 /// or within 0.6 edges around it, there is a gap of the mesh, and it stays empty. Everything else
-/// outside is empty.
+/// outside is empty. A grid cell whose centre is outside is on the border too, although all of its
+/// corners are inside: holes of one cell stay empty.
 ///
 /// The same mesh has the same result on each machine. Errors: out_of_memory; malformed_volume if no
 /// cell has values or a volume.
