@@ -81,6 +81,62 @@ TEST(CliMesh, PiecesAreJoined) {
   EXPECT_FALSE((*store)->info().mapping.has_missing);
 }
 
+TEST(CliMesh, EmptyPiecesAreAllowed) {
+  const TempFolder folder;
+  const std::string empty = vtu_text({});
+  ASSERT_NE(empty.find("NumberOfPoints=\"0\" NumberOfCells=\"0\""), std::string::npos);
+  write_file(folder / "p0.vtu", empty);
+  write_file(folder / "p1.vtu", vtu_text(distance_mesh(Division::hexahedra)));
+  const auto list = [](const std::string& pieces) {
+    return "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\"><PUnstructuredGrid>" + pieces +
+           "</PUnstructuredGrid></VTKFile>";
+  };
+  write_file(folder / "all.pvtu", list("<Piece Source=\"p0.vtu\"/><Piece Source=\"p1.vtu\"/>"));
+  const auto ended = run({"build", folder / "all.pvtu", "--no-thumbnail"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("216 cells of a mesh became"), std::string::npos) << ended.err;
+  write_file(folder / "none.pvtu", list("<Piece Source=\"p0.vtu\"/>"));
+  for (const char* file : {"none.pvtu", "p0.vtu"}) {
+    const auto none = run({"build", folder / file, "--no-thumbnail"});
+    EXPECT_NE(none.exit_code, 0);
+    EXPECT_NE(none.err.find("expected points and cells, found none"), std::string::npos)
+        << none.err;
+  }
+}
+
+/// Ghost flags of the first four cells of a mesh in a row.
+TEST(CliMesh, RepeatedAndHiddenCellsAreLeftOut) {
+  UnstructuredMesh mesh;
+  add_block(mesh, {{0, 0, 0}, {8, 1, 1}}, {8, 1, 1}, Division::hexahedra);
+  mesh_test::set_values(mesh, [](Vec3d p) { return p.x; });
+  const std::string text = vtu_text(mesh);
+  const struct {
+    const char *name, *flags;
+    int left_out;
+  } cases[] = {
+      {"vtkGhostType", "1 8 32 33 0 0 0 0", 4},  // duplicate, refined, hidden
+      {"vtkGhostType", "16 2 4 22 0 0 0 0", 0},  // exterior, connectivity
+      {"vtkGhostType", "17 2 0 0 0 0 0 0", 1},  {"vtkGhostLevels", "1 2 0 0 0 0 0 0", 2},
+      {"vtkGhostLevels", "0 0 0 0 0 0 0 0", 0},
+  };
+  for (const auto& each : cases) {
+    const TempFolder folder;
+    std::string changed = text;
+    const size_t at = changed.find("</CellData>");
+    ASSERT_NE(at, changed.npos);
+    changed.insert(at, fmt::format("<DataArray type=\"UInt8\" Name=\"{}\" format=\"ascii\">{}"
+                                   "</DataArray>",
+                                   each.name, each.flags));
+    write_file(folder / "a.vtu", changed);
+    const auto ended = run({"build", folder / "a.vtu", "--no-thumbnail"});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    const std::string became = fmt::format("{} cells of a mesh became", 8 - each.left_out);
+    EXPECT_NE(ended.err.find(became), std::string::npos) << each.flags << ended.err;
+    const std::string note = fmt::format("{} cells are marked as repeated", each.left_out);
+    EXPECT_EQ(ended.err.find(note) != std::string::npos, each.left_out > 0) << ended.err;
+  }
+}
+
 TEST(CliMesh, ValuesOfCellsAreAveragedWithANote) {
   const TempFolder folder;
   write_file(folder / "a.vtu", vtu_text(distance_mesh(Division::tetrahedra)));
@@ -112,6 +168,8 @@ TEST(CliMesh, RefusesMalformedFiles) {
       {"8\n16\n", "8\n99999999999\n", "expected offsets of cells"},
       {"8\n16\n", "8\n17\n", "expected 8 points of cell 1"},
       {"12\n12\n", "12\n25\n", "Tessellate"},
+      {"12\n12\n", "12\n66\n", "Tessellate"},
+      {"12\n12\n", "67\n12\n", "Tessellate"},
       {"12\n12\n", "12\n42\n", "Tetrahedralize"},
       {"12\n12\n", "12\n200\n", "expected types of cells"},
       {"12\n12\n", "12\n10\n", "expected 4 points of cell 1"},

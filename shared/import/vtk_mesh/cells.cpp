@@ -25,10 +25,19 @@ std::optional<CellShape> shape_of(int type) {
 
 /// Whether cells of a type have no volume: of 0 to 2 dimensions, linear or of higher order.
 bool is_flat(int type) {
-  constexpr int kFlat[] = {21, 22, 23, 28, 30, 34, 35, 36, 51, 60, 61,
-                           62, 63, 66, 67, 68, 69, 70, 75, 76, 77};
+  constexpr int kFlat[] = {21, 22, 23, 28, 30, 34, 35, 36, 51, 60,
+                           61, 62, 63, 68, 69, 70, 75, 76, 77};
   return type < kTetrahedron ||
          std::find(std::begin(kFlat), std::end(kFlat), type) != std::end(kFlat);
+}
+
+/// Whether a value of vtkGhostType, or of vtkGhostLevels of older versions, leaves out a cell.
+bool is_left_out(const VtkXmlArray& array, double value) {
+  if (array.name == "vtkGhostLevels") return value > 0;
+  // vtkDataSetAttributes.h: the other flags are of cells that have their values.
+  constexpr int kDuplicate = 1, kRefined = 8, kHidden = 32;
+  return value > 0 && value <= 255 &&
+         (static_cast<int>(value) & (kDuplicate | kRefined | kHidden)) != 0;
 }
 
 /// The name and the remedy of cells that are not read.
@@ -96,19 +105,20 @@ class CellReader {
     return {};
   }
 
-  /// Cells that another piece has too, or that are hidden.
+  /// Cells that another piece has too, that finer cells replace, or that are hidden.
   Result<void> read_ghosts() {
     for (const VtkXmlArray& each : piece_.arrays) {
-      if (!each.of_cells || each.name != "vtkGhostType" || each.components != 1) continue;
+      if (!each.of_cells || !are_vtk_ghost_flags(each) || each.components != 1) continue;
       size_t i = 0;
-      return visit_vtk_xml_numbers(file_, each, piece_.cells, [&](double flags) {
-        if (flags != 0 && shape_of(types_[i])) {
+      auto read = visit_vtk_xml_numbers(file_, each, piece_.cells, [&](double value) {
+        if (is_left_out(each, value) && shape_of(types_[i])) {
           types_[i] = 0;
           ++added_.ghosts;
         }
         ++i;
         return true;
       });
+      if (!read) return read;
     }
     return {};
   }

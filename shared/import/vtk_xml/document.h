@@ -66,7 +66,7 @@ struct VtkXmlFile {
   std::optional<Vec3d> spacing;
   std::optional<Matrix3d> direction;
   std::string point_scalars, cell_scalars;  ///< names; may be empty
-  std::vector<VtkXmlPiece> pieces;          ///< without empty ones
+  std::vector<VtkXmlPiece> pieces;  ///< without empty ones; unstructured grids may have none
 };
 
 /// The type of a file of VTK's XML format, such as "ImageData", by its first bytes; empty if it is
