@@ -75,6 +75,67 @@ TEST(UnstructuredHoles, HolesOfOneCellStayEmpty) {
   }
 }
 
+/// A hexahedron that is flat: its upper corners are its lower ones.
+void add_flat_cell(UnstructuredMesh& mesh, std::array<uint32_t, 4> p) {
+  add_cell(mesh, CellShape::hexahedron, {p[0], p[1], p[2], p[3], p[0], p[1], p[2], p[3]});
+}
+
+/// A face that is shared has a cell with a volume on its other side.
+TEST(UnstructuredHoles, RepeatedAndFlatCellsCloseNoGaps) {
+  const auto turned = [](Vec3d p) {
+    return Vec3d{0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y, p.z};
+  };
+  const double gap = 0.03;
+  for (const bool are_flat : {false, true}) {
+    UnstructuredMesh mesh;
+    add_block(mesh, {{0, 0, 0}, {1, 1, 1}}, {4, 4, 4}, Division::hexahedra, turned);
+    add_block(mesh, {{1 + gap, 0, 0}, {2 + gap, 1, 1}}, {4, 4, 4}, Division::hexahedra, turned);
+    const size_t cells = mesh.cells();
+    for (size_t cell = 0; cell < cells; ++cell) {
+      const auto p = mesh.corners_of(cell);
+      const std::vector<uint32_t> corners(p.begin(), p.end());
+      if (!are_flat) {
+        add_cell(mesh, CellShape::hexahedron, corners);
+        continue;
+      }
+      for (const CellFace& face : faces_of(CellShape::hexahedron)) {
+        const auto corner = [&](size_t i) { return corners[static_cast<size_t>(face[i])]; };
+        add_flat_cell(mesh, {corner(0), corner(1), corner(2), corner(3)});
+      }
+    }
+    set_values(mesh, linear);
+    const auto resampled = resample(mesh, {});
+    ASSERT_TRUE(resampled) << resampled.error().message;
+    int32_t filled = 0, empty = 0;
+    for (int32_t i = 0; i < 1000; ++i) {
+      const double y = 0.1 + 0.8 * (i % 40) / 40, z = 0.1 + 0.8 * (i / 40) / 25;
+      filled += value_at(*resampled, turned({1 + gap / 2, y, z})).has_value();
+      empty += !value_at(*resampled, turned({0.1 + 0.8 * y, y, z}));
+    }
+    EXPECT_EQ(filled, 0) << are_flat;
+    EXPECT_EQ(empty, 0) << are_flat;
+  }
+}
+
+/// What resample() leaves out is no part of the measured error.
+TEST(UnstructuredHoles, CellsThatAreLeftOutHaveNoError) {
+  UnstructuredMesh mesh;
+  add_block(mesh, kThree, {3, 3, 3}, Division::hexahedra);
+  std::array<uint32_t, 4> flat{};
+  const Vec3d square[] = {{1, 1, 1.5}, {2, 1, 1.5}, {2, 2, 1.5}, {1, 2, 1.5}};
+  for (size_t i = 0; i < 4; ++i) flat[i] = add_point(mesh, square[i]);
+  add_flat_cell(mesh, flat);
+  add_block(mesh, {{1e39, 0, 0}, {2e39, 1e39, 1e39}}, {1, 1, 1}, Division::hexahedra);
+  set_values(mesh, linear);
+  for (const uint32_t point : flat) mesh.values[point] = 1e6;
+  const auto resampled = resample(mesh, {});
+  ASSERT_TRUE(resampled) << resampled.error().message;
+  const ResampleError error = measure_error(mesh, *resampled);
+  EXPECT_EQ(error.outside, 0);
+  EXPECT_LT(error.max, 1e-9);
+  EXPECT_GT(error.points, 0u);
+}
+
 /// The volume of such a cell divided by the number of cells is 0.
 TEST(UnstructuredHoles, CellsThinnerThanNumbersCanDivideAreNoEndlessLoop) {
   UnstructuredMesh mesh;

@@ -62,6 +62,16 @@ bool is_covered(const UnstructuredMesh& mesh, const Bins& cells, const BoundaryF
   return true;
 }
 
+/// Whether cells lie on both sides of a face. `same`: the faces with its corners, in order of
+/// cells.
+bool has_other_side(const UnstructuredMesh& mesh, std::span<const HashedFace> same) {
+  if (same.size() < 2) return false;
+  const Vec3d normal = outward_normal(mesh, same[0].face);
+  return std::any_of(same.begin() + 1, same.end(), [&](const HashedFace& other) {
+    return dot(normal, outward_normal(mesh, other.face)) < 0;
+  });
+}
+
 }  // namespace
 
 FaceCorners corners_of(const UnstructuredMesh& mesh, const BoundaryFace& face) {
@@ -90,6 +100,7 @@ Vec3d outward_normal(const UnstructuredMesh& mesh, const BoundaryFace& face) {
 }
 
 Result<std::vector<BoundaryFace>> boundary_faces(const UnstructuredMesh& mesh, const Bins& cells,
+                                                 std::span<const float> sizes,
                                                  uint64_t memory_bytes) {
   size_t count = 0;
   for (size_t cell = 0; cell < mesh.cells(); ++cell) count += faces_of(mesh.shapes[cell]).size();
@@ -103,7 +114,7 @@ Result<std::vector<BoundaryFace>> boundary_faces(const UnstructuredMesh& mesh, c
   {
     const std::vector<uint32_t> first = first_at_position(mesh.points);
     for (size_t cell = 0; cell < mesh.cells(); ++cell) {
-      if (!mesh.has_values(cell)) continue;
+      if (!(sizes[cell] > 0)) continue;
       const auto points = mesh.corners_of(cell);
       const auto of_cell = faces_of(mesh.shapes[cell]);
       for (size_t i = 0; i < of_cell.size(); ++i) {
@@ -119,10 +130,12 @@ Result<std::vector<BoundaryFace>> boundary_faces(const UnstructuredMesh& mesh, c
     return std::tie(a.hash, a.face.cell, a.face.face) < std::tie(b.hash, b.face.cell, b.face.face);
   });
   std::vector<BoundaryFace> found;
-  for (size_t i = 0; i < faces.size(); ++i) {
-    const bool is_shared = (i > 0 && faces[i - 1].hash == faces[i].hash) ||
-                           (i + 1 < faces.size() && faces[i + 1].hash == faces[i].hash);
-    if (!is_shared && !is_covered(mesh, cells, faces[i].face)) found.push_back(faces[i].face);
+  for (size_t begin = 0, end = 0; begin < faces.size(); begin = end) {
+    while (end < faces.size() && faces[end].hash == faces[begin].hash) ++end;
+    const auto same = std::span(faces).subspan(begin, end - begin);
+    if (!has_other_side(mesh, same) && !is_covered(mesh, cells, same[0].face)) {
+      found.push_back(same[0].face);
+    }
   }
   return found;
 }

@@ -6,7 +6,7 @@
 
 namespace isosplat {
 
-/// A face of a cell with values, beyond which there is no other one.
+/// A face of a cell with a size (UnstructuredMesh::size()), beyond which there is no other one.
 struct BoundaryFace {
   uint32_t cell = 0;
   uint8_t face = 0;  ///< index in faces_of()
@@ -22,12 +22,14 @@ FaceCorners corners_of(const UnstructuredMesh& mesh, const BoundaryFace& face);
 /// The unit normal that points out of the face's cell; 0 for a face without an area.
 Vec3d outward_normal(const UnstructuredMesh& mesh, const BoundaryFace& face);
 
-/// The faces of cells with values that no other cell shares, by the positions of their corners: two
-/// blocks that touch, with points of their own, have no boundary between them. A face whose
+/// The faces of cells with a size that no such cell on their other side shares, by the positions of
+/// their corners: two blocks that touch, with points of their own, have no boundary between them.
+/// Of cells that are listed several times, the faces of the first one are found. A face whose
 /// surroundings lie in other cells, such as one with hanging nodes, is none either: 1/1000 of its
 /// size before its centre and its corners. A gap that is thinner than that is not seen. `cells`:
-/// bins of all cells with values. Errors: out_of_memory.
+/// bins of all cells with a size. `sizes`: of each cell. Errors: out_of_memory.
 Result<std::vector<BoundaryFace>> boundary_faces(const UnstructuredMesh& mesh, const Bins& cells,
+                                                 std::span<const float> sizes,
                                                  uint64_t memory_bytes);
 
 }  // namespace isosplat

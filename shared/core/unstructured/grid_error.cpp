@@ -69,7 +69,7 @@ ResampleError measure_error(const UnstructuredMesh& mesh, const ResampledMesh& r
   uint64_t above = 0;
   RandomPoints random(1);
   for (size_t cell = 0; cell < mesh.cells(); cell += step) {
-    if (!mesh.has_values(cell)) continue;
+    if (!(mesh.size(cell) > 0)) continue;
     const CellGeometry geometry = mesh.geometry(cell);
     const double share = volume_of(geometry) / kPointsPerCell;
     for (uint64_t i = 0; i < kPointsPerCell; ++i) {

@@ -43,13 +43,11 @@ Result<MeshSurvey> survey_mesh(const UnstructuredMesh& mesh) {
   MeshSurvey survey;
   survey.sizes.resize(mesh.cells());
   for (size_t cell = 0; cell < mesh.cells(); ++cell) {
-    if (!mesh.has_values(cell)) continue;
-    const CellGeometry geometry = mesh.geometry(cell);
-    const auto size = static_cast<float>(size_of(geometry));
-    if (!(volume_of(geometry) > 0) || !(size > 0) || !std::isfinite(size)) continue;
+    const float size = mesh.size(cell);
+    if (!(size > 0)) continue;
     survey.sizes[cell] = size;
     const bool is_first = survey.cells++ == 0;
-    const Box box = box_of(geometry);
+    const Box box = box_of(mesh.geometry(cell));
     if (is_first) {
       survey.box = box;
       survey.smallest = survey.largest = size;

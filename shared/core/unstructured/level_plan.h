@@ -11,7 +11,7 @@ namespace isosplat {
 struct MeshSurvey {
   Box box;
   double low = 0, high = 0;
-  std::vector<float> sizes;  ///< of each cell: size_of(); 0 for cells that are left out
+  std::vector<float> sizes;  ///< UnstructuredMesh::size() of each cell
   float smallest = 0, largest = 0;
   uint64_t cells = 0;
 };

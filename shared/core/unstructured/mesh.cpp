@@ -19,6 +19,13 @@ bool UnstructuredMesh::has_values(size_t cell) const {
                      [&](uint32_t point) { return std::isfinite(values[point]); });
 }
 
+float UnstructuredMesh::size(size_t cell) const {
+  if (!has_values(cell)) return 0;
+  const CellGeometry of_cell = geometry(cell);
+  const auto size = static_cast<float>(size_of(of_cell));
+  return volume_of(of_cell) > 0 && size > 0 && std::isfinite(size) ? size : 0;
+}
+
 double UnstructuredMesh::value(size_t cell, const CornerWeights& weights) const {
   const auto from = corners_of(cell);
   double sum = 0;

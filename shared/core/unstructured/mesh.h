@@ -24,6 +24,9 @@ struct UnstructuredMesh {
   }
   CellGeometry geometry(size_t cell) const;
   bool has_values(size_t cell) const;
+  /// size_of() a cell; 0 for those that are left out: without values, without a volume, or so large
+  /// or small that their size is no float.
+  float size(size_t cell) const;
   /// The weighted sum of the values at a cell's corners.
   double value(size_t cell, const CornerWeights& weights) const;
   uint64_t memory_bytes() const;

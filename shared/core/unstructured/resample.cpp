@@ -347,7 +347,7 @@ Result<ResampledMesh> resample(const UnstructuredMesh& mesh, const ResampleOptio
   const auto cells = Bins::create(bin_grid, mesh.cells(), cell_box, options.memory_bytes / 2);
   if (!cells) return tl::unexpected(cells.error());
   uint64_t left = options.memory_bytes - cells->memory_bytes();
-  const auto faces = boundary_faces(mesh, *cells, left);
+  const auto faces = boundary_faces(mesh, *cells, survey->sizes, left);
   if (!faces) return tl::unexpected(faces.error());
   const auto face_box = [&](size_t face) -> std::optional<Box> {
     const FaceCorners corners = corners_of(mesh, (*faces)[face]);
