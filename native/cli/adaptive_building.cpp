@@ -197,6 +197,11 @@ Result<std::optional<double>> AdaptiveBuild::isovalue() const {
 
 Result<SceneReport> AdaptiveBuild::run() {
   const auto begin = std::chrono::steady_clock::now();
+  if (options_.import.time_step.value_or(0) != 0) {
+    return fail(Status::invalid_argument,
+                fmt::format("{}: {} has no time steps: remove --time-step", volume_.string(),
+                            is_mesh(volume_) ? "a mesh" : "an adaptive grid"));
+  }
   progress_.emplace(fmt::format("Building {}", output_path_.string()));
   progress_->show(0, "reading the grid");
   const auto opened = open();

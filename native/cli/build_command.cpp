@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "native/builder/source_path.h"
 #include "native/cli/adaptive_building.h"
 #include "native/cli/bucket_output.h"
@@ -194,6 +196,16 @@ int build_locally(BuildCall& call) {
     return report({Status::invalid_argument,
                    "--field: expected a store of one volume that is built at once, found a scene, "
                    "--resume or --part"});
+  }
+  if (has_steps) {
+    const auto grid =
+        std::ranges::find_if(call.volumes, [](const auto& v) { return is_adaptive(v); });
+    if (grid != call.volumes.end()) {
+      return report({Status::invalid_argument,
+                     fmt::format("{}: expected one adaptive or unstructured grid, found {} files: "
+                                 "build a scene of each of them",
+                                 *grid, call.volumes.size())});
+    }
   }
   if (call.has_labels) return run_labels(call, store->import, store->build);
   if (is_adaptive_grid) return run_adaptive(call, store->import, store->build);

@@ -141,6 +141,17 @@ Result<void> set_field_range(const RenderCall& call, const std::array<double, 2>
   return {};
 }
 
+/// `names`: of the fields that visible layers of the scene have.
+tl::unexpected<Error> no_such_field(const RenderCall& call, std::span<const std::string> names) {
+  return fail(
+      Status::not_found,
+      fmt::format("{}: field '{}': expected a {}", call.store, call.field,
+                  names.empty() ? "visible layer with fields, found none: isosplat build --field "
+                                  "adds them to stores"
+                                : fmt::format("field of a visible layer, which have {}",
+                                              fmt::join(names, ", "))));
+}
+
 struct Shown {
   uint32_t level = 0;  ///< the coarsest that is drawn
   VolumeGrid extent;
@@ -172,12 +183,12 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
   if (field.empty() && !call.given.contains("--colour-by")) field = shown_field(scene);
   const auto shown = show_scene(renderer, *subject.scene, step, call.level, call.samples, field);
   if (!shown) return tl::unexpected(shown.error());
+  if (!call.field.empty() && !shown->field_range) return no_such_field(call, shown->fields);
   for (const std::string& text : shown->notes) note(text);
   settings.isosurfaces = shown->isosurfaces;
   apply_scene_settings(call, scene, *shown, settings);
   if (!call.field.empty()) {
-    const auto set =
-        set_field_range(call, shown->field_range.value_or(SceneFieldRange{0, 1}), settings);
+    const auto set = set_field_range(call, *shown->field_range, settings);
     if (!set) return tl::unexpected(set.error());
   }
   return Shown{shown->coarsest, shown->extent};

@@ -39,6 +39,12 @@ Result<std::shared_ptr<StoreFile>> field_of(const StoreFile& store, const std::s
   return open_field(store, static_cast<size_t>(found - fields.begin()));
 }
 
+void add_names(const StoreInfo& store, std::vector<std::string>& names) {
+  for (const FieldRef& field : store.fields) {
+    if (std::ranges::find(names, field.info.name) == names.end()) names.push_back(field.info.name);
+  }
+}
+
 }  // namespace
 
 Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& file, size_t step,
@@ -48,6 +54,7 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
   if (auto exists = check_step(scene, step); !exists) return tl::unexpected(exists.error());
   ScenePicture picture;
   WorldBox box;
+  std::optional<SceneFieldRange> all_values;  // of the field
   auto left =
       static_cast<uint64_t>(std::count_if(scene.layers.begin(), scene.layers.end(),
                                           [](const SceneLayer& layer) { return layer.visible; }));
@@ -61,6 +68,7 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     const auto values = field_of(store, field);
     if (!values) return tl::unexpected(with_layer(scene, i, values.error()));
     place.field = values->get();
+    add_names(store.info(), picture.fields);
     const std::vector<SceneSurface> surfaces = surfaces_of(layer, store.info(), picture.layers);
     if (surfaces.empty()) picture.notes.push_back(no_surfaces(scene, i));
     std::vector<double> isovalues;
@@ -74,6 +82,10 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
     if (!shown) return tl::unexpected(with_layer(scene, i, shown.error()));
     if (!picture.field_range) picture.field_range = shown->field_range;
+    if (place.field && !all_values) {
+      const FieldInfo& info = *place.field->info().field;
+      all_values = {info.mapping.value(info.range.min), info.mapping.value(info.range.max)};
+    }
     picture.samples += shown->samples;
     picture.coarsest = std::max(picture.coarsest, shown->level);
     ++picture.layers;
@@ -88,6 +100,7 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     return fail(Status::not_found,
                 "expected a visible layer, found none: set visible to true for at least one layer");
   }
+  if (!picture.field_range) picture.field_range = all_values;
   if (!field.empty() && !picture.field_range) {
     picture.notes.push_back(fmt::format("no visible layer has values of the field '{}'", field));
   }

@@ -26,13 +26,16 @@ struct ScenePicture {
   /// The isosurfaces of the visible layers, in order. A layer without surfaces gets one, at the
   /// first isovalue that its store suggests.
   std::vector<render::Isosurface> isosurfaces;
-  std::optional<FirstVolume> first;            ///< nothing if the first layer is hidden
-  std::optional<SceneFieldRange> field_range;  ///< nothing if no visible layer has the field
-  VolumeGrid extent;               ///< a grid around all visible layers, for default_camera()
-  uint64_t samples = 0;            ///< of all layers
-  uint32_t coarsest = 0;           ///< the coarsest of the levels that are drawn
-  uint32_t layers = 0;             ///< number of visible layers
-  std::vector<std::string> notes;  ///< about layers without isosurfaces
+  std::optional<FirstVolume> first;  ///< nothing if the first layer is hidden
+  /// Nothing if no visible layer has the field. The range of all of its values if there are none on
+  /// the surfaces.
+  std::optional<SceneFieldRange> field_range;
+  std::vector<std::string> fields;  ///< the names of the fields of the visible layers, each once
+  VolumeGrid extent;                ///< a grid around all visible layers, for default_camera()
+  uint64_t samples = 0;             ///< of all layers
+  uint32_t coarsest = 0;            ///< the coarsest of the levels that are drawn
+  uint32_t layers = 0;              ///< number of visible layers
+  std::vector<std::string> notes;   ///< about layers without isosurfaces
 };
 
 /// Uploads the visible layers of a scene at a step of time: layer i is volume i. The layers share

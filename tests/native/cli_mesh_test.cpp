@@ -146,6 +146,52 @@ TEST(CliMesh, ValuesOfCellsAreAveragedWithANote) {
   EXPECT_NE(ended.err.find("weighted by their volumes"), std::string::npos) << ended.err;
 }
 
+/// A cell without a value is a hole, although its points have values of the cells around it.
+TEST(CliMesh, CellsWithoutAValueAreHoles) {
+  UnstructuredMesh mesh;
+  add_block(mesh, kUnit, {3, 3, 3}, Division::hexahedra);
+  mesh_test::set_values(mesh, [](Vec3d p) { return p.x; });
+  const std::string text = vtu_text(mesh);
+  for (const bool is_nan : {false, true}) {
+    const TempFolder folder;
+    std::string changed = text;
+    const size_t at = changed.find("12\n13\n14\n");
+    ASSERT_NE(at, changed.npos);
+    if (is_nan) changed.replace(at + 3, 2, "nan").replace(changed.find("Int32"), 5, "Float64");
+    write_file(folder / "a.vtu", changed);
+    std::vector<std::string> call{"build",  folder / "a.vtu", "-o", folder / "b/", "--dataset",
+                                  "number", "--no-thumbnail"};
+    if (!is_nan) call.insert(call.end(), {"--missing-value", "13"});
+    const auto ended = run(call);
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_NE(ended.err.find("1 cells have no value: they are left out"), std::string::npos)
+        << ended.err;
+    EXPECT_NE(ended.err.find("26 cells of a mesh became"), std::string::npos) << ended.err;
+    const auto scene = SceneFile::open(folder / "b/scene.json");
+    ASSERT_TRUE(scene);
+    const auto store = scene->open_store(scene->scene().layers[0].stores[0]);
+    ASSERT_TRUE(store);
+    EXPECT_TRUE((*store)->info().mapping.has_missing);
+  }
+}
+
+TEST(CliMesh, RefusesOptionsThatDoNotFit) {
+  const TempFolder folder;
+  const std::string a = folder / "a.vtu", b = folder / "b.vtu", out = folder / "c.isobundle";
+  for (const auto& file : {a, b}) write_file(file, vtu_text(distance_mesh(Division::hexahedra)));
+  const auto expect_refused = [&](std::vector<std::string> call, const std::string& message) {
+    call.insert(call.begin(), "build");
+    call.insert(call.end(), {"-o", out, "--no-thumbnail"});
+    const auto ended = run(call);
+    EXPECT_NE(ended.exit_code, 0);
+    EXPECT_NE(ended.err.find(message), std::string::npos) << ended.err;
+    EXPECT_FALSE(std::filesystem::exists(out));
+  };
+  expect_refused({a, "--time-step", "3"}, "a.vtu: a mesh has no time steps: remove --time-step");
+  expect_refused({a, b}, "a.vtu: expected one adaptive or unstructured grid, found 2 files");
+  EXPECT_EQ(run({"build", a, "--time-step", "0", "-o", out, "--no-thumbnail"}).exit_code, 0);
+}
+
 /// One error for each malformed file, within the memory of a small program.
 TEST(CliMesh, RefusesMalformedFiles) {
   const TempFolder folder;

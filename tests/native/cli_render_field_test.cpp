@@ -114,5 +114,41 @@ TEST_F(CliRenderField, RefusesWhatItCannotShow) {
                  "expected values above 0");
 }
 
+TEST_F(CliRenderField, OfScenesIsThatOfAVisibleLayer) {
+  const auto scene = [&](bool is_first_visible, const char* isovalue) {
+    test::write_file(folder / "scene.json",
+                     fmt::format(R"({{"format":"isosplat-scene","version":1,"layers":[
+  {{"name":"a","visible":{},"store":"x.isosplat","surfaces":[{{"isovalue":{}}}]}},
+  {{"name":"b","store":"plain.isosplat","surfaces":[{{"isovalue":127.5}}]}}]}})",
+                                 is_first_visible, isovalue));
+  };
+  const auto render_scene = [&](const char* field) {
+    std::filesystem::remove(folder / "s.png");
+    return run({"render", folder / "scene.json", "--size", "96x96", "-o", folder / "s.png",
+                "--field", field});
+  };
+  scene(true, "127.5");
+  const Ended shown = render_scene("x");
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_NE(shown.out.find("field x: colours from -"), std::string::npos) << shown.out;
+  const Ended typo = render_scene("y");
+  EXPECT_NE(typo.exit_code, 0);
+  EXPECT_NE(typo.err.find("field 'y': expected a field of a visible layer, which have x, same"),
+            std::string::npos)
+      << typo.err;
+  EXPECT_EQ(typo.out.find("colours from"), std::string::npos) << typo.out;
+  EXPECT_FALSE(std::filesystem::exists(folder / "s.png"));
+  // A surface without values: the range of the whole field.
+  scene(true, "9999");
+  const Ended none = render_scene("x");
+  EXPECT_EQ(none.exit_code, 0) << none.err;
+  EXPECT_NE(none.out.find("field x: colours from -300 to -277"), std::string::npos) << none.out;
+  scene(false, "127.5");
+  const Ended hidden = render_scene("x");
+  EXPECT_NE(hidden.exit_code, 0);
+  EXPECT_NE(hidden.err.find("expected a visible layer with fields, found none"), std::string::npos)
+      << hidden.err;
+}
+
 }  // namespace
 }  // namespace isosplat

@@ -145,8 +145,27 @@ class Reader {
     });
   }
 
+  /// Removes the cells without a value from the mesh.
+  void leave_out_missing() {
+    UnstructuredMesh& mesh = open_.mesh;
+    size_t kept = 0;
+    for (size_t cell = 0; cell < mesh.cells(); ++cell) {
+      if (!std::isfinite(cell_values_[cell])) continue;
+      mesh.shapes[kept] = mesh.shapes[cell];
+      mesh.begins[kept] = mesh.begins[cell];
+      cell_values_[kept++] = cell_values_[cell];
+    }
+    if (kept == mesh.cells()) return;
+    open_.notes.push_back(
+        fmt::format("{} cells have no value: they are left out", mesh.cells() - kept));
+    mesh.shapes.resize(kept);
+    mesh.begins.resize(kept);
+    cell_values_.resize(kept);
+  }
+
   void finish() {
     if (chosen_->of_cells) {
+      leave_out_missing();
       open_.mesh.values = values_at_points(open_.mesh, cell_values_);
       open_.notes.push_back(fmt::format(
           "the values of '{}' belong to cells: each point has the average of the cells around it, "

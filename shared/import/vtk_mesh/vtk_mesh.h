@@ -21,7 +21,8 @@ struct OpenMesh {
 bool is_vtk_mesh(std::string_view beginning);
 
 /// Reads an unstructured grid with the values of one array (choose_vtk_xml_array), of all pieces.
-/// Values of cells are averaged at the points, with a note. `memory_bytes`: limit of the memory.
+/// Values of cells are averaged at the points, with a note; cells without a value (NaN or
+/// options.missing_value) are left out, with their number. `memory_bytes`: limit of the memory.
 /// Errors: those of read_vtk_xml, choose_vtk_xml_array and add_vtk_cells; malformed_volume for
 /// positions that are not finite and pieces without the array; invalid_argument for options that do
 /// not fit; out_of_memory, before memory is allocated.
