@@ -11,7 +11,9 @@ struct ResampleOptions {
   /// in units of the values. 0: kDefaultErrorShare of the range of the values, but at least
   /// 10⁻¹² of the largest one.
   double max_error = 0;
-  uint64_t memory_bytes = uint64_t{1} << 30;  ///< limit, without the mesh
+  /// Limit, without the mesh and without the lists of the cells and faces of the mesh near one grid
+  /// cell of level 0.
+  uint64_t memory_bytes = uint64_t{1} << 30;
 };
 
 inline constexpr double kDefaultErrorShare = 0.005;
@@ -33,13 +35,15 @@ struct ResampledMesh {
 /// The values at nodes are those of the mesh. Grid cells are refined by a ratio of 2 while their
 /// edge is larger than size_of() a mesh cell in them, while they lie on the border of the mesh and
 /// their edge is larger than kBorderShare of that size, and while the error is above the limit at
-/// the mesh's points in the grid cell or at 16 random points, down to kFinestShare of that size.
-/// The lattice of the finest level has at most kMostLatticeVoxels. A grid cell on the border is a
+/// the mesh's points in the grid cell (at 64 corners of mesh cells at most, those of several cells
+/// counted for each) or at 16 random points, down to kFinestShare of that size. Refinement ends at
+/// kMostLatticeVoxels. A grid cell on the border is a
 /// leaf if at least half of it is inside of the mesh; nodes outside then have the values of the
 /// linear function that fits the inside best. If boundary faces that look at each other lie in it
 /// or within 0.6 edges around it, there is a gap of the mesh, and it stays empty. Everything else
 /// outside is empty. A grid cell whose centre is outside is on the border too, although all of its
-/// corners are inside: holes of one cell stay empty.
+/// corners are inside: holes of one cell stay empty. Oblique plates of the mesh that are thinner
+/// than half of a leaf cell have none that is half inside, and vanish.
 ///
 /// The same mesh has the same result on each machine. Errors: out_of_memory; malformed_volume if no
 /// cell has values or a volume.
@@ -57,10 +61,11 @@ struct ResampleError {
 };
 
 /// Measures the error at up to 10^6 points: random ones, the same on each machine, in all cells of
-/// the mesh or in evenly chosen ones.
+/// the mesh with a size (UnstructuredMesh::size()) or in evenly chosen ones.
 ResampleError measure_error(const UnstructuredMesh& mesh, const ResampledMesh& resampled);
 
-/// The largest number of voxels of the finest level's lattice, which builds of stores read.
+/// Refinement ends where the lattice of the finest level, which builds of stores read, would have
+/// more voxels. Level 0 may have more: up to 8 cells for each cell of the mesh.
 inline constexpr uint64_t kMostLatticeVoxels = uint64_t{1} << 28;
 
 }  // namespace isosplat
