@@ -15,7 +15,7 @@ import type { LengthUnit } from "../../overlay/length_unit.ts";
 import { formatMeasured, formatPower, roundedToVoxel } from "../../overlay/lengths.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import { listed, localized } from "../../texts/numbers.ts";
-import { formatBytes, formatValue } from "../shell/format.ts";
+import { formatBytes, formatField, formatValue } from "../shell/format.ts";
 
 /** Area and volume of an isosurface: computed, or in progress. */
 export interface ExtentState {
@@ -90,9 +90,7 @@ function facts({ kind, points }: Measurement, info: StoreInfo, scale: LengthScal
     point.value === undefined
       ? ""
       : measureTexts.value(`${formatValue(point.value)}${units ? ` ${units}` : ""}`),
-    point.field
-      ? [point.field.name, formatValue(point.field.value), point.field.units ?? ""].join(" ").trim()
-      : "",
+    point.field ? formatField(point.field) : "",
     point.normal
       ? measureTexts.normal(listed(point.normal.map((n) => localized(n.toFixed(3)))))
       : "",

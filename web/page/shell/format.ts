@@ -33,7 +33,20 @@ export function formatValue(value: number): string {
   return localized(plainValue(value));
 }
 
-/** The same with a decimal point in every language, for file names. */
+/** The value of a field at a point: "temperature 305 K". */
+export function formatField({
+  name,
+  value,
+  units,
+}: {
+  name: string;
+  value: number;
+  units?: string | undefined;
+}): string {
+  return [name, formatValue(value), units ?? ""].join(" ").trim();
+}
+
+/** As formatValue, but with a decimal point in every language, for file names. */
 export function plainValue(value: number): string {
   if (!Number.isFinite(value)) return "–";
   return String(Number(value.toPrecision(6)));

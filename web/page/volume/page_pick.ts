@@ -4,7 +4,7 @@ import { pageTexts } from "../../texts/page.ts";
 import { listenToClicks } from "../../viewer/clicks.ts";
 import type { SurfacePoint } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
-import { formatValue } from "../shell/format.ts";
+import { formatField } from "../shell/format.ts";
 
 /** The functions that a pick needs from its page. */
 export interface PagePickHost {
@@ -67,6 +67,6 @@ export class PagePick {
     const { look, legend } = this.#viewer;
     if (field === undefined || look.colourBy !== "field") return [];
     if (Number.isNaN(field)) return [pageTexts.noFieldValue(look.field.name)];
-    return [[look.field.name, formatValue(field), legend?.field?.units ?? ""].join(" ").trim()];
+    return [formatField({ name: look.field.name, value: field, units: legend?.field?.units })];
   }
 }
