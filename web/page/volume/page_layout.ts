@@ -50,7 +50,7 @@ export class PageLayout {
   });
   /** The bytes for an isovalue of a layer. `layer` is undefined if there is only one. */
   #cost: { layer: number | undefined; isovalue: number; bytes: number } | null = null;
-  #fieldBins: Bins | undefined;
+  #fieldBins: { field: string; bins: Bins | undefined } | undefined;
   #tools: HTMLElement | null = null;
   #isSheetOpen = false;
   #isPanelHidden = false;
@@ -121,7 +121,7 @@ export class PageLayout {
   #countField(): void {
     const { look, fieldHistogram } = this.#page.viewer;
     if (look.colourBy !== "field") return;
-    this.#fieldBins = fieldHistogram;
+    this.#fieldBins = { field: look.field.name, bins: fieldHistogram };
     this.request();
   }
 
@@ -247,7 +247,10 @@ export class PageLayout {
       panel: info && {
         info,
         projection: viewer.camera?.projection,
-        fieldBins: settings.look.colourBy === "field" ? this.#fieldBins : undefined,
+        fieldBins:
+          settings.look.colourBy === "field" && this.#fieldBins?.field === settings.look.field.name
+            ? this.#fieldBins.bins
+            : undefined,
         mayEnterSpacing: !layers.scene && !chosen,
         canUndo: this.#page.history.canUndo,
         canRedo: this.#page.history.canRedo,
