@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "native/cli/adaptive_fields.h"
 #include "native/cli/building.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
@@ -42,6 +43,8 @@ class AdaptiveBuild {
  private:
   Result<import::OpenAdaptiveGrid> open();
   Result<import::OpenAdaptiveGrid> open_mesh();
+  uint64_t grid_memory() const;
+  void tell(const std::string& text);
   Result<void> scan();
   Result<void> build(size_t number);
   Scene scene(std::optional<double> isovalue) const;
@@ -54,6 +57,7 @@ class AdaptiveBuild {
   BuildOptions build_;
   std::string key_;  ///< all that determines the bytes of the stores
   std::vector<LevelSource> levels_;
+  std::vector<AdaptiveField> fields_;
   /// Of each level: the limit of a store's size follows from its voxels, but most may be missing.
   std::vector<double> fetch_weights_;
   std::optional<SceneOutput> output_;
@@ -90,7 +94,7 @@ std::string resampled_text(const UnstructuredMesh& mesh, const ResampledMesh& re
 /// Brings an unstructured grid to an adaptive one. --max-error is the limit of the difference
 /// between them; the stores' own error is the smallest that 16 bits allow.
 Result<import::OpenAdaptiveGrid> AdaptiveBuild::open_mesh() {
-  const uint64_t memory = build_.memory_bytes / 2;
+  const uint64_t memory = grid_memory();
   auto opened = import::open_vtk_mesh(volume_, options_.import, memory);
   if (!opened) return tl::unexpected(opened.error());
   progress_->show(0, "resampling the mesh");
@@ -111,19 +115,34 @@ Result<import::OpenAdaptiveGrid> AdaptiveBuild::open_mesh() {
                                   std::move(opened->notes), std::move(opened->files)};
 }
 
+/// Half of the memory is for the grid and those of the fields.
+uint64_t AdaptiveBuild::grid_memory() const {
+  return build_.memory_bytes / 2 / (1 + options_.fields.size());
+}
+
+void AdaptiveBuild::tell(const std::string& text) {
+  progress_->clear();
+  note(text);
+}
+
 Result<import::OpenAdaptiveGrid> AdaptiveBuild::open() {
-  auto opened = is_mesh(volume_)
-                    ? open_mesh()
-                    : import::open_vtk_amr(volume_, options_.import, build_.memory_bytes / 2);
+  auto opened = is_mesh(volume_) ? open_mesh()
+                                 : import::open_vtk_amr(volume_, options_.import, grid_memory());
   if (!opened) return opened;
   if (auto other = check_not_input(output_path_, opened->files); !other) {
     return tl::unexpected(other.error());
   }
+  for (const std::string& text : opened->notes) tell(text);
+  const size_t fields = options_.fields.size();
+  auto opened_fields =
+      open_adaptive_fields(options_.fields, volume_, opened->grid, opened->header, output_path_,
+                           grid_memory() * fields, [&](const std::string& text) { tell(text); });
+  if (!opened_fields) return tl::unexpected(opened_fields.error());
+  fields_ = std::move(*opened_fields);
   if (auto drawn = choose_drawn_cells(opened->grid); !drawn) return tl::unexpected(drawn.error());
   build_.notes = opened->notes;
   key_ = options_.scene.key + input_versions(opened->files);
-  progress_->clear();
-  for (const std::string& text : opened->notes) note(text);
+  for (const FieldFile& field : options_.fields) key_ += field_version(field);
   return opened;
 }
 
@@ -165,7 +184,11 @@ Result<void> AdaptiveBuild::build(size_t number) {
   ClampedVoxels clamped;
   build_.clamped = &clamped;
   if (!fetch_weights_.empty()) build_.fetch_weight = fetch_weights_[number];
-  const auto built = build_store_file(levels_[number], output_->store_file(name), build_);
+  std::vector<FieldInput> fields;
+  for (const AdaptiveField& field : fields_) {
+    fields.push_back(field.input(levels_[number].level(), levels_[number].header().grid));
+  }
+  const auto built = build_with_fields(levels_[number], fields, output_->store_file(name), build_);
   if (!built) return tl::unexpected(built.error());
   clamped_.below += clamped.below;
   clamped_.above += clamped.above;

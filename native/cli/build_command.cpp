@@ -93,7 +93,13 @@ int run_scene(const BuildCall& call, const import::ImportOptions& import_options
   const auto inputs = scene_inputs(call, import_options);
   if (!inputs) return report(inputs.error());
   for (const std::string& text : inputs->notes) note(text);
-  const auto built = build_scene(*inputs, output, scene_options(call, output, build_options));
+  SceneBuildOptions options = scene_options(call, output, build_options);
+  if (auto fields = field_files_of_steps(call.fields, import_options, *inputs)) {
+    options.fields = std::move(*fields);
+  } else {
+    return report(fields.error());
+  }
+  const auto built = build_scene(*inputs, output, options);
   if (!built) return report(built.error());
   return finish_scene(call, output, *built,
                       counted(built->layers, "layer") + ", " + counted(built->steps, "time step"));
@@ -143,6 +149,9 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
     if (!table) return report(table.error());
     options.table = std::move(*table);
   }
+  auto fields = field_files(call.fields, import_options);
+  if (!fields) return report(fields.error());
+  options.fields = std::move(*fields);
   const auto built = build_labels(call.volumes.front(), *output, options);
   if (!built) return report(built.error());
   return finish_scene(call, *output, *built, counted(built->layers, "label"));
@@ -153,19 +162,25 @@ int run_adaptive(const BuildCall& call, const import::ImportOptions& import_opti
                  const BuildOptions& build_options) {
   const auto output = scene_output(call, "an adaptive or unstructured grid");
   if (!output) return report(output.error());
-  const auto built = build_adaptive(call.volumes.front(), *output,
-                                    {scene_options(call, *output, build_options), import_options});
+  auto fields = field_files(call.fields, import_options);
+  if (!fields) return report(fields.error());
+  const auto built = build_adaptive(
+      call.volumes.front(), *output,
+      {scene_options(call, *output, build_options), import_options, std::move(*fields)});
   if (!built) return report(built.error());
   return finish_scene(call, *output, *built, counted(built->layers, "refinement level"));
 }
 
 /// The builder of a store with the fields that the call names.
 StoreBuilder builder_with_fields(const BuildCall& call, const import::ImportOptions& options) {
-  return [fields = call.fields, options](VolumeSource& source, const std::filesystem::path& target,
-                                         const BuildOptions& build) -> Result<BuildReport> {
-    const auto inputs = field_inputs(fields, options, source.header().grid, target);
-    if (!inputs) return tl::unexpected(inputs.error());
-    return build_store_with_fields(source, *inputs, target, build);
+  return [texts = call.fields, options](VolumeSource& source, const std::filesystem::path& target,
+                                        const BuildOptions& build) -> Result<BuildReport> {
+    const auto files = field_files(texts, options);
+    if (!files) return tl::unexpected(files.error());
+    const VolumeGrid& grid = source.header().grid;
+    const auto fields = place_fields(*files, grid, target, note);
+    if (!fields) return tl::unexpected(fields.error());
+    return build_store_with_fields(source, field_inputs(*fields, grid), target, build);
   };
 }
 
@@ -191,11 +206,9 @@ int build_locally(BuildCall& call) {
                                call.resumes ? "--resume" : "--part",
                                call.resumes ? ", which continues without it" : "")});
   }
-  if (!call.fields.empty() && (call.has_labels || is_adaptive_grid || is_scene || has_steps ||
-                               call.resumes || !call.part.empty())) {
+  if (!call.fields.empty() && (call.resumes || !call.part.empty())) {
     return report({Status::invalid_argument,
-                   "--field: expected a store of one volume that is built at once, found a scene, "
-                   "--resume or --part"});
+                   "--field: expected a volume that is built at once, found --resume or --part"});
   }
   if (has_steps) {
     const auto grid =
@@ -306,9 +319,11 @@ void add_build_command(CLI::App& program, int& exit_code) {
                       "or Workbench's XML (default: those in the volume's file)");
   command
       ->add_option("--field", call->fields,
-                   "A second volume on the same voxels, which the store holds where its surfaces "
-                   "are, such as temperature=t.nrrd. NAME=FILE#DATASET names a dataset of HDF5 or "
-                   "an array of .npz. The option can be repeated")
+                   "A second volume, which the store holds where its surfaces are, such as "
+                   "temperature=t.nrrd. On other voxels, it is resampled. NAME=FILE#DATASET names "
+                   "a dataset of HDF5 or an array of .npz. For time steps: NAME=PATTERN with *, a "
+                   "list as for --steps (.txt), a file with time steps, or one volume for all "
+                   "steps. The option can be repeated")
       ->type_name("NAME=FILE")
       ->allow_extra_args(false);
   CLI::Option* part =

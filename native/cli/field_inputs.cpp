@@ -1,23 +1,23 @@
 #include "native/cli/field_inputs.h"
 
 #include <fmt/format.h>
+#include <glob.h>
 
-#include <cmath>
+#include <algorithm>
 
-#include "native/builder/field_build.h"
+#include "native/builder/field_place.h"
 #include "native/builder/source_path.h"
+#include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
-#include "native/cli/terminal.h"
 #include "shared/core/store/field_sections.h"
+#include "shared/import/slices/slice_files.h"
 
 namespace isosplat::cli {
 namespace {
 
-struct NamedFile {
-  std::string name, file, dataset;
-};
+namespace fs = std::filesystem;
 
-Result<NamedFile> parse(const std::string& text) {
+Result<FieldFile> parse(const std::string& text, const import::ImportOptions& options) {
   const size_t equals = text.find('=');
   if (equals == text.npos || equals + 1 == text.size()) {
     return fail(Status::invalid_argument,
@@ -25,68 +25,174 @@ Result<NamedFile> parse(const std::string& text) {
                             "temperature=temperature.nrrd, found '{}'",
                             text));
   }
-  NamedFile named{text.substr(0, equals), text.substr(equals + 1), {}};
-  FieldInfo field;
-  field.name = named.name;
-  if (auto checked = check_field(field); !checked) return tl::unexpected(checked.error());
+  FieldFile field{text.substr(0, equals), {}, {}};
+  FieldInfo info;
+  info.name = field.name;
+  if (auto checked = check_field(info); !checked) return tl::unexpected(checked.error());
+  field.options.time_step = options.time_step;
+  field.options.memory_bytes = options.memory_bytes;
+  field.options.allowed = options.allowed;
+  std::string file = text.substr(equals + 1);
   std::error_code ignored;
-  const size_t hash = named.file.rfind('#');
-  if (hash != named.file.npos && !std::filesystem::exists(named.file, ignored)) {
-    named.dataset = named.file.substr(hash + 1);
-    named.file.resize(hash);
+  const size_t hash = file.rfind('#');
+  if (hash != file.npos && !fs::exists(file, ignored)) {
+    field.options.dataset = file.substr(hash + 1);
+    file.resize(hash);
   }
-  return named;
+  field.file = file;
+  return field;
 }
 
-/// Whether two grids of the same size put their last voxels at different places: by more than a
-/// hundredth of a voxel, or the first ones.
-bool is_elsewhere(const VolumeGrid& a, const VolumeGrid& b) {
-  const Vec3d last{a.voxels.x - 1.0, a.voxels.y - 1.0, a.voxels.z - 1.0};
-  const double voxel = std::min({a.spacing.x, a.spacing.y, a.spacing.z});
-  return !(length(a.origin - b.origin) <= voxel / 100 &&
-           length(a.world(last) - b.world(last)) <= voxel / 100);
+/// The files whose names match a pattern, in natural order.
+std::vector<fs::path> matching_files(const std::string& pattern) {
+  glob_t found{};
+  std::vector<fs::path> files;
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0) {
+    files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  }
+  globfree(&found);
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return import::natural_order(a.string(), b.string());
+  });
+  return files;
+}
+
+/// The volumes of a field, one for each step of the scene, or a single one for all.
+Result<std::vector<SceneInput>> volumes_of_field(const FieldFile& field, const SceneInputs& scene) {
+  const std::string text = field.file.string();
+  std::error_code ignored;
+  if (text.find('*') != text.npos && !fs::exists(field.file, ignored)) {
+    std::vector<SceneInput> volumes;
+    for (fs::path& file : matching_files(text)) volumes.push_back({std::move(file), field.options});
+    if (volumes.empty()) {
+      return fail(Status::io_error, fmt::format("field '{}': expected files such as {}, found none",
+                                                field.name, text));
+    }
+    return volumes;
+  }
+  const bool is_list = field.file.extension() == ".txt";
+  auto volumes = is_list ? listed_steps(field.file, field.options)
+                         : volumes_of_file(field.file, field.options);
+  if (!volumes) return tl::unexpected(volumes.error());
+  if (volumes->layers.size() > 1) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("field '{}': expected one scalar at each voxel, found {} channels: save "
+                    "one of them to a file",
+                    field.name, volumes->layers.size()));
+  }
+  if (is_list && volumes->times != scene.times) {
+    return fail(
+        Status::invalid_argument,
+        fmt::format("field '{}': expected the {} times of the scene, {} to {}, found other "
+                    "times in {}",
+                    field.name, scene.times.size(), scene.times.front(), scene.times.back(), text));
+  }
+  return std::move(volumes->volumes);
+}
+
+Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid, const fs::path& target) {
+  auto opened = import::open_volume(file.file, file.options);
+  if (!opened) return tl::unexpected(opened.error());
+  if (auto other = check_not_input(target, opened->source->files()); !other) {
+    return tl::unexpected(other.error());
+  }
+  const auto found = find_field_place(file.name, grid, opened->source->header().grid);
+  if (!found) return tl::unexpected(found.error());
+  PlacedField field{file, found->grid, std::move(opened->notes)};
+  if (found->is_assumed) {
+    field.notes.push_back(
+        "its file places it elsewhere than the volume; its voxels are taken for those of the "
+        "volume");
+  }
+  std::string note;
+  auto resampled = field_at_voxels(std::move(opened->source), field.grid, grid,
+                                   file.options.memory_bytes, &note);
+  if (!resampled) return tl::unexpected(resampled.error());
+  if (!note.empty()) field.notes.push_back(std::move(note));
+  return field;
+}
+
+Result<std::unique_ptr<VolumeSource>> open(const FieldFile& file, const VolumeGrid& from,
+                                           const VolumeGrid& to) {
+  auto opened = import::open_volume(file.file, file.options);
+  if (!opened) return tl::unexpected(opened.error());
+  return field_at_voxels(std::move(opened->source), from, to, file.options.memory_bytes);
 }
 
 }  // namespace
 
-Result<std::vector<FieldInput>> field_inputs(std::span<const std::string> texts,
-                                             const import::ImportOptions& import_options,
-                                             const VolumeGrid& grid,
-                                             const std::filesystem::path& target) {
-  std::vector<FieldInput> fields;
+Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
+                                           const import::ImportOptions& options) {
+  std::vector<FieldFile> fields;
   for (const std::string& text : texts) {
-    const auto named = parse(text);
-    if (!named) return tl::unexpected(named.error());
-    import::ImportOptions options;
-    options.dataset = named->dataset;
-    options.time_step = import_options.time_step;
-    options.memory_bytes = import_options.memory_bytes;
-    options.allowed = import_options.allowed;
-    auto opened = import::open_volume(named->file, options);
-    if (!opened) return tl::unexpected(opened.error());
-    const VolumeGrid& found = opened->source->header().grid;
-    if (auto same = check_field_grid(named->name, grid.voxels, found.voxels); !same) {
-      return tl::unexpected(same.error());
-    }
-    if (auto other = check_not_input(target, opened->source->files()); !other) {
-      return tl::unexpected(other.error());
-    }
-    for (std::string& each : opened->notes) note(fmt::format("field '{}': {}", named->name, each));
-    if (is_elsewhere(grid, found)) {
-      note(
-          fmt::format("field '{}': its file places it elsewhere than the volume; its voxels are "
-                      "taken for those of the volume",
-                      named->name));
-    }
-    fields.push_back({named->name, source_file_name(named->file),
-                      [file = named->file, options]() -> Result<std::unique_ptr<VolumeSource>> {
-                        auto again = import::open_volume(file, options);
-                        if (!again) return tl::unexpected(again.error());
-                        return std::move(again->source);
-                      },
-                      opened->notes});
+    auto field = parse(text, options);
+    if (!field) return tl::unexpected(field.error());
+    fields.push_back(std::move(*field));
   }
   return fields;
+}
+
+Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
+    std::span<const std::string> texts, const import::ImportOptions& options,
+    const SceneInputs& scene) {
+  const size_t steps = scene.times.size();
+  const auto fields = field_files(texts, options);
+  if (!fields) return tl::unexpected(fields.error());
+  std::vector<std::vector<FieldFile>> of_steps(steps);
+  for (const FieldFile& field : *fields) {
+    const auto volumes = volumes_of_field(field, scene);
+    if (!volumes) return tl::unexpected(volumes.error());
+    if (volumes->size() != steps && volumes->size() != 1) {
+      return fail(Status::invalid_argument,
+                  fmt::format("field '{}': expected a volume for each of the {} time steps, or one "
+                              "for all, found {}",
+                              field.name, steps, volumes->size()));
+    }
+    for (size_t step = 0; step < steps; ++step) {
+      const SceneInput& volume = (*volumes)[volumes->size() == 1 ? 0 : step];
+      of_steps[step].push_back({field.name, volume.file, volume.options});
+    }
+  }
+  return of_steps;
+}
+
+std::string field_version(const FieldFile& field) {
+  std::string version = fmt::format("\n{} {} {} ", field.name, field.options.dataset,
+                                    field.options.time_step.value_or(-1));
+  const auto opened = import::open_volume(field.file, field.options);
+  version += input_versions(opened ? opened->source->files() : std::vector{field.file});
+  return version;
+}
+
+Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
+                                              const VolumeGrid& grid, const fs::path& target,
+                                              const std::function<void(const std::string&)>& tell) {
+  std::vector<PlacedField> fields;
+  for (const FieldFile& file : files) {
+    auto field = place(file, grid, target);
+    if (!field) return tl::unexpected(field.error());
+    for (const std::string& note : field->notes) {
+      tell(fmt::format("field '{}': {}", file.name, note));
+    }
+    fields.push_back(std::move(*field));
+  }
+  return fields;
+}
+
+std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid) {
+  std::vector<FieldInput> inputs;
+  for (const PlacedField& field : fields) {
+    inputs.push_back({field.file.name, source_file_name(field.file.file),
+                      [field, grid] { return open(field.file, field.grid, grid); }, field.notes});
+  }
+  return inputs;
+}
+
+Result<BuildReport> build_with_fields(VolumeSource& source, std::span<const FieldInput> fields,
+                                      const fs::path& target, const BuildOptions& options) {
+  return fields.empty() ? build_store_file(source, target, options)
+                        : build_store_with_fields(source, fields, target, options);
 }
 
 }  // namespace isosplat::cli

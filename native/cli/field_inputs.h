@@ -1,22 +1,65 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "native/builder/store_with_fields.h"
+#include "native/cli/scene_inputs.h"
 #include "shared/import/open_volume.h"
 
+// The fields of a build: --field temperature=t.nrrd.
 namespace isosplat::cli {
 
-/// The fields that texts such as "temperature=t.nrrd" name, for the store `target` of a volume on
-/// this grid. "name=file.h5#/path" names a dataset of a file. Reads the headers of all files, and
-/// prints a note where one places the field elsewhere than the volume. Of the import options, the
-/// time step and the allowances apply to fields. Errors: invalid_argument, those of open_volume and
-/// check_field_grid.
-Result<std::vector<FieldInput>> field_inputs(std::span<const std::string> texts,
-                                             const import::ImportOptions& import_options,
-                                             const VolumeGrid& grid,
-                                             const std::filesystem::path& target);
+/// A volume that becomes a field.
+struct FieldFile {
+  std::string name;
+  std::filesystem::path file;
+  import::ImportOptions options;  ///< which of its volumes
+};
+
+/// The fields that texts such as "temperature=t.nrrd" name. "name=file.h5#/path" names a dataset of
+/// a file. Of the import options, the time step, the memory and the allowances apply to fields.
+/// Errors: invalid_argument.
+Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
+                                           const import::ImportOptions& options);
+
+/// The same for the steps of a scene: element s has the fields of step s. The text of a field names
+/// as many files by a pattern ("t=t_*.nrrd", in natural order) or a list (t=steps.txt, as
+/// listed_steps reads it, with the times of the scene), a file with as many time steps, or one
+/// volume, which all steps have. Errors: those of field_files, listed_steps and volumes_of_file;
+/// invalid_argument (another number of steps, or other times).
+Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
+    std::span<const std::string> texts, const import::ImportOptions& options,
+    const SceneInputs& scene);
+
+/// Identifies the content of a field without reading it, as a part of a key: its name, its choice
+/// of a volume, and the versions of its files.
+std::string field_version(const FieldFile& field);
+
+/// A field and the place of its voxels in the world of a store's volume.
+struct PlacedField {
+  FieldFile file;
+  VolumeGrid grid;
+  std::vector<std::string> notes = {};
+};
+
+/// Reads the headers of fields for the volume on this grid. `target`: the output, which must not be
+/// one of their files. Calls `tell` with each note. Errors: those of open_volume, find_field_place,
+/// field_at_voxels and check_not_input.
+Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
+                                              const VolumeGrid& grid,
+                                              const std::filesystem::path& target,
+                                              const std::function<void(const std::string&)>& tell);
+
+/// The fields for a store on this grid, which may be a part of the volume's grid. Fields on other
+/// voxels are resampled.
+std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid);
+
+/// build_store_file, with or without fields.
+Result<BuildReport> build_with_fields(VolumeSource& source, std::span<const FieldInput> fields,
+                                      const std::filesystem::path& target,
+                                      const BuildOptions& options);
 
 }  // namespace isosplat::cli

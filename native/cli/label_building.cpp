@@ -44,6 +44,7 @@ struct LabelGroup {
   VolumeHeader header;
   std::string key;  ///< all that determines the bytes of its stores, except for the labels' names
   std::vector<FoundLabel> labels;
+  std::vector<PlacedField> fields;
 
   std::string store_name(const FoundLabel& label) const {
     return number == 0 ? fmt::format("label_{}", label.value)
@@ -80,6 +81,7 @@ class LabelBuild {
   unsigned parallel_builds(const LabelGroup& group, uint64_t memory_bytes) const;
   Scene scene() const;
   void show(double of_group, std::string_view detail);
+  void tell(const std::string& text);
 
   const fs::path& volume_;
   const fs::path& output_path_;
@@ -101,6 +103,13 @@ void LabelBuild::show(double of_group, std::string_view detail) {
   progress_->show(done / static_cast<double>(inputs_), detail);
 }
 
+/// Prints a note that is new.
+void LabelBuild::tell(const std::string& text) {
+  if (!notes_.insert(text).second) return;
+  progress_->clear();
+  note(text);
+}
+
 Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup& group) {
   auto opened = input.open();
   if (!opened) return opened;
@@ -108,16 +117,17 @@ Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup&
     return tl::unexpected(other.error());
   }
   build_.notes = opened->notes;
-  for (const std::string& text : opened->notes) {
-    if (!notes_.insert(text).second) continue;
-    progress_->clear();
-    note(text);
-  }
+  for (const std::string& text : opened->notes) tell(text);
   group.header = opened->source->header();
   group.table = input.table;
   group.key = options_.scene.key +
               (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances 3");
   group.key += input_versions(opened->source->files());
+  for (const FieldFile& field : options_.fields) group.key += field_version(field);
+  auto placed = place_fields(options_.fields, group.header.grid, output_path_,
+                             [&](const std::string& text) { tell(text); });
+  if (!placed) return tl::unexpected(placed.error());
+  group.fields = std::move(*placed);
   return opened;
 }
 
@@ -178,7 +188,8 @@ Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
   if (options_.surface == LabelSurface::smooth) build.coarse_levels = &kDistances;
   build.threads = 1;
   build.memory_bytes = memory_bytes;
-  const auto stored = build_store_file(source, output_->store_file(name), build);
+  const auto stored = build_with_fields(source, field_inputs(group.fields, source.header().grid),
+                                        output_->store_file(name), build);
   if (!stored) return tl::unexpected(stored.error());
   const std::lock_guard lock(mutex_);
   if (auto kept = output_->completed(name, key); !kept) return kept;

@@ -180,7 +180,15 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
   const size_t step = call.step.value_or(first_step(subject.scene->scene()));
   const Scene& scene = subject.scene->scene();
   std::string field = call.field;
-  if (field.empty() && !call.given.contains("--colour-by")) field = shown_field(scene);
+  if (field.empty() && !call.given.contains("--colour-by")) {
+    field = shown_field(scene);
+    if (!field.empty() && call.given.contains("--range")) {
+      return fail(Status::invalid_argument,
+                  fmt::format("--range: the scene shows the field '{0}', whose values --field {0} "
+                              "--field-range LOW,HIGH states",
+                              field));
+    }
+  }
   const auto shown = show_scene(renderer, *subject.scene, step, call.level, call.samples, field);
   if (!shown) return tl::unexpected(shown.error());
   if (!call.field.empty() && !shown->field_range) return no_such_field(call, shown->fields);

@@ -42,6 +42,8 @@ class SceneBuild {
   Result<import::OpenVolume> open(const SceneInput& input);
   Result<SharedValues> shared_values(size_t layer);
   Result<void> build(const SceneInput& input, const SharedValues& values);
+  Result<std::vector<FieldInput>> fields(const SceneInput& input, const VolumeGrid& grid);
+  void tell(const std::string& text);
   std::string store_name(const SceneInput& input) const;
   Scene without_surfaces() const;
   std::array<float, 3> layer_colour(size_t layer) const;
@@ -73,12 +75,15 @@ Result<import::OpenVolume> SceneBuild::open(const SceneInput& input) {
   if (auto other = check_not_input(output_path_, opened->source->files()); !other) {
     return tl::unexpected(other.error());
   }
-  for (const std::string& text : opened->notes) {
-    if (!notes_.insert(text).second) continue;
-    progress_->clear();
-    note(text);
-  }
+  for (const std::string& text : opened->notes) tell(text);
   return opened;
+}
+
+/// Prints a note that is new.
+void SceneBuild::tell(const std::string& text) {
+  if (!notes_.insert(text).second) return;
+  progress_->clear();
+  note(text);
 }
 
 /// Finds the mapping for all steps of a layer. Reads the headers of all steps, and their voxels
@@ -129,6 +134,15 @@ Result<SharedValues> SceneBuild::shared_values(size_t layer) {
   return values;
 }
 
+Result<std::vector<FieldInput>> SceneBuild::fields(const SceneInput& input,
+                                                   const VolumeGrid& grid) {
+  if (options_.fields.empty()) return std::vector<FieldInput>{};
+  const auto placed = place_fields(options_.fields[input.step], grid, output_path_,
+                                   [&](const std::string& text) { tell(text); });
+  if (!placed) return tl::unexpected(placed.error());
+  return field_inputs(*placed, grid);
+}
+
 Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& values) {
   const std::string name = store_name(input);
   const size_t count = inputs_.volumes.size();
@@ -141,6 +155,9 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
   if (!opened) return tl::unexpected(opened.error());
   std::string key = options_.key + input_versions(opened->source->files());
   key += fmt::format("\n{} {}\n{}", input.layer, input.step, values.key);
+  if (!options_.fields.empty()) {
+    for (const FieldFile& field : options_.fields[input.step]) key += field_version(field);
+  }
   if (output_->has(name, key)) {
     ++report_.kept;
   } else {
@@ -151,7 +168,10 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
     build.progress = [&](const BuildProgress& progress) { show(progress.fraction, ""); };
     ClampedVoxels clamped;
     build.clamped = &clamped;
-    const auto built = build_store_file(*opened->source, output_->store_file(name), build);
+    const auto fields = this->fields(input, opened->source->header().grid);
+    if (!fields) return tl::unexpected(fields.error());
+    const auto built =
+        build_with_fields(*opened->source, *fields, output_->store_file(name), build);
     if (!built) return tl::unexpected(built.error());
     clamped_.below += clamped.below;
     clamped_.above += clamped.above;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "native/builder/field_build.h"
+#include "native/builder/field_place.h"
 #include "native/builder/machine_memory.h"
 #include "native/builder/source_path.h"
 #include "native/files/output_file.h"
@@ -162,18 +163,21 @@ struct FieldCall {
   py::object data;
   uint64_t read_count = 0;  ///< as in open_data
   ArrayCall array;
+  bool is_placed = false;  ///< the array has its own geometry; else that of the volume
 };
 
-/// Checks the name and the size of a field. Throws the exceptions of raise().
+/// Checks the name of a field, and its size if it has no geometry of its own. Throws the exceptions
+/// of raise().
 void check_field_call(const FieldCall& field, const ArrayCall& volume) {
   FieldInfo info;
   info.name = field.name;
   value_or_raise(check_field(info));
-  const auto grid_of = [](const ArrayCall& array) {
+  if (field.is_placed) return;
+  const auto voxels = [](const ArrayCall& array) {
     const auto [x, y, z] = voxels_of(array);  // at most 2^20 each
     return Index3{static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)};
   };
-  value_or_raise(check_field_grid(field.name, grid_of(volume), grid_of(field.array)));
+  value_or_raise(check_field_grid(field.name, voxels(volume), voxels(field.array)));
 }
 
 void build_array(const py::object& data, uint64_t read_count, const ArrayCall& array,
@@ -187,13 +191,16 @@ void build_array(const py::object& data, uint64_t read_count, const ArrayCall& a
   for (const FieldCall& field : fields) {
     opened_fields.push_back(open_data(field.data, field.read_count, field.array, interruption));
   }
+  const VolumeGrid& grid = opened.volume.source->header().grid;
   for (size_t i = 0; i < fields.size(); ++i) {
-    inputs.push_back(
-        {fields[i].name, "",
-         [&source = opened_fields[i].volume.source]() -> Result<std::unique_ptr<VolumeSource>> {
-           return std::move(source);
-         },
-         opened_fields[i].volume.notes});
+    import::OpenVolume& field = opened_fields[i].volume;
+    const VolumeGrid from = fields[i].is_placed ? field.source->header().grid : grid;
+    inputs.push_back({fields[i].name, "",
+                      [&field, &grid, from, memory = call.options().memory_bytes] {
+                        std::string note;
+                        return field_at_voxels(std::move(field.source), from, grid, memory, &note);
+                      },
+                      field.notes});
   }
   run_build(opened.volume, call.target, call.options(), call.progress, interruption,
             std::move(inputs));
@@ -276,8 +283,9 @@ void bind_build(py::module_& module) {
       .def_readonly("type", &ArrayCall::type)
       .def_readonly("z_is_fastest", &ArrayCall::z_is_fastest);
   py::class_<FieldCall>(module, "FieldCall")
-      .def(py::init<std::string, py::object, uint64_t, ArrayCall>(), py::kw_only(), py::arg("name"),
-           py::arg("data"), py::arg("read_count"), py::arg("array"));
+      .def(py::init<std::string, py::object, uint64_t, ArrayCall, bool>(), py::kw_only(),
+           py::arg("name"), py::arg("data"), py::arg("read_count"), py::arg("array"),
+           py::arg("is_placed"));
   module.def("build_array", build_array, py::arg("data"), py::arg("read_count"), py::arg("array"),
              py::arg("call"), py::arg("fields"));
   module.def("scan_array", scan_array, py::arg("data"), py::arg("read_count"), py::arg("array"),

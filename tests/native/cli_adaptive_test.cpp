@@ -7,6 +7,7 @@
 #include "shared/core/scene/scene.h"
 #include "shared/system/scene_file/scene_file.h"
 #include "tests/native/cli_program.h"
+#include "tests/native/field_files.h"
 #include "tests/native/vtk_amr_files.h"
 #include "tests/shared/blast_wave.h"
 
@@ -119,6 +120,32 @@ TEST(CliAdaptive, ABundleBesideTheFileIsTheDefault) {
 }
 
 /// One error for each malformed file, within the memory of a small program.
+TEST(CliAdaptive, GridsAndRegularVolumesAreFields) {
+  const TempFolder folder;
+  const std::string file = write_vtk_amr(folder, "blast", blast_wave(3));
+  const std::string output = folder / "blast/";
+  // The values of the volume itself, and ten times x.
+  const auto ended = run({"build", file, "-o", output, "--no-thumbnail", "--field", "same=" + file,
+                          "--field", "x=" + test::write_ramp(folder, "x.nrrd", 11, 0.25, "-1.25")});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(run({"verify", output + "scene.json"}).exit_code, 0);
+  for (int level = 0; level < 3; ++level) {
+    const std::string store = output + fmt::format("stores/level_{}.isosplat", level);
+    const std::string ply = folder / "a.ply";
+    for (const bool is_same : {true, false}) {
+      const auto extracted = run({"extract", store, "-i", "1.3", "--mesh", "--open", "--field",
+                                  is_same ? "same" : "x", "-o", ply, "--force"});
+      ASSERT_EQ(extracted.exit_code, 0) << extracted.err;
+      for (const auto& v : test::vertices_of(ply)) {
+        ASSERT_NEAR(v[6], is_same ? 1.3 : 10 * v[0], 2e-3) << level;
+      }
+    }
+  }
+  const auto other = run({"build", file, "-o", output, "--no-thumbnail", "--force", "--field",
+                          "t=" + std::string(folder / "none.vtu")});
+  EXPECT_NE(other.exit_code, 0);
+}
+
 TEST(CliAdaptive, RefusesMalformedFiles) {
   const TempFolder folder;
   Case made;

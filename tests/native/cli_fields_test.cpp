@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/native/cli_program.h"
+#include "tests/native/field_files.h"
 
 namespace isosplat {
 namespace {
@@ -81,12 +82,76 @@ TEST_F(CliFields, RefusesWhatItCannotBuild) {
   expect_refused({"--field", field}, "expected a name and a volume");
   expect_refused({"--field", "a b=" + field}, "expected a name of at most 64 letters");
   expect_refused({"--field", "t=" + std::string(folder / "none.nrrd")}, "none.nrrd");
-  expect_refused({"--field", "t=" + field, "--resume"}, "found a scene, --resume or --part");
-  expect_refused({"--field", "t=" + field, "--part", "1/2"}, "found a scene, --resume or --part");
+  expect_refused({"--field", "t=" + field, "--resume"}, "--resume or --part");
+  expect_refused({"--field", "t=" + field, "--part", "1/2"}, "--resume or --part");
   const Ended overwritten =
       run({"build", volume, "-o", field, "--force", "--no-thumbnail", "--field", "t=" + field});
   EXPECT_NE(overwritten.exit_code, 0);
   EXPECT_EQ(run({"info", field}).exit_code, 0);
+}
+
+TEST_F(CliFields, OfOtherVoxelsAreResampled) {
+  const std::string density = test::write_ramp(folder, "density.nrrd", 24, 1, "5");
+  const auto built_with = [&](const std::string& dose) {
+    return run({"build", density, "-o", store, "--no-thumbnail", "--field", "dose=" + dose});
+  };
+  const Ended built = built_with(test::write_ramp(folder, "dose.nrrd", 11, 2.5, "4"));
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.err.find("field 'dose': resampled from 11 × 11 × 11 voxels"), std::string::npos)
+      << built.err;
+  // Both are the same function of the place.
+  const std::string ply = folder / "a.ply";
+  ASSERT_EQ(run({"extract", store, "-i", "151", "--mesh", "--field", "dose", "-o", ply}).exit_code,
+            0);
+  const auto vertices = test::vertices_of(ply);
+  EXPECT_GT(vertices.size(), 400u);
+  for (const auto& vertex : vertices) ASSERT_NEAR(vertex[6], 151, 0.01);
+  const Ended partly = built_with(test::write_ramp(folder, "dose.nrrd", 6, 2.5, "4"));
+  ASSERT_EQ(partly.exit_code, 0) << partly.err;
+  EXPECT_NE(partly.err.find("% of the volume have no value of the field"), std::string::npos)
+      << partly.err;
+  const Ended elsewhere = built_with(test::write_ramp(folder, "dose.nrrd", 11, 2.5, "400"));
+  EXPECT_NE(elsewhere.exit_code, 0);
+  EXPECT_NE(elsewhere.err.find("places it elsewhere"), std::string::npos) << elsewhere.err;
+}
+
+TEST_F(CliFields, OfLabelsAreTheirPartsOfTheVolume) {
+  // Label 1 lies in the field, label 2 in none of its voxels.
+  const std::string labels = folder / "labels.nrrd", scene = folder / "labels.isobundle";
+  test::write_file(
+      labels,
+      "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 24\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (5,5,5)\nencoding: raw\n\n" +
+          test::cube<uint8_t>(24, [](int i) {
+            const int x = i % 24, y = i / 24 % 24, z = i / 576;
+            if (std::min({x, y, z}) >= 3 && std::max({x, y, z}) < 9) return 1;
+            return std::min({x, y, z}) >= 18 && std::max({x, y, z}) < 23 ? 2 : 0;
+          }));
+  const std::string dose = test::write_ramp(folder, "dose.nrrd", 7, 2.5, "4");
+  const Ended built =
+      run({"build", labels, "--labels", "-o", scene, "--no-thumbnail", "--field", "dose=" + dose});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_EQ(run({"verify", scene}).exit_code, 0);
+  ASSERT_EQ(run({"extract", scene, "--mesh", "--open", "--field", "dose", "-o", folder / "a.ply"})
+                .exit_code,
+            0);
+  const auto in = test::vertices_of(folder / "a-label_1.ply"),
+             out = test::vertices_of(folder / "a-label_2.ply");
+  EXPECT_GT(in.size(), 100u);
+  EXPECT_GT(out.size(), 80u);
+  for (const auto& vertex : in) ASSERT_NEAR(vertex[6], 10 * vertex[0], 0.01);
+  for (const auto& vertex : out) ASSERT_TRUE(std::isnan(vertex[6]));
+}
+
+TEST_F(CliFields, OfTheSameVoxelsWithoutAPlaceAreTakenAsTheyAre) {
+  const std::string density = test::write_ramp(folder, "density.nrrd", 24, 1, "5");
+  for (const std::string& other : {field, test::write_ramp(folder, "dose.nrrd", 24, 1, "0")}) {
+    const Ended built =
+        run({"build", density, "-o", store, "--no-thumbnail", "--field", "t=" + other});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_NE(built.err.find("its voxels are taken for those of the volume"), std::string::npos)
+        << built.err;
+  }
 }
 
 TEST_F(CliFields, AreExtractedWithPointsAndMeshes) {
@@ -142,6 +207,9 @@ TEST_F(CliFields, ColourTheLayersOfScenes) {
   EXPECT_TRUE(drawn(by_field + "}", options) == stated);
   EXPECT_FALSE(drawn(by_field + "}", {}) == stated);
   EXPECT_TRUE(drawn(by_field + "}", {"--colour-by", "isosurface"}) == plain);
+  const Ended ranged = run({"render", scene, "-o", picture, "--force", "--range", "0,1"});
+  EXPECT_NE(ranged.exit_code, 0);
+  EXPECT_NE(ranged.err.find("--field temperature --field-range"), std::string::npos) << ranged.err;
   // Stores without the field have the colours of their surfaces, in the light of fields.
   const std::string other = drawn(R"("colour_by": "field", "field": {"name": "other"})", {});
   EXPECT_FALSE(other == stated);

@@ -7,6 +7,7 @@
 #include "shared/core/scene/scene.h"
 #include "shared/system/scene_file/scene_file.h"
 #include "tests/native/cli_program.h"
+#include "tests/native/field_files.h"
 #include "tests/native/vtk_mesh_files.h"
 
 namespace isosplat {
@@ -173,6 +174,59 @@ TEST(CliMesh, CellsWithoutAValueAreHoles) {
     ASSERT_TRUE(store);
     EXPECT_TRUE((*store)->info().mapping.has_missing);
   }
+}
+
+/// The vertices of an isosurface, with the values of the field "t".
+std::vector<std::array<float, 7>> surface_with_field(const TempFolder& folder,
+                                                     const std::string& scene) {
+  std::vector<std::array<float, 7>> all;
+  const auto file = SceneFile::open(scene + "scene.json");
+  EXPECT_TRUE(file) << file.error().message;
+  for (const SceneLayer& layer : file->scene().layers) {
+    const std::string ply = folder / "part.ply";
+    const auto ended = run({"extract", scene + layer.stores[0], "-i", "0.8", "--mesh", "--open",
+                            "--field", "t", "-o", ply, "--force"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    const auto vertices = test::vertices_of(ply);
+    all.insert(all.end(), vertices.begin(), vertices.end());
+  }
+  EXPECT_GT(all.size(), 300u);
+  return all;
+}
+
+TEST(CliMesh, OtherArraysAndMeshesAreFields) {
+  const TempFolder folder;
+  const std::string file = folder / "mixed.vtu", other = folder / "other.vtu";
+  UnstructuredMesh mesh = distance_mesh(Division::mixed);
+  write_file(file, vtu_text(mesh));
+  mesh_test::set_values(mesh, [](Vec3d p) { return 3 * p.x - p.y + 2 * p.z; });
+  write_file(other, vtu_text(mesh));
+  const std::string output = folder / "mixed/";
+  const auto build = [&](const std::string& field) {
+    return run({"build", file, "-o", output, "--no-thumbnail", "--force", "--dataset", "density",
+                "--field", "t=" + field});
+  };
+  auto ended = build(other + "#density");
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(run({"verify", output + "scene.json"}).exit_code, 0);
+  // Linear functions are exact, also on the border of the mesh.
+  for (const auto& v : surface_with_field(folder, output)) {
+    ASSERT_NEAR(v[6], 3 * v[0] - v[1] + 2 * v[2], 2e-3);
+  }
+  ended = build(file + "#density");
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  for (const auto& v : surface_with_field(folder, output)) ASSERT_NEAR(v[6], 0.8, 1e-3);
+  ended = build(test::write_ramp(folder, "ramp.nrrd", 13, 0.1, "-0.1"));
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("field 't': resampled from"), std::string::npos) << ended.err;
+  for (const auto& v : surface_with_field(folder, output)) ASSERT_NEAR(v[6], 10 * v[0], 2e-3);
+
+  ended = build(file + "#none");
+  EXPECT_NE(ended.exit_code, 0);
+  EXPECT_NE(ended.err.find("none"), std::string::npos) << ended.err;
+  const auto both =
+      run({"build", folder / "ball.nrrd", "-o", folder / "b.isosplat", "--field", "t=" + file});
+  EXPECT_NE(both.exit_code, 0);
 }
 
 TEST(CliMesh, RefusesOptionsThatDoNotFit) {

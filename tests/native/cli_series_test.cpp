@@ -295,5 +295,92 @@ TEST(SceneText, IsReadAsTheSameScene) {
   EXPECT_EQ(read->clip.planes.size(), 1u);
 }
 
+/// The range of the only field of each store of a scene.
+std::vector<std::pair<double, double>> field_ranges(const std::filesystem::path& path) {
+  const auto file = SceneFile::open(path);
+  std::vector<std::pair<double, double>> ranges;
+  for (const std::string& store : store_paths(file->scene())) {
+    const auto opened = file->open_store(store);
+    EXPECT_TRUE(opened) << opened.error().message;
+    const auto& fields = (*opened)->info().fields;
+    EXPECT_EQ(fields.size(), 1u);
+    if (fields.size() != 1) return {};
+    const FieldInfo& field = fields[0].info;
+    ranges.emplace_back(field.mapping.value(field.range.min), field.mapping.value(field.range.max));
+  }
+  return ranges;
+}
+
+TEST_F(CliSeries, FieldsHaveAVolumeForEachStepOrOneForAll) {
+  const std::vector<std::string> steps{write_step("step_10.nrrd", 1), write_step("step_9.nrrd", 2)};
+  const std::string constant = write_step("constant.nrrd", 5);
+  write_step("t_9.nrrd", 20);
+  write_step("t_10.nrrd", 10);
+  const auto build = [&](const std::string& field) {
+    return run({"build", steps[0], steps[1], "-o", output, "--no-thumbnail", "--force", "--field",
+                "t=" + field});
+  };
+  const double most = std::hypot(9.5, 9.6, 9.5);
+  const auto expect_greatest = [&](double first, double second) {
+    const auto ranges = field_ranges(output);
+    ASSERT_EQ(ranges.size(), 2u);
+    EXPECT_NEAR(ranges[0].second, first * most, 0.1 * most);
+    EXPECT_NEAR(ranges[1].second, second * most, 0.1 * most);
+  };
+  Ended built = build(folder / "t_*.nrrd");
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  expect_greatest(20, 10);
+  built = build(constant);
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  expect_greatest(5, 5);
+  write_file(folder / "list.txt", "9 t_10.nrrd\n10 t_9.nrrd\n");
+  built = build(folder / "list.txt");
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  expect_greatest(10, 20);
+  EXPECT_EQ(run({"verify", output}).exit_code, 0);
+
+  write_file(folder / "list.txt", "9 t_10.nrrd\n11 t_9.nrrd\n");
+  EXPECT_NE(build(folder / "list.txt").err.find("found other times"), std::string::npos);
+  EXPECT_NE(build(folder / "none_*.nrrd").err.find("found none"), std::string::npos);
+  write_step("t_11.nrrd", 10);
+  EXPECT_NE(
+      build(folder / "t_*.nrrd").err.find("each of the 2 time steps, or one for all, found 3"),
+      std::string::npos);
+}
+
+TEST_F(CliSeries, FieldsOfAFileWithTimeStepsAreThoseOfTheSteps) {
+  const auto write = [&](const std::string& name, double a, double b) {
+    const std::string path = folder / name;
+    write_file(path, fmt::format("NRRD0004\ntype: float\ndimension: 4\nsizes: {0} {0} {0} 2\n"
+                                 "kinds: domain domain domain time\nencoding: raw\n"
+                                 "endian: little\n\n",
+                                 kEdge) +
+                         distances(a) + distances(b));
+    return path;
+  };
+  const std::string density = write("density.nrrd", 1, 2), field = write("field.nrrd", 20, 10);
+  const Ended built =
+      run({"build", density, "-o", output, "--no-thumbnail", "--field", "t=" + field});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  const auto ranges = field_ranges(output);
+  ASSERT_EQ(ranges.size(), 2u);
+  EXPECT_NEAR(ranges[0].second, 2 * ranges[1].second, 0.1);
+}
+
+TEST_F(CliSeries, AnInterruptedBuildWithAnotherFieldBuildsAgain) {
+  const std::string step = write_step("s_1.nrrd", 1), other = write_step("s_2.nrrd", 2);
+  const std::string target = folder / "run/";
+  std::filesystem::create_directory(target);
+  const auto build = [&](const std::string& field) {
+    return run(
+        {"build", step, other, "-o", target, "--no-thumbnail", "--force", "--field", "t=" + field});
+  };
+  ASSERT_EQ(build(step).exit_code, 0);
+  const Ended again = build(other);
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.out.find("complete before"), std::string::npos) << again.out;
+  EXPECT_NEAR(field_ranges(target)[0].second, 2 * std::hypot(9.5, 9.6, 9.5), 1);
+}
+
 }  // namespace
 }  // namespace isosplat

@@ -156,20 +156,43 @@ def test_fields_are_checked_before_the_volume_is_read(tmp_path):
         assert volume.reads == 0
 
 
+class Header:
+    def get_xyzt_units(self):
+        return "mm", "sec"
+
+
+class Nifti1Image:
+    """The members of nibabel.Nifti1Image: its arrays are indexed [x, y, z]."""
+
+    header = Header()
+
+    def __init__(self, dataobj, affine=np.eye(4)):
+        self.dataobj, self.shape, self.affine = dataobj, dataobj.shape, affine
+
+
+def test_an_image_on_other_voxels_is_resampled(tmp_path):
+    fine, coarse = np.diag([1.0, 1, 2, 1]), np.diag([-2.0, 3, 2.5, 1])
+    fine[:3, 3], coarse[:3, 3] = (10, 20, 30), (41, 17, 28)
+    i = np.indices((19, 12, 22))  # of the field: x + 2 y - 3 z in the world, to the left and front
+    x, y, z = (coarse[k, 3] + coarse[k, k] * i[k] for k in range(3))
+    field = Nifti1Image((-x - 2 * y - 3 * z).astype(np.float32), coarse)
+    for order in "C", "F":
+        volume = Nifti1Image(np.array(sphere().T, order=order), fine)
+        store = isosplat.build(volume, tmp_path / "a.isosplat", fields={"f": field})
+        points = store.points(50.5, fields="f")
+        assert len(points.positions) > 500
+        found = points.fields["f"]
+        np.testing.assert_allclose(found, expected(points.positions), atol=0.02)
+    elsewhere = Nifti1Image(field.dataobj, coarse + np.diag([0.0, 0, 0, 0]))
+    elsewhere.affine[:3, 3] = 1000
+    with pytest.raises(ValueError, match="places it elsewhere"):
+        isosplat.build(volume, tmp_path / "b.isosplat", fields={"f": elsewhere})
+    # The geometry of the volume is given, so that of the image is not used.
+    with pytest.raises(ValueError, match="resample it"):
+        isosplat.build(volume, tmp_path / "b.isosplat", spacing=(1, 1, 1), fields={"f": field})
+
+
 def test_an_image_as_a_field_may_have_another_order(tmp_path):
-    class Header:
-        def get_xyzt_units(self):
-            return "mm", "sec"
-
-    class Nifti1Image:
-        """The members of nibabel.Nifti1Image: its arrays are indexed [x, y, z]."""
-
-        affine = np.eye(4)
-        header = Header()
-
-        def __init__(self, dataobj):
-            self.dataobj, self.shape = dataobj, dataobj.shape
-
     for order in "C", "F":
         volume = np.array(sphere(), order=order)
         store = isosplat.build(

@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
+#include "shared/core/unstructured/border_values.h"
 #include "shared/core/unstructured/boundary_faces.h"
 #include "shared/core/unstructured/box_triangle.h"
 #include "shared/core/unstructured/level_plan.h"
-#include "shared/core/unstructured/linear_fit.h"
 #include "shared/core/unstructured/random_points.h"
 
 namespace isosplat {
@@ -24,8 +24,6 @@ constexpr double kSameEdge = 1.001;
 constexpr double kRounding = 1e-12;
 constexpr int32_t kRandomPoints = 16;
 constexpr size_t kMostMeshPoints = 64;  ///< that are compared in one grid cell
-/// A grid cell on the border is divided into so many parts along each axis.
-constexpr int32_t kParts = 4;
 /// Boundary faces look at each other if the cosine between their normals is below.
 constexpr double kOpposite = -0.7;
 /// How far around a grid cell gaps are searched, in edges.
@@ -91,9 +89,6 @@ class Resampler {
   bool crosses(const BoundaryFace& face, const Box& box) const;
   std::optional<Located> find(const Candidates& near, Vec3d point) const;
   bool has_gap(const GridCell& cell, const Faces& near_faces) const;
-  std::optional<std::array<double, 8>> border_values(
-      const GridCell& cell, const Candidates& near,
-      const std::array<std::optional<Located>, 8>& corners) const;
   double error(const GridCell& cell, const Candidates& near, const std::array<double, 8>& values,
                float& size) const;
 
@@ -159,29 +154,6 @@ bool Resampler::has_gap(const GridCell& cell, const Faces& near_faces) const {
     planes.push_back(plane);
   }
   return false;
-}
-
-/// The values at the corners of a grid cell on the border. Nothing if less than half of it is
-/// inside.
-std::optional<std::array<double, 8>> Resampler::border_values(
-    const GridCell& cell, const Candidates& near,
-    const std::array<std::optional<Located>, 8>& corners) const {
-  std::vector<SamplePoint> inside;
-  for (int32_t i = 0; i < kParts * kParts * kParts; ++i) {
-    const Vec3d f =
-        Vec3d{i % kParts + 0.5, i / kParts % kParts + 0.5, i / (kParts * kParts) + 0.5} *
-        (1.0 / kParts);
-    if (const auto found = find(near, in_box(cell.box, f))) inside.push_back({f, found->value});
-  }
-  if (inside.size() * 2 < kParts * kParts * kParts) return std::nullopt;
-  const LinearFunction outside = linear_fit(inside);
-  std::array<double, 8> values{};
-  for (int32_t i = 0; i < 8; ++i) {
-    const auto k = static_cast<size_t>(i);
-    values[k] = corners[k] ? corners[k]->value
-                           : outside({i & 1 ? 1.0 : 0, i & 2 ? 1.0 : 0, i & 4 ? 1.0 : 0});
-  }
-  return values;
 }
 
 /// The largest error at points of the mesh and at random points in a grid cell. `size`: becomes the
@@ -275,7 +247,14 @@ Result<void> Resampler::visit(const GridCell& cell, const Candidates& near,
   std::array<double, 8> values{};
   if (is_border) {
     if (has_gap(cell, faces)) return {};
-    const auto border = border_values(cell, own, corners);
+    std::array<std::optional<double>, 8> known;
+    for (size_t i = 0; i < 8; ++i) {
+      if (corners[i]) known[i] = corners[i]->value;
+    }
+    const auto border = border_values(cell.box, known, [&](Vec3d point) {
+      const auto located = find(own, point);
+      return located ? std::optional(located->value) : std::nullopt;
+    });
     if (!border) return {};
     values = *border;
   } else {

@@ -65,8 +65,9 @@ def build(
     value_range: (low, high); values outside are set to its ends.
 
     fields: arrays of the same shape, by name: further scalars, whose values the store has where its
-    surfaces are (Store.fields). Names: at most 64 letters, digits, "_", "-" and "."; the first one
-    is a letter. Not for files: `isosplat build --field` takes those.
+    surfaces are (Store.fields). An image with another geometry than that of an image as volume is
+    resampled to its voxels. Names: at most 64 letters, digits, "_", "-" and "."; the first one is a
+    letter. Not for files: `isosplat build --field` takes those.
 
     progress: called with the complete fraction (0 to 1) and the name of the phase, on the calling
     thread. An exception of it, and Ctrl-C, end the build and leave no file behind.
@@ -119,21 +120,33 @@ def run_build(
         _build_file(volume, path, **options)
     else:
         arguments = array_build(volume, path, scan, **options)
+        is_placed = _states_place(volume) and all(
+            options.get(name) is None for name in ("spacing", "origin", "direction")
+        )
         calls = [
-            _field_call(name, field, arguments.array.z_is_fastest)
+            _field_call(name, field, arguments.array.z_is_fastest, is_placed)
             for name, field in (fields or {}).items()
         ]
         _core.build_array(*arguments, calls)
     return open(path)
 
 
-def _field_call(name: str, field: Any, z_is_fastest: bool) -> _core.FieldCall:
-    """Checks an array with the voxels of a field. Its geometry is that of the volume. If its order in
-    memory is another one, it is copied."""
+def _states_place(volume: Any) -> bool:
+    """Whether an array or image states another geometry than the default one."""
+    found = placed(volume, None, None, None)
+    default = (1, 1, 1), (0, 0, 0), (1, 0, 0, 0, 1, 0, 0, 0, 1)
+    return tuple(map(tuple, (found.spacing, found.origin, found.direction))) != default
+
+
+def _field_call(name: str, field: Any, z_is_fastest: bool, is_placed: bool) -> _core.FieldCall:
+    """Checks an array with the voxels of a field. If its order in memory is another one, it is
+    copied. is_placed: the volume states its own geometry; if the field does too, it keeps it."""
     name = text("fields", name)
     if not is_volume(field):
         raise TypeError(f"fields: expected an array as {name!r}, found {type(field).__name__}")
-    values = placed(field, None, None, None).array
+    found = placed(field, None, None, None)
+    is_placed = is_placed and _states_place(field)
+    values = found.array
     voxels = voxels_of(values)
     if voxels.z_is_fastest != z_is_fastest:
         voxels = voxels_of(np.array(values[: voxels.shape[0]], order="F" if z_is_fastest else "C"))
@@ -143,12 +156,18 @@ def _field_call(name: str, field: Any, z_is_fastest: bool) -> _core.FieldCall:
         shape=voxels.shape,
         z_is_fastest=voxels.z_is_fastest,
         name=name,
-        spacing=(1, 1, 1),
-        origin=(0, 0, 0),
-        direction=(1, 0, 0, 0, 1, 0, 0, 0, 1),
+        spacing=found.spacing,
+        origin=found.origin,
+        direction=found.direction,
         notes=(),
     )
-    return _core.FieldCall(name=name, data=voxels.data, read_count=voxels.read_count, array=array)
+    return _core.FieldCall(
+        name=name,
+        data=voxels.data,
+        read_count=voxels.read_count,
+        array=array,
+        is_placed=is_placed,
+    )
 
 
 def array_build(

@@ -48,7 +48,9 @@ class ArrayCall:
     ) -> None: ...
 
 class FieldCall:
-    def __init__(self, *, name: str, data: Any, read_count: int, array: ArrayCall) -> None: ...
+    def __init__(
+        self, *, name: str, data: Any, read_count: int, array: ArrayCall, is_placed: bool
+    ) -> None: ...
 
 def build_array(
     data: Any, read_count: int, array: ArrayCall, call: BuildCall, fields: Sequence[FieldCall]
