@@ -28,9 +28,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Of files for which is_adaptive() is true.
 bool is_mesh(const fs::path& path) {
   const auto head = import::read_head(path);
-  return head && import::is_vtk_mesh(head->bytes());
+  return head && !import::is_vtk_amr(head->bytes());
 }
 
 class AdaptiveBuild {
@@ -266,7 +267,7 @@ Result<SceneReport> AdaptiveBuild::run() {
 
 bool is_adaptive(const fs::path& path) {
   const auto head = import::read_head(path);
-  return head && (import::is_vtk_amr(head->bytes()) || import::is_vtk_mesh(head->bytes()));
+  return head && (import::is_vtk_amr(head->bytes()) || import::is_vtk_mesh(*head));
 }
 
 Result<SceneReport> build_adaptive(const fs::path& volume, const fs::path& output,

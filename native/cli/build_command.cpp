@@ -290,9 +290,9 @@ void add_build_command(CLI::App& program, int& exit_code) {
   command->add_option(
       "volume", call->volumes,
       "NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, VTK, TIFF, cube, VASP, XSF, "
-      "OpenDX or raw file, an adaptive or unstructured grid of VTK (.vthb, "
-      ".vtu), or a "
-      "folder of DICOM or TIFF slices; several are the time steps of a scene");
+      "OpenDX or raw file, an adaptive, unstructured or curvilinear grid of VTK "
+      "(.vthb, .vtu, .vts), or a folder of DICOM or TIFF slices; several are the time steps of a "
+      "scene");
   command->add_option(
       "-o,--output", call->store,
       "The store to write (default: NAME.isosplat in the folder of the volume NAME), or a scene: "
@@ -357,7 +357,9 @@ void add_build_command(CLI::App& program, int& exit_code) {
       "A scene has a layer for each channel and a store for each time step. The steps of a layer\n"
       "have the same quantized values. Call an interrupted build again to continue it. A later\n"
       "call can add steps to a folder.\n"
-      "An unstructured grid (.vtu, .pvtu) is resampled to cells that are no larger than its own.\n"
+      "An unstructured, curvilinear or unevenly spaced grid (.vtu, .vts, .vtr) is resampled to "
+      "cells\n"
+      "that are no larger than its own.\n"
       "For it, --max-error limits the difference between both (default: 0.5 % of the range).\n"
       "The output appears under its name only when it is complete. It replaces an older store of\n"
       "the same volume, but never an input file.\n"

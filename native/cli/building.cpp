@@ -75,11 +75,11 @@ std::string store_stem(const std::filesystem::path& volume) {
   // name, as in the names of DICOM files.
   constexpr std::array kCompressed{".gz", ".bz2", ".zst", ".xz"};
   constexpr std::array kFormats{
-      ".nii", ".nrrd", ".nhdr", ".mha",    ".mhd",  ".hdr",  ".img",  ".vtk",  ".vti", ".pvti",
-      ".vtr", ".pvtr", ".vth",  ".vthb",   ".vtu",  ".pvtu", ".tif",  ".tiff", ".lsm", ".stk",
-      ".dcm", ".raw",  ".mgh",  ".cube",   ".cub",  ".xsf",  ".dx",   ".mgz",  ".npy", ".npz",
-      ".mrc", ".map",  ".ccp4", ".rec",    ".st",   ".h5",   ".hdf5", ".he5",  ".nc",  ".ims",
-      ".mat", ".emd",  ".cmap", ".vtkhdf", ".zarr", ".zip"};
+      ".nii", ".nrrd", ".nhdr", ".mha",  ".mhd",  ".hdr",    ".img",  ".vtk",  ".vti",  ".pvti",
+      ".vtr", ".pvtr", ".vts",  ".pvts", ".vth",  ".vthb",   ".vtu",  ".pvtu", ".tif",  ".tiff",
+      ".lsm", ".stk",  ".dcm",  ".raw",  ".mgh",  ".cube",   ".cub",  ".xsf",  ".dx",   ".mgz",
+      ".npy", ".npz",  ".mrc",  ".map",  ".ccp4", ".rec",    ".st",   ".h5",   ".hdf5", ".he5",
+      ".nc",  ".ims",  ".mat",  ".emd",  ".cmap", ".vtkhdf", ".zarr", ".zip"};
   constexpr std::array kInner{".ome"};
   const auto name = volume.has_filename() ? volume : volume.parent_path();
   std::filesystem::path stem = name.filename();

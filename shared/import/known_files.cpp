@@ -147,9 +147,13 @@ std::optional<KnownFile> known_xml(const std::filesystem::path& path, std::strin
     return KnownFile{"an adaptive grid of VTK's XML format",
                      "isosplat build makes a scene of it, with a store for each refinement level"};
   }
+  constexpr const char* kScene =
+      "isosplat build makes a scene of it, resampled to an adaptive grid";
   if (has("\"unstructuredgrid\"") || has("\"punstructuredgrid\"")) {
-    return KnownFile{"an unstructured grid of VTK's XML format",
-                     "isosplat build makes a scene of it, resampled to an adaptive grid"};
+    return KnownFile{"an unstructured grid of VTK's XML format", kScene};
+  }
+  if (has("\"structuredgrid\"") || has("\"pstructuredgrid\"")) {
+    return KnownFile{"a curvilinear grid of VTK's XML format", kScene};
   }
   if (has("<vtkfile"))
     return made("a grid or mesh of VTK's XML format", kMetaImageOfParaView, path);

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "shared/core/scene/scene.h"
 #include "shared/system/scene_file/scene_file.h"
 #include "tests/native/cli_program.h"
@@ -303,47 +301,6 @@ TEST(CliMesh, RefusesMalformedFiles) {
   EXPECT_NE(other.err.find("expected one of 'density', 'where', 'number', found 'pressure'"),
             std::string::npos)
       << other.err;
-}
-
-/// Distances are in edges of the mesh's cells. One pair of sheets that nearly touch may be joined.
-TEST(CliMesh, SurfacesOfTheFireAreThoseOfVtk) {
-  const auto volumes = test::volumes_folder();
-  if (!volumes) GTEST_SKIP() << "needs volumes";
-  const auto file = *volumes / "fire_ug.vtu";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
-  const TempFolder folder;
-  const std::string output = folder / "fire/";
-  const auto ended =
-      run({"build", file.string(), "-o", output, "--dataset", "t", "--no-thumbnail"});
-  ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_NE(ended.err.find("10,462 cells of a mesh became"), std::string::npos) << ended.err;
-  const auto scene = SceneFile::open(output + "scene.json");
-  ASSERT_TRUE(scene) << scene.error().message;
-  const auto python = [](std::vector<std::string> arguments) {
-    return test::run(test::Call{.arguments = std::move(arguments), .program = "/usr/bin/python3"});
-  };
-  if (python({"-c", "import vtk"}).exit_code != 0) GTEST_SKIP() << "needs python3-vtk9";
-  for (const char* isovalue : {"350", "400", "500"}) {
-    std::vector<std::string> arguments{ISOSPLAT_SOURCE_DIR "/tests/native/compare_contours.py",
-                                       file.string(), "t", isovalue};
-    for (const SceneLayer& layer : scene->scene().layers) {
-      const std::string surface = output + layer.name + isovalue + ".vtp";
-      const auto extracted =
-          run({"extract", output + layer.stores[0], "-i", isovalue, "--mesh", "-o", surface});
-      if (extracted.exit_code == 0) arguments.push_back(surface);
-    }
-    const auto compared = python(arguments);
-    ASSERT_EQ(compared.exit_code, 0) << compared.err;
-    std::istringstream numbers(compared.out);
-    double area = 0, there = 1, back = 1;
-    int found = 0, expected = 0;
-    numbers >> area >> there >> back >> found >> expected;
-    SCOPED_TRACE(isovalue + (": " + compared.out));
-    EXPECT_NEAR(area, 1, 0.01);
-    EXPECT_LT(there, 0.1);
-    EXPECT_LT(back, 0.1);
-    EXPECT_LE(std::abs(found - expected), 1);
-  }
 }
 
 }  // namespace

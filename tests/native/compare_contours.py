@@ -1,6 +1,6 @@
-"""Compares isosurfaces with VTK's contour of an unstructured grid.
+"""Compares isosurfaces with VTK's contour of a mesh.
 
-Arguments: the .vtu file, the name of an array, an isovalue, and .vtp files that together are the
+Arguments: the mesh's file, the name of an array, an isovalue, and .vtp files that together are the
 surface. Prints: the ratio of the areas; the 95th percentiles of the distances from the surface to
 the contour and back, in cube roots of the volumes of the mesh's cells there; the numbers of
 connected components of both.
@@ -53,8 +53,13 @@ def closest(locator, point):
     return math.sqrt(float(square)), int(cell)
 
 
+def read_mesh(path):
+    legacy = path.endswith(".vtk")
+    return read(vtk.vtkDataSetReader() if legacy else vtk.vtkXMLGenericDataObjectReader(), path)
+
+
 def main():
-    mesh = read(vtk.vtkXMLUnstructuredGridReader(), sys.argv[1])
+    mesh = read_mesh(sys.argv[1])
     contour = vtk.vtkContourFilter()
     contour.SetInputData(mesh)
     contour.SetInputArrayToProcess(0, 0, 0, vtk.vtkDataObject.FIELD_ASSOCIATION_POINTS, sys.argv[2])

@@ -1,28 +1,12 @@
 #include "shared/core/unstructured/boundary_faces.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 namespace isosplat {
 namespace {
 
 constexpr double kBeforeFace = 1e-3;
-
-/// For each point, the first point at the same position.
-std::vector<uint32_t> first_at_position(const std::vector<Vec3d>& points) {
-  std::vector<uint32_t> order(points.size()), first(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const Vec3d &p = points[a], &q = points[b];
-    return std::tie(p.x, p.y, p.z, a) < std::tie(q.x, q.y, q.z, b);
-  });
-  for (size_t i = 0; i < order.size(); ++i) {
-    const bool is_same = i > 0 && points[order[i]] == points[order[i - 1]];
-    first[order[i]] = is_same ? first[order[i - 1]] : order[i];
-  }
-  return first;
-}
 
 /// A face by its corners in ascending order, as a 64-bit hash (splitmix64's finalizer).
 uint64_t hash_of(std::array<uint32_t, 4> corners) {

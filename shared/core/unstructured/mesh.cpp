@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
 
 namespace isosplat {
 
@@ -49,18 +51,35 @@ Box box_of(const CellGeometry& cell) {
   return box;
 }
 
+std::vector<uint32_t> first_at_position(const std::vector<Vec3d>& points) {
+  std::vector<uint32_t> order(points.size()), first(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    const Vec3d &p = points[a], &q = points[b];
+    return std::tie(p.x, p.y, p.z, a) < std::tie(q.x, q.y, q.z, b);
+  });
+  for (size_t i = 0; i < order.size(); ++i) {
+    const bool is_same = i > 0 && points[order[i]] == points[order[i - 1]];
+    first[order[i]] = is_same ? first[order[i - 1]] : order[i];
+  }
+  return first;
+}
+
 std::vector<double> values_at_points(const UnstructuredMesh& mesh,
                                      std::span<const double> cell_values) {
+  const std::vector<uint32_t> first = first_at_position(mesh.points);
   std::vector<double> sums(mesh.points.size()), volumes(mesh.points.size());
   for (size_t cell = 0; cell < mesh.cells(); ++cell) {
     if (!std::isfinite(cell_values[cell])) continue;
     const double volume = volume_of(mesh.geometry(cell));
     for (const uint32_t point : mesh.corners_of(cell)) {
-      sums[point] += volume * cell_values[cell];
-      volumes[point] += volume;
+      sums[first[point]] += volume * cell_values[cell];
+      volumes[first[point]] += volume;
     }
   }
-  for (size_t i = 0; i < sums.size(); ++i) sums[i] /= volumes[i];  // NaN without a volume
+  for (size_t i = 0; i < sums.size(); ++i) {
+    sums[i] = first[i] < i ? sums[first[i]] : sums[i] / volumes[i];  // NaN without a volume
+  }
   return sums;
 }
 

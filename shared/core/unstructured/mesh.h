@@ -50,9 +50,13 @@ struct Box {
 /// The bounding box of a cell.
 Box box_of(const CellGeometry& cell);
 
+/// For each point, the first point at the same position.
+std::vector<uint32_t> first_at_position(const std::vector<Vec3d>& points);
+
 /// Values at points, of values that belong to cells: the average of the cells around a point,
-/// weighted by their volumes. Points without a cell have NaN. `cell_values`: one for each cell; a
-/// cell whose value is not finite is left out.
+/// weighted by their volumes. Points at the same position have the same value, so that blocks and
+/// pieces with points of their own join. Points without a cell have NaN. `cell_values`: one for
+/// each cell; a cell whose value is not finite is left out.
 std::vector<double> values_at_points(const UnstructuredMesh& mesh,
                                      std::span<const double> cell_values);
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "shared/import/vtk_xml/choose.h"
+#include "shared/import/vtk_mesh/ghosts.h"
 #include "shared/import/vtk_xml/numbers.h"
 
 namespace isosplat::import {
@@ -29,15 +29,6 @@ bool is_flat(int type) {
                            61, 62, 63, 68, 69, 70, 75, 76, 77};
   return type < kTetrahedron ||
          std::find(std::begin(kFlat), std::end(kFlat), type) != std::end(kFlat);
-}
-
-/// Whether a value of vtkGhostType, or of vtkGhostLevels of older versions, leaves out a cell.
-bool is_left_out(const VtkXmlArray& array, double value) {
-  if (array.name == "vtkGhostLevels") return value > 0;
-  // vtkDataSetAttributes.h: the other flags are of cells that have their values.
-  constexpr int kDuplicate = 1, kRefined = 8, kHidden = 32;
-  return value > 0 && value <= 255 &&
-         (static_cast<int>(value) & (kDuplicate | kRefined | kHidden)) != 0;
 }
 
 /// The name and the remedy of cells that are not read.
@@ -105,20 +96,13 @@ class CellReader {
     return {};
   }
 
-  /// Cells that another piece has too, that finer cells replace, or that are hidden.
   Result<void> read_ghosts() {
-    for (const VtkXmlArray& each : piece_.arrays) {
-      if (!each.of_cells || !are_vtk_ghost_flags(each) || each.components != 1) continue;
-      size_t i = 0;
-      auto read = visit_vtk_xml_numbers(file_, each, piece_.cells, [&](double value) {
-        if (is_left_out(each, value) && shape_of(types_[i])) {
-          types_[i] = 0;
-          ++added_.ghosts;
-        }
-        ++i;
-        return true;
-      });
-      if (!read) return read;
+    const auto left_out = left_out_vtk_cells(file_, piece_, piece_.cells);
+    if (!left_out) return tl::unexpected(left_out.error());
+    for (size_t i = 0; i < left_out->size(); ++i) {
+      if (!(*left_out)[i] || !shape_of(types_[i])) continue;
+      types_[i] = 0;
+      ++added_.ghosts;
     }
     return {};
   }
@@ -160,7 +144,10 @@ class CellReader {
     if (all > 0xffffffffu || (corners + piece_.cells * 4) * 4 > memory_bytes_) {
       return vtk_mesh_too_large(file_.path, memory_bytes_);
     }
-    mesh_.corners.reserve(static_cast<size_t>(all));
+    if (all > mesh_.corners.capacity()) {
+      mesh_.corners.reserve(
+          static_cast<size_t>(std::max<uint64_t>(all, mesh_.corners.size() * 3 / 2)));
+    }
     return {};
   }
 

@@ -8,8 +8,11 @@
 #include <optional>
 
 #include "shared/import/vtk_mesh/cells.h"
+#include "shared/import/vtk_mesh/lattice_cells.h"
+#include "shared/import/vtk_mesh/points.h"
 #include "shared/import/vtk_xml/choose.h"
 #include "shared/import/vtk_xml/numbers.h"
+#include "shared/import/vtk_xml/rectilinear.h"
 
 namespace isosplat::import {
 namespace {
@@ -23,27 +26,20 @@ class Reader {
 
   Result<OpenMesh> read() {
     if (options_.spacing) {
-      return fail(Status::invalid_argument,
-                  path_.string() +
-                      ": --spacing: expected none for an unstructured grid, whose points "
-                      "have positions");
+      return fail(
+          Status::invalid_argument,
+          path_.string() + ": --spacing: expected none for a mesh, whose points have positions");
     }
-    auto main = read_vtk_xml(path_);
-    if (!main) return tl::unexpected(main.error());
+    const auto grid = read_vtk_xml_pieces(path_);
+    if (!grid) return tl::unexpected(grid.error());
     open_.name = path_.stem().string();
-    open_.files.push_back(path_);
-    if (!main->is_parallel) {
-      if (auto added = add_file(*main); !added) return tl::unexpected(added.error());
-    }
-    for (const VtkXmlPiece& piece : main->is_parallel ? main->pieces : std::vector<VtkXmlPiece>()) {
-      const Path source = path_.parent_path() / piece.source;
-      const auto file = read_vtk_xml(source);
-      if (!file) return tl::unexpected(file.error());
-      if (file->is_parallel || file->grid != VtkXmlGrid::unstructured) {
-        return malformed_vtk_xml(source, "expected a piece of an unstructured grid");
+    for (const VtkXmlFile& file : grid->files) open_.files.push_back(file.path);
+    if (auto checked = check_sizes(*grid); !checked) return tl::unexpected(checked.error());
+    for (const VtkXmlPlaced& placed : grid->placed) {
+      const VtkXmlFile& file = grid->files[placed.file];
+      if (auto added = add(file, grid->piece(placed), placed.used); !added) {
+        return tl::unexpected(added.error());
       }
-      open_.files.push_back(source);
-      if (auto added = add_file(*file); !added) return tl::unexpected(added.error());
     }
     if (!chosen_) return malformed_vtk_xml(path_, "expected points and cells, found none");
     finish();
@@ -56,26 +52,40 @@ class Reader {
     return memory_bytes_ - std::min(memory_bytes_, used);
   }
 
-  Result<void> add_file(const VtkXmlFile& file) {
-    for (const VtkXmlPiece& piece : file.pieces) {
-      if (!chosen_) {
-        const auto chosen = choose_vtk_xml_array(file, piece.arrays, options_, open_.notes);
-        if (!chosen) return tl::unexpected(chosen.error());
-        chosen_ = piece.arrays[chosen->array];
-        component_ = chosen->component;
-      }
-      if (auto added = add(file, piece); !added) return added;
+  /// Before memory is allocated.
+  Result<void> check_sizes(const VtkXmlPieces& grid) {
+    for (const VtkXmlPlaced& placed : grid.placed) {
+      total_points_ += vtk_points_of(grid.files[placed.file], grid.piece(placed));
     }
+    if (total_points_ > memory_bytes_ / (sizeof(Vec3d) + sizeof(double)) ||
+        total_points_ > std::numeric_limits<uint32_t>::max()) {
+      return vtk_mesh_too_large(path_, memory_bytes_);
+    }
+    if (grid.main().grid == VtkXmlGrid::unstructured) return {};
+    const auto points = vtk_xml_points(grid.main());
+    if (*std::min_element(points.begin(), points.end()) >= 2) return {};
+    return fail(Status::unsupported_format,
+                fmt::format("{}: expected a grid of three dimensions, with at least 2 points along "
+                            "each axis, found {}×{}×{} points, which enclose no volume",
+                            path_.string(), points[0], points[1], points[2]));
+  }
+
+  Result<void> choose(const VtkXmlFile& file, const VtkXmlPiece& piece) {
+    const auto chosen = choose_vtk_xml_array(file, piece.arrays, options_, open_.notes);
+    if (!chosen) return tl::unexpected(chosen.error());
+    chosen_ = piece.arrays[chosen->array];
+    component_ = chosen->component;
     return {};
   }
 
-  Result<void> add(const VtkXmlFile& file, const VtkXmlPiece& piece) {
-    if (piece.points * (sizeof(Vec3d) + sizeof(double)) > left() ||
-        open_.mesh.points.size() + piece.points > std::numeric_limits<uint32_t>::max()) {
-      return vtk_mesh_too_large(path_, memory_bytes_);
+  Result<void> add(const VtkXmlFile& file, const VtkXmlPiece& piece, const VtkXmlExtent& used) {
+    if (!chosen_) {
+      if (auto done = choose(file, piece); !done) return done;
     }
-    if (auto read = add_points(file, piece); !read) return read;
-    const auto cells = add_vtk_cells(open_.mesh, file, piece, left());
+    if (auto read = add_vtk_points(open_.mesh, file, piece, total_points_); !read) return read;
+    const auto cells = file.grid == VtkXmlGrid::unstructured
+                           ? add_vtk_cells(open_.mesh, file, piece, left())
+                           : add_vtk_lattice_cells(open_.mesh, file, piece, used, left());
     if (!cells) return tl::unexpected(cells.error());
     flat_ += cells->flat;
     ghosts_ += cells->ghosts;
@@ -92,33 +102,6 @@ class Reader {
     return add_values(file, piece, *array, cells->numbers);
   }
 
-  Result<void> add_points(const VtkXmlFile& file, const VtkXmlPiece& piece) {
-    if (piece.positions.size() != 1 || piece.positions.front().components != 3) {
-      return malformed_vtk_xml(file.path, "expected an array of 3 components in <Points>");
-    }
-    std::vector<Vec3d>& points = open_.mesh.points;
-    Vec3d point{0, 0, 0};
-    int axis = 0;
-    bool is_finite = true;
-    auto read = visit_vtk_xml_numbers(
-        file, piece.positions.front(), 3 * piece.points, [&](double position) {
-          // The size in the file has been checked.
-          if (axis == 0 && points.capacity() == points.size()) {
-            points.reserve(points.size() + static_cast<size_t>(piece.points));
-          }
-          is_finite = std::isfinite(position) && std::abs(position) < 1e100;
-          (axis == 0 ? point.x : axis == 1 ? point.y : point.z) = position;
-          axis = (axis + 1) % 3;
-          if (axis == 0) points.push_back(point);
-          return is_finite;
-        });
-    if (!read) return read;
-    if (is_finite) return {};
-    return malformed_vtk_xml(file.path, fmt::format("expected finite positions of points, found "
-                                                    "others at point {}",
-                                                    points.size()));
-  }
-
   double value(double number) const {
     const bool is_missing = options_.missing_value && number == *options_.missing_value;
     return is_missing ? std::numeric_limits<double>::quiet_NaN() : number;
@@ -128,7 +111,7 @@ class Reader {
   Result<void> add_values(const VtkXmlFile& file, const VtkXmlPiece& piece,
                           const VtkXmlArray& array, const std::vector<uint32_t>& cells) {
     const auto components = static_cast<uint64_t>(array.components);
-    const uint64_t count = array.of_cells ? piece.cells : piece.points;
+    const uint64_t count = array.of_cells ? vtk_cells_of(file, piece) : vtk_points_of(file, piece);
     uint64_t at = 0;
     auto next = cells.begin();
     return visit_vtk_xml_numbers(file, array, count * components, [&](double number) {
@@ -136,6 +119,9 @@ class Reader {
       ++at;
       if (component != component_) return true;
       if (!array.of_cells) {
+        if (open_.mesh.values.empty()) {
+          open_.mesh.values.reserve(static_cast<size_t>(total_points_));
+        }
         open_.mesh.values.push_back(value(number));
       } else if (next != cells.end() && *next == index) {
         cell_values_.push_back(value(number));
@@ -187,16 +173,20 @@ class Reader {
   uint64_t memory_bytes_;
   OpenMesh open_;
   std::optional<VtkXmlArray> chosen_;
-  uint64_t component_ = 0;
+  uint64_t component_ = 0, total_points_ = 0;
   std::vector<double> cell_values_;  ///< of the cells in the mesh
   uint64_t flat_ = 0, ghosts_ = 0;
 };
 
 }  // namespace
 
-bool is_vtk_mesh(std::string_view beginning) {
-  const std::string type = vtk_xml_type(beginning);
-  return type == "UnstructuredGrid" || type == "PUnstructuredGrid";
+bool is_vtk_mesh(const FileHead& head) {
+  const std::string type = vtk_xml_type(head.bytes());
+  const std::string_view plain = std::string_view(type).substr(type.starts_with('P') ? 1 : 0);
+  if (plain == "RectilinearGrid") {
+    return head.packing == Packing::none && is_uneven_vtk_xml(head.path);
+  }
+  return plain == "UnstructuredGrid" || plain == "StructuredGrid";
 }
 
 Result<OpenMesh> open_vtk_mesh(const Path& path, const ImportOptions& options,

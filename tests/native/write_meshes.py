@@ -1,0 +1,59 @@
+"""Writes meshes with VTK, for the comparison with its contours.
+
+usage: write_meshes.py FOLDER
+
+curved.vts: a curvilinear lattice. The array t of the points is a wave, whose isosurfaces have a
+curvature of some cells.
+"""
+
+import math
+import sys
+
+import vtk
+
+
+def place(u, v, w):
+    """A position in a bent and twisted block, for u, v, w from 0 to 1."""
+    angle = 0.4 + 2 * v + 0.5 * w
+    radius = 1 + u + 0.1 * math.sin(5 * w)
+    return radius * math.cos(angle), radius * math.sin(angle), 1.5 * w + 0.2 * u * u
+
+
+def field(x, y, z):
+    return math.sin(2.5 * x) * math.cos(2 * y) + z * z / 2
+
+
+def with_field(grid):
+    values = vtk.vtkDoubleArray()
+    values.SetName("t")
+    for i in range(grid.GetNumberOfPoints()):
+        values.InsertNextValue(field(*grid.GetPoint(i)))
+    grid.GetPointData().SetScalars(values)
+    return grid
+
+
+def write(writer, grid, path):
+    writer.SetInputData(grid)
+    writer.SetFileName(path)
+    writer.Write()
+
+
+def curved(n):
+    grid = vtk.vtkStructuredGrid()
+    grid.SetExtent(3, 3 + n[0], -2, n[1] - 2, 0, n[2])
+    points = vtk.vtkPoints()
+    points.SetDataTypeToDouble()
+    for k in range(n[2] + 1):
+        for j in range(n[1] + 1):
+            for i in range(n[0] + 1):
+                points.InsertNextPoint(place(i / n[0], j / n[1], k / n[2]))
+    grid.SetPoints(points)
+    return with_field(grid)
+
+
+def main():
+    folder = sys.argv[1]
+    write(vtk.vtkXMLStructuredGridWriter(), curved((16, 40, 24)), folder + "/curved.vts")
+
+
+main()
