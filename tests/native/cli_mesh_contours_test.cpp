@@ -98,7 +98,7 @@ TEST(CliMeshContours, SurfacesOfGeneratedMeshesAreThoseOfVtk) {
   const auto written =
       python({ISOSPLAT_SOURCE_DIR "/tests/native/write_meshes.py", folder.path().string()});
   ASSERT_EQ(written.exit_code, 0) << written.err;
-  for (const char* name : {"curved.vts"}) {
+  for (const char* name : {"curved.vts", "quadratic.vtu"}) {
     const Comparison mesh(folder / name, "t");
     ASSERT_EQ(mesh.built().exit_code, 0) << name << mesh.built().err;
     for (const char* isovalue : {"-0.3", "0.2", "0.7"}) {

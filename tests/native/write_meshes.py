@@ -4,6 +4,7 @@ usage: write_meshes.py FOLDER
 
 curved.vts: a curvilinear lattice. The array t of the points is a wave, whose isosurfaces have a
 curvature of some cells.
+quadratic.vtu: the same field on quadratic hexahedra, with curved edges.
 """
 
 import math
@@ -51,9 +52,34 @@ def curved(n):
     return with_field(grid)
 
 
+def quadratic(n):
+    """Hexahedra of 20 nodes: those of a lattice of half edges with at most one odd index."""
+    points = vtk.vtkPoints()
+    points.SetDataTypeToDouble()
+    known = {}
+
+    def node(*index):
+        if index not in known:
+            at = place(*(i / (2 * count) for i, count in zip(index, n)))
+            known[index] = points.InsertNextPoint(at)
+        return known[index]
+
+    coordinates = vtk.vtkQuadraticHexahedron().GetParametricCoords()
+    corners = [tuple(round(2 * coordinates[3 * i + k]) for k in range(3)) for i in range(20)]
+    grid = vtk.vtkUnstructuredGrid()
+    for k in range(n[2]):
+        for j in range(n[1]):
+            for i in range(n[0]):
+                nodes = [node(2 * i + c[0], 2 * j + c[1], 2 * k + c[2]) for c in corners]
+                grid.InsertNextCell(vtk.VTK_QUADRATIC_HEXAHEDRON, 20, nodes)
+    grid.SetPoints(points)
+    return with_field(grid)
+
+
 def main():
     folder = sys.argv[1]
     write(vtk.vtkXMLStructuredGridWriter(), curved((16, 40, 24)), folder + "/curved.vts")
+    write(vtk.vtkXMLUnstructuredGridWriter(), quadratic((8, 20, 12)), folder + "/quadratic.vtu")
 
 
 main()

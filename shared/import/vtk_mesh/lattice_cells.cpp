@@ -7,9 +7,10 @@
 
 namespace isosplat::import {
 
-Result<AddedCells> add_vtk_lattice_cells(UnstructuredMesh& mesh, const VtkXmlFile& file,
+Result<AddedCells> add_vtk_lattice_cells(MeshBuilder& builder, const VtkXmlFile& file,
                                          const VtkXmlPiece& piece, const VtkXmlExtent& used,
                                          uint64_t memory_bytes) {
+  UnstructuredMesh& mesh = builder.mesh;
   AddedCells added;
   const uint64_t points = vtk_points_of(file, piece), cells = vtk_cells_of(file, piece);
   std::array<uint64_t, 3> n{}, low{}, high{};  // points along the axes, and the cells that are used
@@ -55,6 +56,7 @@ Result<AddedCells> add_vtk_lattice_cells(UnstructuredMesh& mesh, const VtkXmlFil
       }
     }
   }
+  added.cells = added.numbers.size();
   return added;
 }
 

@@ -43,12 +43,13 @@ class Reader {
     }
     if (!chosen_) return malformed_vtk_xml(path_, "expected points and cells, found none");
     finish();
+    open_.mesh = std::move(builder_.mesh);
     return std::move(open_);
   }
 
  private:
   uint64_t left() const {
-    const uint64_t used = open_.mesh.memory_bytes() + cell_values_.size() * sizeof(double);
+    const uint64_t used = builder_.memory_bytes() + cell_values_.size() * sizeof(double);
     return memory_bytes_ - std::min(memory_bytes_, used);
   }
 
@@ -82,13 +83,16 @@ class Reader {
     if (!chosen_) {
       if (auto done = choose(file, piece); !done) return done;
     }
-    if (auto read = add_vtk_points(open_.mesh, file, piece, total_points_); !read) return read;
+    const size_t first_point = builder_.mesh.points.size();
+    if (auto read = add_vtk_points(builder_.mesh, file, piece, total_points_); !read) return read;
     const auto cells = file.grid == VtkXmlGrid::unstructured
-                           ? add_vtk_cells(open_.mesh, file, piece, left())
-                           : add_vtk_lattice_cells(open_.mesh, file, piece, used, left());
+                           ? add_vtk_cells(builder_, file, piece, left())
+                           : add_vtk_lattice_cells(builder_, file, piece, used, left());
     if (!cells) return tl::unexpected(cells.error());
     flat_ += cells->flat;
     ghosts_ += cells->ghosts;
+    divided_ += cells->divided;
+    cells_ += cells->cells;
     const auto array =
         std::find_if(piece.arrays.begin(), piece.arrays.end(), [&](const VtkXmlArray& each) {
           return each.name == chosen_->name && each.of_cells == chosen_->of_cells &&
@@ -99,7 +103,7 @@ class Reader {
           file.path, fmt::format("expected the array '{}' in each piece, with the same components",
                                  chosen_->name));
     }
-    return add_values(file, piece, *array, cells->numbers);
+    return add_values(file, piece, *array, cells->numbers, first_point);
   }
 
   double value(double number) const {
@@ -107,25 +111,30 @@ class Reader {
     return is_missing ? std::numeric_limits<double>::quiet_NaN() : number;
   }
 
-  /// `cells`: the numbers of the piece's cells that are in the mesh.
+  /// `cells`: the numbers of the piece's cells that are in the mesh, or of which parts are.
   Result<void> add_values(const VtkXmlFile& file, const VtkXmlPiece& piece,
-                          const VtkXmlArray& array, const std::vector<uint32_t>& cells) {
+                          const VtkXmlArray& array, const std::vector<uint32_t>& cells,
+                          size_t first_point) {
     const auto components = static_cast<uint64_t>(array.components);
     const uint64_t count = array.of_cells ? vtk_cells_of(file, piece) : vtk_points_of(file, piece);
     uint64_t at = 0;
     auto next = cells.begin();
+    std::vector<double>& values = builder_.mesh.values;
+    if (!array.of_cells && values.empty()) {
+      values.reserve(builder_.mesh.points.capacity());
+    }
     return visit_vtk_xml_numbers(file, array, count * components, [&](double number) {
       const uint64_t index = at / components, component = at % components;
       ++at;
       if (component != component_) return true;
       if (!array.of_cells) {
-        if (open_.mesh.values.empty()) {
-          open_.mesh.values.reserve(static_cast<size_t>(total_points_));
-        }
-        open_.mesh.values.push_back(value(number));
-      } else if (next != cells.end() && *next == index) {
+        if (values.size() <= first_point) values.resize(builder_.mesh.points.size());
+        values[first_point + static_cast<size_t>(index)] = value(number);
+        return true;
+      }
+      for (bool is_first = true; next != cells.end() && *next == index; ++next, is_first = false) {
         cell_values_.push_back(value(number));
-        ++next;
+        is_first_part_.push_back(is_first);
       }
       return true;
     });
@@ -133,30 +142,41 @@ class Reader {
 
   /// Removes the cells without a value from the mesh.
   void leave_out_missing() {
-    UnstructuredMesh& mesh = open_.mesh;
+    UnstructuredMesh& mesh = builder_.mesh;
     size_t kept = 0;
+    uint64_t missing = 0;  // of the file
     for (size_t cell = 0; cell < mesh.cells(); ++cell) {
-      if (!std::isfinite(cell_values_[cell])) continue;
+      if (!std::isfinite(cell_values_[cell])) {
+        missing += is_first_part_[cell] ? 1 : 0;
+        continue;
+      }
       mesh.shapes[kept] = mesh.shapes[cell];
       mesh.begins[kept] = mesh.begins[cell];
       cell_values_[kept++] = cell_values_[cell];
     }
     if (kept == mesh.cells()) return;
-    open_.notes.push_back(
-        fmt::format("{} cells have no value: they are left out", mesh.cells() - kept));
+    open_.notes.push_back(fmt::format("{} cells have no value: they are left out", missing));
     mesh.shapes.resize(kept);
     mesh.begins.resize(kept);
     cell_values_.resize(kept);
   }
 
   void finish() {
+    const size_t parts = builder_.mesh.cells();
     if (chosen_->of_cells) {
       leave_out_missing();
-      open_.mesh.values = values_at_points(open_.mesh, cell_values_);
+      builder_.mesh.values = values_at_points(builder_.mesh, cell_values_);
       open_.notes.push_back(fmt::format(
           "the values of '{}' belong to cells: each point has the average of the cells around it, "
           "weighted by their volumes",
           chosen_->name));
+    } else {
+      builder_.set_values();
+    }
+    if (divided_ > 0) {
+      open_.notes.push_back(fmt::format(
+          "{} cells, which are quadratic or polyhedra, were divided into {} linear ones", divided_,
+          parts - (cells_ - divided_)));
     }
     if (flat_ > 0) {
       open_.notes.push_back(fmt::format(
@@ -172,10 +192,12 @@ class Reader {
   const ImportOptions& options_;
   uint64_t memory_bytes_;
   OpenMesh open_;
+  MeshBuilder builder_;
   std::optional<VtkXmlArray> chosen_;
   uint64_t component_ = 0, total_points_ = 0;
   std::vector<double> cell_values_;  ///< of the cells in the mesh
-  uint64_t flat_ = 0, ghosts_ = 0;
+  std::vector<bool> is_first_part_;  ///< of these, whether they are the first part of a cell
+  uint64_t flat_ = 0, ghosts_ = 0, cells_ = 0, divided_ = 0;
 };
 
 }  // namespace
