@@ -173,9 +173,10 @@ int run_adaptive(const BuildCall& call, const import::ImportOptions& import_opti
 
 /// The builder of a store with the fields that the call names.
 StoreBuilder builder_with_fields(const BuildCall& call, const import::ImportOptions& options) {
-  return [texts = call.fields, options](VolumeSource& source, const std::filesystem::path& target,
-                                        const BuildOptions& build) -> Result<BuildReport> {
-    const auto files = field_files(texts, options);
+  return [texts = call.fields, volume = call.volumes.front(), options](
+             VolumeSource& source, const std::filesystem::path& target,
+             const BuildOptions& build) -> Result<BuildReport> {
+    const auto files = field_files(texts, options, volume);
     if (!files) return tl::unexpected(files.error());
     const VolumeGrid& grid = source.header().grid;
     const auto fields = place_fields(*files, grid, target, note);
@@ -323,7 +324,9 @@ void add_build_command(CLI::App& program, int& exit_code) {
                    "temperature=t.nrrd. On other voxels, it is resampled. NAME=FILE#DATASET names "
                    "a dataset of HDF5 or an array of .npz. For time steps: NAME=PATTERN with *, a "
                    "list as for --steps (.txt), a file with time steps, or one volume for all "
-                   "steps. The option can be repeated")
+                   "steps. NAME=@gradient is the magnitude of the volume's gradient, and "
+                   "NAME=@curvature the mean curvature of its isosurfaces. The option can be "
+                   "repeated")
       ->type_name("NAME=FILE")
       ->allow_extra_args(false);
   CLI::Option* part =

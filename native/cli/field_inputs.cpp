@@ -17,6 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Sets the derived field that a text such as "@gradient" names.
+Result<void> set_derived(const std::string& text, FieldFile& field) {
+  field.derived = derived_of(text.substr(1));
+  if (field.derived) return {};
+  return fail(
+      Status::invalid_argument,
+      fmt::format("field '{}': expected @gradient or @curvature, found '{}'", field.name, text));
+}
+
 Result<FieldFile> parse(const std::string& text, const import::ImportOptions& options) {
   const size_t equals = text.find('=');
   if (equals == text.npos || equals + 1 == text.size()) {
@@ -33,6 +42,10 @@ Result<FieldFile> parse(const std::string& text, const import::ImportOptions& op
   field.options.memory_bytes = options.memory_bytes;
   field.options.allowed = options.allowed;
   std::string file = text.substr(equals + 1);
+  if (file.front() == '@') {
+    if (auto set = set_derived(file, field); !set) return tl::unexpected(set.error());
+    return field;
+  }
   std::error_code ignored;
   const size_t hash = file.rfind('#');
   if (hash != file.npos && !fs::exists(file, ignored)) {
@@ -91,8 +104,17 @@ Result<std::vector<SceneInput>> volumes_of_field(const FieldFile& field, const S
   return std::move(volumes->volumes);
 }
 
-Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid, const fs::path& target) {
+Result<import::OpenVolume> open_file(const FieldFile& file) {
   auto opened = import::open_volume(file.file, file.options);
+  if (opened && file.derived) {
+    opened->source = std::make_unique<DerivedSource>(std::move(opened->source), *file.derived);
+    opened->notes.clear();  // those of the volume itself
+  }
+  return opened;
+}
+
+Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid, const fs::path& target) {
+  auto opened = open_file(file);
   if (!opened) return tl::unexpected(opened.error());
   if (auto other = check_not_input(target, opened->source->files()); !other) {
     return tl::unexpected(other.error());
@@ -115,7 +137,7 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid, const f
 
 Result<std::unique_ptr<VolumeSource>> open(const FieldFile& file, const VolumeGrid& from,
                                            const VolumeGrid& to) {
-  auto opened = import::open_volume(file.file, file.options);
+  auto opened = open_file(file);
   if (!opened) return tl::unexpected(opened.error());
   return field_at_voxels(std::move(opened->source), from, to, file.options.memory_bytes);
 }
@@ -123,11 +145,22 @@ Result<std::unique_ptr<VolumeSource>> open(const FieldFile& file, const VolumeGr
 }  // namespace
 
 Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
-                                           const import::ImportOptions& options) {
+                                           const import::ImportOptions& options,
+                                           const fs::path& volume) {
   std::vector<FieldFile> fields;
   for (const std::string& text : texts) {
     auto field = parse(text, options);
     if (!field) return tl::unexpected(field.error());
+    if (field->derived) {
+      if (volume.empty()) {
+        return fail(Status::invalid_argument,
+                    fmt::format("field '{}': expected a file, since nothing can be derived from "
+                                "labels and adaptive grids, found {}",
+                                field->name, text));
+      }
+      field->file = volume;
+      field->options = options;
+    }
     fields.push_back(std::move(*field));
   }
   return fields;
@@ -137,10 +170,14 @@ Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
     std::span<const std::string> texts, const import::ImportOptions& options,
     const SceneInputs& scene) {
   const size_t steps = scene.times.size();
-  const auto fields = field_files(texts, options);
+  const auto fields = field_files(texts, options, scene.volumes.front().file);
   if (!fields) return tl::unexpected(fields.error());
   std::vector<std::vector<FieldFile>> of_steps(steps);
   for (const FieldFile& field : *fields) {
+    if (field.derived) {
+      for (std::vector<FieldFile>& of_step : of_steps) of_step.push_back(field);
+      continue;
+    }
     const auto volumes = volumes_of_field(field, scene);
     if (!volumes) return tl::unexpected(volumes.error());
     if (volumes->size() != steps && volumes->size() != 1) {
@@ -158,8 +195,9 @@ Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
 }
 
 std::string field_version(const FieldFile& field) {
-  std::string version = fmt::format("\n{} {} {} ", field.name, field.options.dataset,
-                                    field.options.time_step.value_or(-1));
+  std::string version = fmt::format("\n{} {} {} {} ", field.name, field.options.dataset,
+                                    field.options.time_step.value_or(-1),
+                                    field.derived ? static_cast<int>(*field.derived) : -1);
   const auto opened = import::open_volume(field.file, field.options);
   version += input_versions(opened ? opened->source->files() : std::vector{field.file});
   return version;
@@ -183,7 +221,7 @@ Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
 std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid) {
   std::vector<FieldInput> inputs;
   for (const PlacedField& field : fields) {
-    inputs.push_back({field.file.name, source_file_name(field.file.file),
+    inputs.push_back({field.file.name, field.file.derived ? "" : source_file_name(field.file.file),
                       [field, grid] { return open(field.file, field.grid, grid); }, field.notes});
   }
   return inputs;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "native/builder/derived_source.h"
 #include "native/builder/store_with_fields.h"
 #include "native/cli/scene_inputs.h"
 #include "shared/import/open_volume.h"
@@ -16,16 +17,20 @@ namespace isosplat::cli {
 struct FieldFile {
   std::string name;
   std::filesystem::path file;
-  import::ImportOptions options;  ///< which of its volumes
+  import::ImportOptions options;        ///< which of its volumes
+  std::optional<Derived> derived = {};  ///< the field follows from this volume
 };
 
 /// The fields that texts such as "temperature=t.nrrd" name. "name=file.h5#/path" names a dataset of
-/// a file. Of the import options, the time step, the memory and the allowances apply to fields.
-/// Errors: invalid_argument.
+/// a file, "name=@gradient" and "name=@curvature" derive a field of `volume`, if it is not empty.
+/// Of the import options, the time step, the memory and the allowances apply to files. Errors:
+/// invalid_argument.
 Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
-                                           const import::ImportOptions& options);
+                                           const import::ImportOptions& options,
+                                           const std::filesystem::path& volume = {});
 
-/// The same for the steps of a scene: element s has the fields of step s. The text of a field names
+/// The same for the steps of a scene: element s has the fields of step s. Derived fields name any
+/// volume, since each of the step has its own. The text of a field names
 /// as many files by a pattern ("t=t_*.nrrd", in natural order) or a list (t=steps.txt, as
 /// listed_steps reads it, with the times of the scene), a file with as many time steps, or one
 /// volume, which all steps have. Errors: those of field_files, listed_steps and volumes_of_file;

@@ -42,6 +42,7 @@ class SceneBuild {
   Result<import::OpenVolume> open(const SceneInput& input);
   Result<SharedValues> shared_values(size_t layer);
   Result<void> build(const SceneInput& input, const SharedValues& values);
+  std::vector<FieldFile> field_files(const SceneInput& input) const;
   Result<std::vector<FieldInput>> fields(const SceneInput& input, const VolumeGrid& grid);
   void tell(const std::string& text);
   std::string store_name(const SceneInput& input) const;
@@ -134,10 +135,20 @@ Result<SharedValues> SceneBuild::shared_values(size_t layer) {
   return values;
 }
 
+std::vector<FieldFile> SceneBuild::field_files(const SceneInput& input) const {
+  if (options_.fields.empty()) return {};
+  std::vector<FieldFile> files = options_.fields[input.step];
+  for (FieldFile& field : files) {
+    if (!field.derived) continue;
+    field.file = input.file;
+    field.options = input.options;
+  }
+  return files;
+}
+
 Result<std::vector<FieldInput>> SceneBuild::fields(const SceneInput& input,
                                                    const VolumeGrid& grid) {
-  if (options_.fields.empty()) return std::vector<FieldInput>{};
-  const auto placed = place_fields(options_.fields[input.step], grid, output_path_,
+  const auto placed = place_fields(field_files(input), grid, output_path_,
                                    [&](const std::string& text) { tell(text); });
   if (!placed) return tl::unexpected(placed.error());
   return field_inputs(*placed, grid);
@@ -155,9 +166,7 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
   if (!opened) return tl::unexpected(opened.error());
   std::string key = options_.key + input_versions(opened->source->files());
   key += fmt::format("\n{} {}\n{}", input.layer, input.step, values.key);
-  if (!options_.fields.empty()) {
-    for (const FieldFile& field : options_.fields[input.step]) key += field_version(field);
-  }
+  for (const FieldFile& field : field_files(input)) key += field_version(field);
   if (output_->has(name, key)) {
     ++report_.kept;
   } else {

@@ -115,6 +115,35 @@ TEST_F(CliFields, OfOtherVoxelsAreResampled) {
   EXPECT_NE(elsewhere.err.find("places it elsewhere"), std::string::npos) << elsewhere.err;
 }
 
+TEST_F(CliFields, AreDerivedFromTheVolumeItself) {
+  // The distance from a point, as far as voxels go.
+  const std::string distance =
+      test::write_cube(folder, "d.nrrd", "float", 24, test::cube<float>(24, [](int i) {
+                         return 20 - std::hypot(i % 24 - 11.6, i / 24 % 24 - 11.2, i / 576 - 11.8);
+                       }));
+  ASSERT_EQ(run({"build", distance, "-o", store, "--no-thumbnail", "--field", "g=@gradient",
+                 "--field", "c=@curvature"})
+                .exit_code,
+            0);
+  for (const bool is_gradient : {true, false}) {
+    const std::string ply = folder / "a.ply";
+    const Ended done = run({"extract", store, "-i", "11", "--mesh", "--force", "--field",
+                            is_gradient ? "g" : "c", "-o", ply});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    const auto vertices = test::vertices_of(ply);
+    EXPECT_GT(vertices.size(), 800u);
+    for (const auto& vertex : vertices) {
+      ASSERT_NEAR(vertex[6], is_gradient ? 1 : 1.0 / 9, is_gradient ? 0.02 : 0.01);
+    }
+  }
+  const Ended unknown =
+      run({"build", distance, "-o", store, "--no-thumbnail", "--field", "g=@torsion"});
+  EXPECT_NE(unknown.err.find("expected @gradient or @curvature"), std::string::npos) << unknown.err;
+  const Ended labels = run({"build", volume, "--labels", "-o", folder / "l.isobundle",
+                            "--no-thumbnail", "--field", "g=@gradient"});
+  EXPECT_NE(labels.err.find("nothing can be derived from labels"), std::string::npos) << labels.err;
+}
+
 TEST_F(CliFields, OfLabelsAreTheirPartsOfTheVolume) {
   // Label 1 lies in the field, label 2 in none of its voxels.
   const std::string labels = folder / "labels.nrrd", scene = folder / "labels.isobundle";

@@ -339,6 +339,11 @@ TEST_F(CliSeries, FieldsHaveAVolumeForEachStepOrOneForAll) {
   expect_greatest(10, 20);
   EXPECT_EQ(run({"verify", output}).exit_code, 0);
 
+  built = build("@gradient");
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NEAR(field_ranges(output)[0].second, 2, 0.1);
+  EXPECT_NEAR(field_ranges(output)[1].second, 1, 0.1);
+
   write_file(folder / "list.txt", "9 t_10.nrrd\n11 t_9.nrrd\n");
   EXPECT_NE(build(folder / "list.txt").err.find("found other times"), std::string::npos);
   EXPECT_NE(build(folder / "none_*.nrrd").err.find("found none"), std::string::npos);
