@@ -89,6 +89,13 @@ void add_field_options(CLI::App* command, RenderCall* call) {
                    "Show the field in N colours (default: all colours of the map)")
       ->check(is_whole_number(2, 256))
       ->needs(field);
+  command
+      ->add_option("--field-lines", call->field_lines,
+                   "Draw contour lines where the field is a multiple of INTERVAL; with a "
+                   "logarithmic scale, where its logarithm to base 10 is (default: none)")
+      ->type_name("INTERVAL")
+      ->check(is_above_zero())
+      ->needs(field);
 }
 
 void add_camera_options(CLI::App* command, RenderCall* call) {

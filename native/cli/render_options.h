@@ -28,6 +28,7 @@ struct RenderCall {
   std::vector<double> field_range;
   std::string field_scale = "linear";
   int field_steps = 0;
+  double field_lines = 0;  // 0: none
   std::vector<double> target, clip_box;
   std::vector<std::array<double, 4>> clip_planes;
   std::vector<double> camera;  // azimuth, elevation, distance, x, y, z, roll, field of view

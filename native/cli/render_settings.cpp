@@ -107,6 +107,7 @@ Result<render::RenderSettings> render_settings(const RenderCall& call) {
   if (!call.field.empty()) {
     settings.colour_by = render::ColourBy::field;
     settings.field_steps = call.field_steps;
+    settings.field_lines = call.field_lines;
     settings.field_scale = call.field_scale == "logarithmic" ? render::FieldScale::logarithmic
                            : call.field_scale == "symmetric" ? render::FieldScale::symmetric
                                                              : render::FieldScale::linear;
@@ -143,7 +144,8 @@ void apply_scene_settings(const RenderCall& call, const Scene& scene, const Scen
   keep("--kind", &Settings::kind);
   keep("--shading", &Settings::shading);
   keep("--colour-by", &Settings::colour_by);
-  keep("--field", &Settings::colour_by, &Settings::field_scale, &Settings::field_steps);
+  keep("--field", &Settings::colour_by, &Settings::field_scale, &Settings::field_steps,
+       &Settings::field_lines);
   keep("--colour-map", &Settings::colour_map);
   keep("--range", &Settings::colour_low, &Settings::colour_high);
   keep("--background", &Settings::background);

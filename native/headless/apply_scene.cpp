@@ -49,6 +49,7 @@ void apply_field(const SceneField& field, const std::optional<SceneFieldRange>& 
                  RenderSettings& settings) {
   settings.field_scale = static_cast<render::FieldScale>(field.scale);
   settings.field_steps = field.steps;
+  settings.field_lines = field.lines;
   const auto [low, high] = found.value_or(SceneFieldRange{0, 1});
   settings.colour_low = field.range ? field.range->low : low;
   settings.colour_high = field.range ? field.range->high : high;

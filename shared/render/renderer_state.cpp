@@ -319,11 +319,13 @@ void Renderer::State::start_still_programs() {
                      .eye_dome = settings.eye_dome > 0,
                      .still = Lighting::has_occlusion(settings.light),
                      .many_surfaces = settings.isosurfaces.size() > size_t{kMaxIsosurfaces},
-                     .field = shows_fields()});
+                     .field = shows_fields(),
+                     .lines = shows_lines()});
   if (lit) {
     const bool clipped = cuts_of(settings) > 0;
-    const bool field = shows_fields();
-    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = clipped, .field = field});
+    const bool field = shows_fields(), lines = shows_lines();
+    programs.prepare(
+        SplatVariant{.pass = SplatPass::quad, .clipped = clipped, .field = field, .lines = lines});
     const auto is_triangles = [&](const DrawItem& item) {
       return is_drawn_as_triangles(item, settings);
     };
@@ -335,7 +337,8 @@ void Renderer::State::start_still_programs() {
                         .clipped = clipped,
                         .smooth = settings.shading == Shading::smooth &&
                                   GradientLattice::has_triangles(context(), each.volume->list),
-                        .field = field});
+                        .field = field,
+                        .lines = lines});
     }
   }
   if (!has_smooth_normals()) return;

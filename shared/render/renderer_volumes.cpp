@@ -176,7 +176,8 @@ void Renderer::State::start_lit_programs() {
   programs.prepare(SplatVariant{.pass = SplatPass::quad,
                                 .clipped = cuts_of(settings) > 0,
                                 .lit = true,
-                                .field = shows_fields()});
+                                .field = shows_fields(),
+                                .lines = shows_lines()});
   if (settings.eye_dome > 0) programs.prepare(ImagePass::darken);
 }
 

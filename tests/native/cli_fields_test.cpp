@@ -226,12 +226,14 @@ TEST_F(CliFields, ColourTheLayersOfScenes) {
   };
   const std::string by_field = R"("colour_by": "field", "field": {"name": "temperature")";
   const std::string plain = drawn("", {});
-  const std::string stated = drawn(by_field + R"(, "range": [-295, -280], "steps": 4})", {});
+  const std::string stated =
+      drawn(by_field + R"(, "range": [-295, -280], "steps": 4, "lines": 2})", {});
   ASSERT_FALSE(stated.empty());
   EXPECT_FALSE(stated == plain);
   // The same as options, with and without another look in the scene.
-  const std::vector<std::string> options{"--field", "temperature", "--field-steps", "4",
-                                         "--field-range=-295,-280"};
+  const std::vector<std::string> options{
+      "--field",       "temperature", "--field-steps",          "4",
+      "--field-lines", "2",           "--field-range=-295,-280"};
   EXPECT_TRUE(drawn("", options) == stated);
   EXPECT_TRUE(drawn(by_field + "}", options) == stated);
   EXPECT_FALSE(drawn(by_field + "}", {}) == stated);

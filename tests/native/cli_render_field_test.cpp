@@ -77,6 +77,22 @@ TEST_F(CliRenderField, ShowsTheValuesOnTheSurface) {
             30);
 }
 
+TEST_F(CliRenderField, DrawsContourLines) {
+  const Image plain = picture({"--field", "x", "--field-range", "-300,-277"});
+  const Image lined = picture({"--field", "x", "--field-range", "-300,-277", "--field-lines", "4"});
+  // On the sphere of this size x has 17 values: four lines, each some 50 px long.
+  int changed = 0;
+  for (size_t i = 0; i < plain.rgba.size(); i += 4) {
+    changed += std::abs(int(plain.rgba[i + 1]) - int(lined.rgba[i + 1])) > 40;
+  }
+  EXPECT_GT(changed, 60);
+  EXPECT_LT(changed, 800);
+  // Nothing remains of lines that are too dense.
+  const Image dense =
+      picture({"--field", "x", "--field-range", "-300,-277", "--field-lines", "1e-300"});
+  EXPECT_LE(difference(dense, plain), 2);
+}
+
 TEST_F(CliRenderField, PrintsTheRangeOfItsColours) {
   const Ended ended = render("range.png", {"--field", "x"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
@@ -107,6 +123,10 @@ TEST_F(CliRenderField, RefusesWhatItCannotShow) {
   expect_refused({"--field", "y"}, "field 'y': expected a field of the store, which has x, same");
   expect_refused({"--field", "x"}, "expected a store with fields", without.c_str());
   expect_refused({"--field-range", "1,2"}, "--field");
+  for (const char* interval : {"0", "-2", "nan", "inf", "5 K"}) {
+    expect_refused({"--field", "x", "--field-lines", interval}, "expected a number above 0");
+  }
+  expect_refused({"--field-lines", "2"}, "--field");
   expect_refused({"--field", "x", "--colour-by", "depth"}, "--colour-by");
   expect_refused({"--field", "x", "--range", "1,2"},
                  "--field excludes --range: --field-range states");

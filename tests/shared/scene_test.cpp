@@ -120,13 +120,15 @@ TEST(Scene, HasTheFieldThatColoursShow) {
   EXPECT_FALSE(plain->look.field->range);
   EXPECT_EQ(plain->look.field->scale, SceneFieldScale::linear);
   EXPECT_EQ(plain->look.field->steps, 0);
-  const auto full = parse_scene(
-      look(R"("field":{"name":"p","range":[0.5,20],"scale":"logarithmic","steps":12})"));
+  EXPECT_EQ(plain->look.field->lines, 0);
+  const auto full = parse_scene(look(
+      R"("field":{"name":"p","range":[0.5,20],"scale":"logarithmic","steps":12,"lines":0.25})"));
   ASSERT_TRUE(full) << full.error().message;
   EXPECT_EQ(full->look.field->range->low, 0.5);
   EXPECT_EQ(full->look.field->range->high, 20);
   EXPECT_EQ(full->look.field->scale, SceneFieldScale::logarithmic);
   EXPECT_EQ(full->look.field->steps, 12);
+  EXPECT_EQ(full->look.field->lines, 0.25);
 
   const auto fault = [&](const std::string& field) {
     return error_of(look(R"("colour_by":"field","field":)" + field));
@@ -150,6 +152,10 @@ TEST(Scene, HasTheFieldThatColoursShow) {
             "scene: look.field.steps: expected 0, or 2 to 256 colours, found 1000000000.0");
   EXPECT_EQ(fault(R"({"name":"p","steps":2.5})"),
             "scene: look.field.steps: expected an integer from 0 to 2^53, found 2.5");
+  EXPECT_EQ(fault(R"({"name":"p","lines":-1})"),
+            "scene: look.field.lines: expected 0, or a number above 0, found -1");
+  EXPECT_EQ(fault(R"({"name":"p","lines":"5"})"),
+            "scene: look.field.lines: expected a finite number, found \"5\"");
 }
 
 TEST(Scene, FaultsOfThePictureNameTheMember) {

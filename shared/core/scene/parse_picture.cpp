@@ -104,6 +104,10 @@ SceneField read_field(const SceneMember& in) {
       field.steps = static_cast<int>(count);
     }
   }
+  if (const SceneMember lines = in.at("lines"); lines.exists()) {
+    field.lines = lines.number();
+    if (field.lines < 0) lines.refuse("0, or a number above 0");
+  }
   return field;
 }
 

@@ -109,6 +109,9 @@ struct SceneField {
   std::optional<Range> range;
   SceneFieldScale scale = SceneFieldScale::linear;
   int steps = 0;  ///< number of colours, 2 to kMaxSceneFieldSteps; 0: all of the map
+  /// Distance of contour lines, in values; of their logarithms to base 10 for a logarithmic scale.
+  /// 0: no lines.
+  double lines = 0;
 };
 
 /// The light, and the material of surfaces: the numbers of render::LightSettings. Absent ones have

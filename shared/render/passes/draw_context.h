@@ -25,6 +25,7 @@ struct DrawContext {
   FrameStatistics& statistics;
   int image_height;           ///< of the whole image, of which a tile may be drawn
   bool shows_fields;          ///< colours show the fields of volumes
+  bool shows_lines;           ///< shows_fields, and has_lines(settings)
   GLuint empty_vertex_array;  ///< for passes whose vertex shader only reads gl_VertexID
 };
 

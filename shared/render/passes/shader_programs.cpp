@@ -14,18 +14,19 @@ constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse}
 
 /// Indices of variants among those of a camera.
 size_t index_of(const SplatVariant& variant) {
-  return 32 * static_cast<size_t>(variant.pass) + (variant.field ? 16u : 0u) +
-         (variant.smooth ? 8u : 0u) + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
-         (variant.lit ? 1u : 0u);
+  return 64 * static_cast<size_t>(variant.pass) + (variant.lines ? 32u : 0u) +
+         (variant.field ? 16u : 0u) + (variant.smooth ? 8u : 0u) + (variant.pulled ? 4u : 0u) +
+         (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);
 }
 
 SplatVariant splat_variant(size_t index) {
-  return {static_cast<SplatPass>(index / 32),
+  return {static_cast<SplatPass>(index / 64),
           (index & 4) != 0,
           (index & 2) != 0,
           (index & 1) != 0,
           (index & 8) != 0,
-          (index & 16) != 0};
+          (index & 16) != 0,
+          (index & 32) != 0};
 }
 
 }  // namespace
@@ -134,6 +135,7 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.lit) defines += "#define LIT\n";
   if (variant.smooth) defines += "#define SMOOTH\n";
   if (variant.field) defines += "#define FIELD\n";
+  if (variant.lines) defines += "#define LINES\n";
   if (sheared_) defines += "#define SHEARED\n";
   if (orthographic_) defines += kOrthographicDefine;
   if (variant.pass == SplatPass::gradients) {
@@ -161,6 +163,8 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   }
   const std::string_view field = variant.field ? "field.glsl" : kNoFile;
   const std::string_view corners = variant.field ? "field_corners.glsl" : kNoFile;
+  const std::string_view coverage = variant.lines ? "line_coverage.glsl" : kNoFile;
+  const std::string_view lines = variant.lines ? "field_lines.glsl" : kNoFile;
   if (variant.pass == SplatPass::triangles) {
     const auto if_field = [&](std::string_view file) { return variant.field ? file : kNoFile; };
     return GlProgram::start(
@@ -168,14 +172,14 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
         {"frame.glsl", "gamma.glsl", "light.glsl", "cell.glsl", field, corners, "block.glsl",
          "lattice.glsl", "triangles.vert.glsl"},
         {"frame.glsl", "surface_pixel.glsl", if_field("gamma.glsl"), if_field("light.glsl"),
-         if_field("cell.glsl"), field, "triangles.frag.glsl"});
+         if_field("cell.glsl"), field, coverage, lines, "triangles.frag.glsl"});
   }
   if (variant.pass == SplatPass::quad) {
     return GlProgram::start(defines,
                             {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                              "cell.glsl", "crossings.glsl", "thin.glsl", "block.glsl", "splat.glsl",
-                             field, corners, "quad.vert.glsl"},
-                            {"gamma.glsl", "quad.frag.glsl"});
+                             field, corners, coverage, lines, "quad.vert.glsl"},
+                            {"gamma.glsl", coverage, "quad.frag.glsl"});
   }
   const std::initializer_list<std::string_view> vertex = {
       "frame.glsl", "cell.glsl", "crossings.glsl", "thin.glsl",      "block.glsl",
@@ -183,11 +187,12 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.pass == SplatPass::ellipse) {
     return GlProgram::start(defines, vertex,
                             {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "ray.glsl",
-                             "cubic.glsl", field, "ellipse.frag.glsl"});
+                             "cubic.glsl", field, coverage, lines, "ellipse.frag.glsl"});
   }
-  return GlProgram::start(defines, vertex,
-                          {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
-                           "cell.glsl", "ray.glsl", "cubic.glsl", field, "ray_cast.frag.glsl"});
+  return GlProgram::start(
+      defines, vertex,
+      {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl", "cell.glsl", "ray.glsl",
+       "cubic.glsl", field, coverage, lines, "ray_cast.frag.glsl"});
 }
 
 Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant) {
@@ -204,6 +209,8 @@ Result<const ShaderPrograms::Splat*> ShaderPrograms::splat(SplatVariant variant)
   splat.scalar = program.uniform("u_scalar");
   splat.field = program.uniform("u_field");
   splat.field_missing = program.uniform("u_field_missing");
+  splat.lines = program.uniform("u_lines");
+  splat.line_tones = program.uniform("u_line_tones");
   splat.drops_hidden = program.uniform("u_drops_hidden");
   splat.gradient_weight = program.uniform("u_gradient_weight");
   splat.finest_side_px = program.uniform("u_finest_side_px");
@@ -274,6 +281,7 @@ GlProgram ShaderPrograms::start(ComposeVariant variant) const {
   if (variant.eye_dome) defines += "#define EYE_DOME\n";
   if (variant.many_surfaces) defines += "#define MANY_SURFACES\n";
   if (variant.field) defines += "#define FIELD\n";
+  if (variant.lines) defines += "#define LINES\n";
   if (!variant.still) {
     return start_image(defines, {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                                  "depths.glsl", "eye_dome.glsl", "compose.frag.glsl"});

@@ -42,6 +42,7 @@ struct SplatVariant {
   bool lit = false;      ///< writes lit colours instead of surface pixels
   bool smooth = false;   ///< triangles: normals from gradients at lattice points
   bool field = false;    ///< shows the values of the volume's field
+  bool lines = false;    ///< field: with contour lines
 };
 
 /// A program that lights the surface pixels of layers, and blends the layers.
@@ -52,6 +53,7 @@ struct ComposeVariant {
   bool tile = false;           ///< still: reads depths of the whole image where the tile has none
   bool many_surfaces = false;  ///< more than kMaxIsosurfaces: their colours are in a texture
   bool field = false;          ///< colours show fields
+  bool lines = false;          ///< field: with contour lines
 };
 
 /// Other passes over the whole image, and those of the mesh.
@@ -84,6 +86,7 @@ class ShaderPrograms {
     bool is_ready = false;  ///< linked, and its constant uniforms are set
     GLint block = -1, quantized_isovalue = -1, isosurface = -1, scalar = -1, drops_hidden = -1;
     GLint field = -1, field_missing = -1;  // of those that show a field
+    GLint lines = -1, line_tones = -1;     // of those that show its contour lines
     GLint gradient_weight = -1, finest_side_px = -1, smooth_px = -1, per_cell = -1;  // of gradients
   };
 
@@ -133,9 +136,9 @@ class ShaderPrograms {
 
   /// The programs for one kind of camera.
   struct Set {
-    std::array<Splat, kSplatPasses * 32> splats;
+    std::array<Splat, kSplatPasses * 64> splats;
     std::array<Image, kImagePasses> images;
-    std::array<Image, 64> composes;
+    std::array<Image, 128> composes;
     bool is_started = false;
 
     bool is_used() const;
@@ -147,9 +150,10 @@ class ShaderPrograms {
   Splat& slot(SplatVariant variant);
   Image& slot(ImagePass pass) { return current().images[static_cast<size_t>(pass)]; }
   Image& slot(ComposeVariant variant) {
-    return current().composes[(variant.field ? 32u : 0u) + (variant.many_surfaces ? 16u : 0u) +
-                              (variant.tile ? 8u : 0u) + (variant.still ? 4u : 0u) +
-                              (variant.several_layers ? 2u : 0u) + (variant.eye_dome ? 1u : 0u)];
+    return current().composes[(variant.lines ? 64u : 0u) + (variant.field ? 32u : 0u) +
+                              (variant.many_surfaces ? 16u : 0u) + (variant.tile ? 8u : 0u) +
+                              (variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
+                              (variant.eye_dome ? 1u : 0u)];
   }
   /// Takes the programs out of an entry that is replaced.
   template <class Entries>

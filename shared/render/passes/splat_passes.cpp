@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "shared/render/passes/image_passes.h"
+#include "shared/render/passes/line_weights.h"
 #include "shared/render/passes/scalar_weights.h"
 #include "shared/render/shaders/shader_constants.h"
 
@@ -84,6 +85,11 @@ void SplatPasses::use_program(const Pass& pass, SplatPass variant, bool pulled, 
     const auto weights = field_weights(context.settings, *pass.splats.field);
     glUniform3fv(program.field, 1, weights.data());
     glUniform1f(program.field_missing, least_missing(*pass.splats.field));
+    if (program.lines >= 0) {
+      const auto [lines, tones] = line_weights(context.settings, *pass.splats.field);
+      glUniform4fv(program.lines, 1, lines.data());
+      glUniform3fv(program.line_tones, 1, tones.data());
+    }
   }
   if (variant == SplatPass::gradients) {
     glActiveTexture(GL_TEXTURE2);
@@ -133,8 +139,8 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   const bool clipped = pass.splats.frame.clipped() && is_surface;
   const bool smooth = triangles && pass.smooth_triangles;
   const bool field = is_surface && pass.splats.field && chunk.has_field;
-  const auto program =
-      context.programs.splat({variant, pulled, clipped, pass.splats.lit, smooth, field});
+  const auto program = context.programs.splat(
+      {variant, pulled, clipped, pass.splats.lit, smooth, field, field && context.shows_lines});
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
     const bool depth_tested = subset == ClusterSubset::likely_occluded || is_gradients;

@@ -18,4 +18,8 @@ FieldRange field_range(const RenderSettings& settings) {
   return range;
 }
 
+bool has_lines(const RenderSettings& settings) {
+  return std::isfinite(settings.field_lines) && settings.field_lines > 0;
+}
+
 }  // namespace isosplat::render

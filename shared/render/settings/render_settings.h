@@ -78,6 +78,10 @@ struct RenderSettings {
   double colour_low = 0, colour_high = 1;
   FieldScale field_scale = FieldScale::linear;
   int field_steps = 0;  ///< number of colours that show fields, ≥ 2; less: all of the map
+  /// Distance of the contour lines of the field, in its values: lines are at the multiples of this.
+  /// With a logarithmic scale it is in decades, and lines are at 10 to the multiples. Unless it is
+  /// finite and above 0, there are no lines.
+  double field_lines = 0;
   Vec3f field_missing_colour{0.62f, 0.62f, 0.62f};  ///< sRGB, where a field has no value
   std::array<float, 4> background{1, 1, 1, 1};      ///< sRGB, not premultiplied
   LightSettings light;
@@ -115,5 +119,8 @@ struct FieldRange {
   double low = 0, high = 1;
 };
 FieldRange field_range(const RenderSettings& settings);
+
+/// Whether the settings state contour lines of fields.
+bool has_lines(const RenderSettings& settings);
 
 }  // namespace isosplat::render

@@ -52,7 +52,11 @@ void main() {
   }
   gl_FragDepth = window_depth(v_distance.x + t);
   int side = v_distance.w < 0.0 ? SIDE_UNKNOWN : cubic(k, between.x) > 0.0 ? SIDE_FALLING : SIDE_RISING;
-#ifdef FIELD
+#ifdef LINES
+  Trilinear field = Trilinear(v_field_a, v_field_b);
+  vec3 rise = value_and_gradient(field, p + t * along).yzw;
+  float scalar = scalar_with_lines(field, p + t * along, change_per_px(rise, at.yzw, along, v_place_x, v_place_y));
+#elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p + t * along);
 #else
   float scalar = v_scalar;

@@ -11,9 +11,13 @@ float field_at(Trilinear f, vec3 p) {
 }
 
 // field: quantized values; those of cells with a missing corner are MISSING_VALUE everywhere.
-float field_scalar(Trilinear field, vec3 p) {
+float field_position(Trilinear field, vec3 p) {
   float position = u_field.x * field_at(field, p) + u_field.y;
   SKIPPABLE_IF(u_field.z != 0.0) position = u_field.z * log2(max(position, 1e-30));
-  float scalar = clamp(position, 0.0, 1.0) * (float(FIELD_HIGHEST) / 65535.0);
+  return clamp(position, 0.0, 1.0);
+}
+
+float field_scalar(Trilinear field, vec3 p) {
+  float scalar = field_position(field, p) * (float(FIELD_HIGHEST) / 65535.0);
   return field.a.x < MISSING_VALUE ? scalar : float(FIELD_MISSING) / 65535.0;
 }

@@ -39,11 +39,24 @@ uniform float u_field_steps;  // colours of the map; 0: all of them
 
 // scalar: as that of surface pixels, 0 to 1 (field.glsl). Without values it is the isosurface's colour.
 vec3 field_colour(uint isosurface, float scalar) {
+#ifdef LINES
+  // The bits of field_lines.glsl.
+  float code = floor(scalar * 65535.0 + 0.5), index = floor((code + 0.5) / float(2 * LINE_TONE));
+  float position = index / float(LINES_HIGHEST), line = code - index * float(2 * LINE_TONE);
+  bool is_dark = line > float(LINE_TONE) - 0.5;
+  float coverage = (line - (is_dark ? float(LINE_TONE) : 0.0)) / float(LINE_TONE - 1);
+#else
   float code = scalar * 65535.0, position = code / float(FIELD_HIGHEST);
+#endif
   SKIPPABLE_IF(u_field_steps > 1.0) {
     position = min(floor(position * u_field_steps), u_field_steps - 1.0) / (u_field_steps - 1.0);
   }
   vec3 mapped = colour_of(1, isosurface, position, 0.0);
+#ifdef LINES
+  // Between roots, as encoded colours are: bright lines then look as wide as dark ones.
+  vec3 root = mix(sqrt(mapped), vec3(is_dark ? 0.0 : 1.0), float(LINE_OPACITY) * coverage);
+  mapped = root * root;
+#endif
   return code < float(FIELD_MISSING) - 0.5 ? mapped
          : code < float(FIELD_NO_VALUES) - 0.5 ? u_missing_colour : surface_colour(isosurface).rgb;
 }

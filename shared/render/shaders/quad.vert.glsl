@@ -9,6 +9,12 @@ flat out uvec4 v_square;  // bits of the strip and the colour: software renderer
 flat out uvec4 v_pixel;
 flat out vec3 v_band;
 #endif
+#ifdef LINES
+flat out vec3 v_line;  // the number of the contour line is x + dot(yz, px)
+#ifdef LIT
+flat out uint v_line_colour;
+#endif
+#endif
 flat out vec4 v_low, v_high;  // limits of the octagon in px: of x, y, x + y, x - y
 
 // The extent in px of the crossings in a box along a direction of the image, relative to the sample.
@@ -45,7 +51,17 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   float per_steepness = 1.0 / steepness;
   in_view = steepness > 0.0 ? in_view * per_steepness : vec3(0.0, 0.0, 1.0);
   vec3 normal = steepness > 0.0 ? gradient * per_steepness : -u_forward.xyz;
-#ifdef FIELD
+#ifdef LINES
+  Trilinear field = trilinear_field(fetch_field(sample_index()));
+  vec3 place = displacement / size + 0.5;
+  vec4 field_value = value_and_gradient(field, place);
+  vec2 line = line_number(field_value.x);
+  float px = w_at(z) * u_per_focal_px, scalar = scalar_beside_lines(field, place, line.x);
+  vec2 line_per_px = line.y * change_per_px(field_value.yzw / size, normal, ray_to(position, z),
+                                            px * u_step_right.xyz, px * u_step_up.xyz);
+  bool has_lines = field.a.x < MISSING_VALUE && dot(line_per_px, line_per_px) < 1.0;
+  v_line = has_lines ? vec3(fract(line.x) - dot(line_per_px, to_px(position, z)), line_per_px) : vec3(0.5, 0.0, 0.0);
+#elif defined(FIELD)
   float scalar = field_scalar(trilinear_field(fetch_field(sample_index())), displacement / size + 0.5);
 #else
   float scalar = scalar_of(f, displacement / size + 0.5, steepness);
@@ -54,6 +70,10 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec3 base = base_colour(u_isosurface, scalar, z);
   vec3 light = lit(in_view, to_eye_from(position), base);
   vec3 colour = apply_gamma(vec4(light, 1.0)).rgb;
+#ifdef LINES
+  vec3 line_base = base_colour(u_isosurface, scalar + float(LINE_TONE - 1) / 65535.0, z);
+  v_line_colour = pack_colour(apply_gamma(vec4(lit(in_view, to_eye_from(position), line_base), 1.0)).rgb);
+#endif
 #else
   float facing = dot(in_view, to_eye_from(position));
   bool is_plane = !is_inside && is_coarse() || u_projects == 0;
@@ -119,6 +139,12 @@ void main() {
 #else
   v_pixel = uvec4(0u);
   v_band = vec3(0.0);
+#endif
+#ifdef LINES
+  v_line = vec3(0.0);
+#ifdef LIT
+  v_line_colour = 0u;
+#endif
 #endif
   v_low = v_high = vec4(0.0);
   drop();

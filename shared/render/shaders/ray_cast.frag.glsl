@@ -40,11 +40,17 @@ void main() {
   if (t < 0.0) discard;
   t += between.x;
   vec3 p = (ray.origin + t * ray.direction) / v_size + 0.5;
-  vec3 gradient = row_to_view(value_and_gradient(f, p).yzw / v_size);
+  vec3 in_cell = value_and_gradient(f, p).yzw, gradient = row_to_view(in_cell / v_size);
   float steepness = length(gradient);
   vec3 normal = steepness > 0.0 ? gradient / steepness : vec3(0.0, 0.0, 1.0);
   gl_FragDepth = window_depth(v_centre.w + t);
-#ifdef FIELD
+#ifdef LINES
+  Trilinear field = Trilinear(v_field_a, v_field_b);
+  vec3 per_px = w_at(v_centre.w + t) * u_per_focal_px / v_size;
+  vec2 rise = change_per_px(value_and_gradient(field, p).yzw, in_cell, direction, per_px * u_step_right.xyz,
+                            per_px * u_step_up.xyz);
+  float scalar = scalar_with_lines(field, p, rise);
+#elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p);
 #else
   float scalar = v_scalar + u_scalar.y * steepness * abs(v_span);

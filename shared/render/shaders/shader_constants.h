@@ -138,6 +138,18 @@
 #define FIELD_MISSING 65534
 #define FIELD_NO_VALUES 65535
 
+// Contour lines of a field. WIDTH_PX: of a line. Lines fade from FULL_DISTANCE_PX of each other,
+// and are invisible at LEAST_DISTANCE_PX. OPACITY: of a line. The scalar of surface pixels that
+// show lines has 12 bits of the position in the colour map (up to LINES_HIGHEST), a bit that is set
+// if the line is dark (LINE_TONE), and 3 bits of the share of the pixel that the line covers.
+// MISSING and NO_VALUES are the same as without lines.
+#define LINE_WIDTH_PX 1.25
+#define LINE_FULL_DISTANCE_PX 6.0
+#define LINE_LEAST_DISTANCE_PX 3.0
+#define LINE_OPACITY 0.9
+#define LINES_HIGHEST 4094
+#define LINE_TONE 8
+
 // Occlusion queries. PROBES: largest number of pixels tested along each axis of the image when
 // pixels of a cell are counted. MAX_TILES: largest number of tiles along each axis when all pixels
 // of a cell are tested. MARGIN_PX, DEPTH_MARGIN: px by which cells are enlarged, and depth by which

@@ -16,13 +16,20 @@ layout(location = 0) out uvec4 o_pixel;
 #endif
 
 void main() {
+#ifdef LINES
+  vec3 place_x = dFdx(v_place), place_y = dFdy(v_place);  // before fragments are discarded
+#endif
 #ifdef CLIPPED
   vec3 at = point_at(gl_FragCoord.xy, distance_of(gl_FragCoord.z));
   for (int i = 0; i < u_clip_planes; ++i) {
     if (dot(u_clip_plane[i].xyz, at) < u_clip_plane[i].w) discard;
   }
 #endif
-#ifdef FIELD
+#ifdef LINES
+  Trilinear field = Trilinear(v_field_a, v_field_b);
+  vec3 rise = value_and_gradient(field, v_place).yzw;
+  float scalar = scalar_with_lines(field, v_place, vec2(dot(rise, place_x), dot(rise, place_y)));
+#elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), v_place);
 #elif !defined(LIT)
   float scalar = v_scalar;
