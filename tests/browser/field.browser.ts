@@ -144,6 +144,85 @@ test("a field is chosen in the panel, and undone", async ({ page }) => {
   expectClose(await colours(page), plain);
 });
 
+/** Dark and bright pixels beside others, in the column of pixels in the middle: one for each line. */
+async function linesAcross(page: Page): Promise<number> {
+  const { width, height, rgba } = await decodePng(page, await savedPicture(page));
+  const column = Array.from({ length: height }, (_, y) => {
+    const at = 4 * (y * width + (width >> 1));
+    return (rgba[at] ?? 0) + (rgba[at + 1] ?? 0) + (rgba[at + 2] ?? 0);
+  });
+  return column.filter((here, y) => {
+    const [above = here, below = here] = [column[y - 4], column[y + 4]];
+    const [before = here, after = here] = [column[y - 1], column[y + 1]];
+    const isDark = here < Math.min(above, below) - 90 && here <= before && here < after;
+    const isBright = here > Math.max(above, below) + 90 && here >= before && here > after;
+    return isDark || isBright;
+  }).length;
+}
+
+const coloured = `${query}&lang=en&colour-by=field&field=pressure&field-range=800,2000`;
+
+test("contour lines are switched on with a fitting interval, and are in link, legend and undo", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?${coloured}`);
+  await complete(page);
+  await settled(page);
+  await openSection(page, "Appearance");
+  const without = await linesAcross(page);
+  const contour = page.getByRole("button", { name: "Contour lines" });
+  await expect(contour).toHaveAttribute("aria-pressed", "false");
+  await contour.click();
+  // A tenth of the range, rounded.
+  await expect(page).toHaveURL(/field-lines=100(&|$)/);
+  await settled(page);
+  await expect(page.locator(".legend")).toContainText("Lines every 100");
+  await expect(page.locator(".legend-colours i")).toHaveCount(13);
+  expect(await linesAcross(page)).toBeGreaterThan(without + 4);
+  const interval = page.getByLabel("Interval");
+  await interval.fill("300");
+  await interval.press("Enter");
+  await expect(page).toHaveURL(/field-lines=300(&|$)/);
+  // What is no interval is not taken over.
+  for (const text of ["0", "-5", "abc", ""]) {
+    await interval.fill(text);
+    await interval.press("Enter");
+    await expect(interval).toHaveValue("300");
+  }
+  await settled(page);
+  await page.locator('wa-select[label="Scale of the colours"]').click();
+  await page.getByRole("option", { name: "Logarithmic", exact: true }).click();
+  await expect(page.getByLabel("Interval in decades")).toHaveValue("0.05");
+  await expect(page.locator(".legend")).toContainText("Lines every 0.05 decades");
+  await settled(page);
+
+  await page.getByRole("application").focus();
+  for (const lines of [/field-lines=300(&|$)/, /field-lines=100(&|$)/]) {
+    await page.keyboard.press("Control+z");
+    await expect(page).toHaveURL(lines);
+    await settled(page);
+  }
+  await page.keyboard.press("Control+z");
+  await expect(page).not.toHaveURL(/field-lines/);
+  await expect(page.locator(".legend-colours i")).toHaveCount(0);
+});
+
+test("a link has contour lines, and none at an interval that is too small, or none", async ({
+  page,
+}) => {
+  const counts: number[] = [];
+  for (const interval of ["300", "1e-300", "NaN"]) {
+    await page.goto(`${server.url}?${coloured}&field-lines=${interval}`);
+    await complete(page);
+    await settled(page);
+    await expect(page.locator(".legend-colours i")).toHaveCount(interval === "300" ? 4 : 0);
+    counts.push(await linesAcross(page));
+  }
+  const [lines = 0, tooSmall = 0, none] = counts;
+  expect(lines).toBeGreaterThan(tooSmall);
+  expect(tooSmall).toBe(none);
+});
+
 test("colours return with the context, and follow another isovalue", async ({ page }) => {
   await page.goto(`${server.url}?${query}&colour-by=field&field=pressure&field-range=800,2000`);
   await complete(page);
@@ -181,7 +260,7 @@ test("a scene shows a field, and a saved scene keeps it", async ({ page }) => {
     await expect(page.locator(".legend")).toContainText("pressure");
     return colours(page);
   };
-  const field = { name: "pressure", range: [800, 2000], scale: "symmetric", steps: 6 };
+  const field = { name: "pressure", range: [800, 2000], scale: "symmetric", steps: 6, lines: 250 };
   const scene = {
     format: "isosplat-scene",
     version: 1,

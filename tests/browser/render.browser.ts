@@ -34,6 +34,10 @@ const kinds = [
   "field, quad, lit at once",
   "field, triangles",
   "field, triangles, lit at once",
+  "field with lines, exact",
+  "field with lines, quad, lit at once",
+  "field with lines, triangles",
+  "field with lines, ellipse",
 ];
 
 let folder = "";
@@ -170,11 +174,11 @@ test("draws what the native renderer draws, before and after a lost context", as
       const differing = async () => {
         const shares: number[] = [];
         for (let kind = 0; kind < kindCount; ++kind) {
-          const atOnce = [4, 8, 12, 14].includes(kind);
+          const atOnce = [4, 8, 12, 14, 16].includes(kind);
           const atRest = kind === 5 || kind === 6;
-          m._isosplat_renderer_set_camera(cameras[[7, 8, 13, 14].includes(kind) ? 1 : 0]);
+          m._isosplat_renderer_set_camera(cameras[[7, 8, 13, 14, 17].includes(kind) ? 1 : 0]);
           clip(kind === 6 ? 1 : 0);
-          const splats = [0, 1, 2, 2, 0, 2, 2, 0, 0, 1, 2, 0, 0, 0, 0][kind];
+          const splats = [0, 1, 2, 2, 0, 2, 2, 0, 0, 1, 2, 0, 0, 0, 0, 2, 0, 0, 1][kind];
           m._isosplat_renderer_set_splats(splats, kind === 3 ? 1 : 0);
           m._isosplat_renderer_set_isosurfaces(0, isosurfaces, atOnce ? 1 : 2);
           const appearance = records(layouts.appearanceBytes, layouts.writeAppearance, {
@@ -186,6 +190,7 @@ test("draws what the native renderer draws, before and after a lost context", as
             fieldMissing: [1, 0, 1],
             fieldScale: kind === 10 ? 1 : 0,
             fieldSteps: kind === 11 ? 6 : 0,
+            fieldLines: kind >= 15 ? 37 : 0,
             eyeDome: atOnce ? 0 : look.eyeDome,
           });
           m._isosplat_renderer_set_appearance(appearance);

@@ -71,13 +71,14 @@ int main(int argc, char** argv) {
   const std::vector<Isosurface> both = settings.isosurfaces;
   settings.clip_box_high.x = 0.8;
   constexpr SplatKind kKinds[] = {
-      SplatKind::quad,  SplatKind::ellipse, SplatKind::exact, SplatKind::exact, SplatKind::quad,
-      SplatKind::exact, SplatKind::exact,   SplatKind::quad,  SplatKind::quad,  SplatKind::ellipse,
-      SplatKind::exact, SplatKind::quad,    SplatKind::quad,  SplatKind::quad,  SplatKind::quad};
-  for (int kind = 0; kind < 15; ++kind) {
+      SplatKind::quad,  SplatKind::ellipse, SplatKind::exact, SplatKind::exact,  SplatKind::quad,
+      SplatKind::exact, SplatKind::exact,   SplatKind::quad,  SplatKind::quad,   SplatKind::ellipse,
+      SplatKind::exact, SplatKind::quad,    SplatKind::quad,  SplatKind::quad,   SplatKind::quad,
+      SplatKind::exact, SplatKind::quad,    SplatKind::quad,  SplatKind::ellipse};
+  for (int kind = 0; kind < 19; ++kind) {
     settings.kind = kKinds[kind];
     settings.shading = kind == 3 ? Shading::exact : Shading::smooth;
-    const bool lit_at_once = kind == 4 || kind == 8 || kind == 12 || kind == 14;
+    const bool lit_at_once = kind == 4 || kind == 8 || kind == 12 || kind == 14 || kind == 16;
     const bool is_still = kind == 5 || kind == 6;  // with all that accumulates at rest
     settings.clip_caps = kind == 6;
     settings.isosurfaces = both;
@@ -89,9 +90,10 @@ int main(int argc, char** argv) {
       settings.colour_high = 700;
       settings.field_scale = kind == 10 ? FieldScale::logarithmic : FieldScale::linear;
       settings.field_steps = kind == 11 ? 6 : 0;
+      settings.field_lines = kind >= 15 ? 37 : 0;
       settings.field_missing_colour = {1, 0, 1};
     }
-    const bool triangles = kind == 7 || kind == 8 || kind >= 13;
+    const bool triangles = kind == 7 || kind == 8 || kind == 13 || kind == 14 || kind == 17;
     Camera near = camera;
     if (triangles) near.distance /= 2;
     (*renderer)->set_camera(near);

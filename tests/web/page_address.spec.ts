@@ -127,7 +127,7 @@ it("has the camera only if it is not the page's default, which depends on the wi
 });
 
 it("names the field that colours show, and no range that follows from the values of a scene", () => {
-  const field = { name: "p", range: [0, 100], scale: "linear", steps: 0 } as const;
+  const field = { name: "p", range: [0, 100], scale: "linear", steps: 0, lines: 0 } as const;
   const shown = { ...defaultLook, colourBy: "field", field } as const;
   const opened = { ...view.opened, look: { ...defaultLook, field } };
   // The scene has the field, but does not show it.

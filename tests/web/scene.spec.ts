@@ -111,8 +111,9 @@ describe("a scene's document", () => {
       range: null,
       scale: "linear",
       steps: 0,
+      lines: 0,
     });
-    const field = { name: "p", range: [0.5, 20], scale: "logarithmic", steps: 12 };
+    const field = { name: "p", range: [0.5, 20], scale: "logarithmic", steps: 12, lines: 0.25 };
     expect(lookOf({ field })).toEqual(field);
     const said = (change: object) =>
       fault(() => lookOf({ colour_by: "field", field: { ...field, ...change } }));
@@ -129,6 +130,8 @@ describe("a scene's document", () => {
     for (const steps of [-1, 2.5, "8"]) {
       expect(said({ steps })).toContain("look.field.steps: expected an integer from 0 to 2^53");
     }
+    expect(said({ lines: -1 })).toContain("look.field.lines: expected 0, or a number above 0");
+    expect(said({ lines: "5" })).toContain("look.field.lines: expected a finite number");
     expect(fault(() => lookOf({ colour_by: "field" }))).toContain(
       "look.field: expected the field that colours show, found nothing",
     );
@@ -197,7 +200,7 @@ describe("a scene's document", () => {
         shading: "smooth",
         colour_by: "field",
         colour_map: "magma",
-        field: { name: "p", range: [1, 2], scale: "logarithmic", steps: 5 },
+        field: { name: "p", range: [1, 2], scale: "logarithmic", steps: 5, lines: 0.25 },
         light: { azimuth: 1, roughness: 0.5, occlusion_radius: 0.1, shadow_softness: 0.1 },
         eye_dome: 0.5,
       },

@@ -25,7 +25,7 @@ describe("the schema of scenes", () => {
       ],
     };
     expect(validate({ ...example, ...members })).toBe(true);
-    const field = { name: "p", range: [1, 2], scale: "symmetric", steps: 8 };
+    const field = { name: "p", range: [1, 2], scale: "symmetric", steps: 8, lines: 0.5 };
     expect(validate({ ...example, look: { colour_by: "field", field } })).toBe(true);
     expect(validate({ ...example, look: { field: { name: "p", steps: 0, range: null } } })).toBe(
       true,
@@ -68,6 +68,7 @@ describe("the schema of scenes", () => {
     { look: { field: { name: "" } } },
     { look: { field: { name: "p", range: [1] } } },
     { look: { field: { name: "p", steps: 1 } } },
+    { look: { field: { name: "p", lines: -1 } } },
     { look: { field: { name: "p", scale: "log" } } },
     { measurements: [{ kind: "angle", points: [{ position: [0, 0, 0] }] }] },
     { measurements: [{ kind: "note", points: [{ position: [0, 0, 0] }] }] },

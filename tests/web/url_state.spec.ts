@@ -210,3 +210,33 @@ describe("the address of a view", () => {
     expect(readUrl(`?isovalue=${many}`).isovalues).toHaveLength(8);
   });
 });
+
+describe("the field that colours show", () => {
+  const field = {
+    name: "pressure, static",
+    range: [-0.5, 1 / 3],
+    scale: "symmetric",
+    steps: 8,
+    lines: 0.1 + 0.2,
+  } as const;
+
+  it("is the same after it was written and read", () => {
+    const written = writeUrl({ colourBy: "field", field });
+    expect(written).toContain("field-lines=0.30000000000000004");
+    expect(readUrl(written)).toEqual({ colourBy: "field", field });
+    const plain = { ...field, lines: 0 };
+    expect(writeUrl({ colourBy: "field", field: plain })).not.toContain("field-lines");
+    expect(readUrl(writeUrl({ colourBy: "field", field: plain })).field).toEqual(plain);
+  });
+
+  it("has no contour lines at intervals that are none", () => {
+    for (const interval of ["0", "-1", "NaN", "Infinity", "1e999", "5 Pa", "1,2"]) {
+      const { field, notes } = readUrl(
+        `?colour-by=field&field=p&field-lines=${encodeURIComponent(interval)}`,
+      );
+      expect(field?.lines).toBe(0);
+      expect(notes?.join()).toContain(`field-lines=${interval}`);
+    }
+    expect(readUrl("?field=p&field-lines=1e-300").field?.lines).toBe(1e-300);
+  });
+});

@@ -10,12 +10,16 @@ import { MarkPen, round } from "./mark_pen.ts";
 /** What a saved picture shows above the volume. */
 export interface PictureMarks {
   title?: string;
-  /** `ends`: the texts at the first and the last colour; `note`: a line below. */
+  /**
+   * `ends`: the texts at the first and the last colour; `ticks`: of contour lines, from 0 at the first colour to 1 at
+   * the last one; `notes`: lines of text below.
+   */
   legend?: {
     name: string;
     colours: readonly string[];
     ends: readonly [string, string];
-    note?: string;
+    ticks?: readonly { at: number; isDark: boolean }[];
+    notes?: readonly string[];
   };
   hasScale?: boolean;
   hasAxes?: boolean;
@@ -92,7 +96,7 @@ function axesMark({ size, screen, info }: MarkedView, pen: MarkPen): string {
 }
 
 function legendMark(
-  { name, colours, ends: [low, high], note }: NonNullable<PictureMarks["legend"]>,
+  { name, colours, ends: [low, high], ticks = [], notes = [] }: NonNullable<PictureMarks["legend"]>,
   width: number,
   pen: MarkPen,
 ): string {
@@ -106,9 +110,15 @@ function legendMark(
     `<linearGradient id="legend">${stops.join("")}</linearGradient>`,
     pen.text(name, x + length, 1.6 * letter, { anchor: "end" }),
     bar,
+    ...ticks.map(({ at, isDark }) => {
+      const [place, top] = [round(x + at * length), round(2 * letter)];
+      return `<path d="M${place} ${top}v${round(0.7 * letter)}" stroke="${isDark ? "#000" : "#fff"}" stroke-width="${round(0.08 * letter)}"/>`;
+    }),
     pen.text(low, x, 3.8 * letter, { size: 0.85 }),
     pen.text(high, x + length, 3.8 * letter, { size: 0.85, anchor: "end" }),
-    note ? pen.text(note, x + length, 5 * letter, { size: 0.85, anchor: "end" }) : "",
+    ...notes.map((note, i) =>
+      pen.text(note, x + length, (5 + 1.2 * i) * letter, { size: 0.85, anchor: "end" }),
+    ),
   ].join("");
 }
 

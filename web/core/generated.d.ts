@@ -195,6 +195,7 @@ declare module "*/layouts.js" {
   export interface Appearance {
     colourLow: number;
     colourHigh: number;
+    fieldLines: number;
     colourBy: number;
     colourMap: number;
     background: number[];

@@ -332,7 +332,8 @@ export class IsosplatViewerElement extends EventElement<IsosplatViewerEvents> {
 
   /**
    * Splats, colouring, background and light. A new value changes only the settings that it
-   * contains. `{ colourBy: "field", field: { name: "pressure" } }` colours by a field of the store.
+   * contains. `{ colourBy: "field", field: { name: "pressure" } }` colours by a field of the store; its
+   * member `lines: 50` draws contour lines at the multiples of 50.
    */
   get look(): LookChange {
     return this.#view.look;

@@ -1,5 +1,6 @@
 import { shownRange } from "../viewer/field_of.ts";
 import { defaultLook, type Look } from "../viewer/types.ts";
+import { maxNumber } from "./member.ts";
 import {
   type JsonObject,
   lightMembers,
@@ -38,7 +39,7 @@ export function lookDocument(look: Look, before: unknown): JsonObject | undefine
  * Unknown members belong to the field of the scene.
  */
 function fieldDocument({ field }: Look, before: unknown): JsonObject | undefined {
-  const { name, range, scale, steps } = field;
+  const { name, range, scale, steps, lines } = field;
   if (name === "" || utf8.encode(name).length > maxFieldNameBytes) return undefined;
   const known = objectOf(before);
   // Scenes have no logarithms of 0, which the renderer replaces.
@@ -51,5 +52,6 @@ function fieldDocument({ field }: Look, before: unknown): JsonObject | undefined
     range: isRange ? ends : undefined,
     scale,
     steps: isCount ? steps : 0,
+    lines: lines > 0 && lines <= maxNumber ? lines : undefined,
   };
 }

@@ -2,7 +2,7 @@ import type { Triple } from "../core/types.ts";
 import { StreamError } from "../stream/types.ts";
 import { maxTextBytes } from "./scene_document.ts";
 
-const maxNumber = 1e300;
+export const maxNumber = 1e300;
 /** Larger integers in JSON are rounded when they are parsed. */
 export const maxInteger = 2 ** 53;
 const utf8 = new TextEncoder();

@@ -145,7 +145,9 @@ function readField(field: Member): FieldLook {
   if (steps === 1 || steps > maxFieldSteps) {
     field.at("steps").refuse(`0, or 2 to ${maxFieldSteps} colours`);
   }
-  return { name, range, scale, steps };
+  const lines = optional(field.at("lines"), (it) => it.number(), 0);
+  if (lines < 0) field.at("lines").refuse("0, or a number above 0");
+  return { name, range, scale, steps, lines };
 }
 
 function readLight(light: Member): Light {

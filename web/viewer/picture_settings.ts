@@ -1,6 +1,7 @@
 import type { StoreInfo } from "../core/types.ts";
 import type { ShownField } from "../stream/session.ts";
 import { wholeVolume } from "./clipping.ts";
+import { lineTicks } from "./field_lines.ts";
 import { fieldOf, shownRange } from "./field_of.ts";
 import { greyRange } from "./grey_range.ts";
 import type { RendererModule } from "./renderer_module.ts";
@@ -73,10 +74,14 @@ export class PictureSettings {
     if (colourBy === "field") {
       if (!shown) return null;
       const { units } = shown.metadata;
-      const { name, range, scale, steps } = this.look.field;
+      const { name, range, scale, steps, lines } = this.look.field;
       legend.range = shownRange(range ?? shown.info.range, scale);
       const { hasMissing } = shown.info.mapping;
       legend.field = { name, ...(units && { units }), scale, ...(hasMissing && { hasMissing }) };
+      if (lines > 0) {
+        const along = renderer.picture.colours(colourMap, 256);
+        legend.lines = { interval: lines, ticks: lineTicks(legend.range, scale, lines, along) };
+      }
       if (steps > 1) legend.colours = stepped(renderer.picture.colours(colourMap, steps));
     }
     if (slices) legend.slices = slices;

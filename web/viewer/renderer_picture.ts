@@ -51,6 +51,7 @@ export class RendererPicture {
       fieldMissing: missingColour,
       fieldScale: fieldScales.indexOf(look.field.scale),
       fieldSteps: look.field.steps,
+      fieldLines: look.field.lines,
       eyeDome: look.eyeDome,
     });
     this.#instance.exports._isosplat_renderer_set_appearance(this.#instance.scratch);

@@ -150,6 +150,11 @@ export interface FieldLook {
   scale: FieldScale;
   /** The number of colours; 0: the whole colour map. */
   steps: number;
+  /**
+   * The distance of contour lines, which are where the value is a multiple of it; with a logarithmic scale, where the
+   * logarithm to base 10 is. 0: no lines.
+   */
+  lines: number;
 }
 
 /** How the surfaces look. */
@@ -173,6 +178,14 @@ export type LookChange = Partial<Omit<Look, "field">> & {
   field?: Pick<FieldLook, "name"> & Partial<FieldLook>;
 };
 
+/** Where a contour line is in the legend. */
+export interface LineTick {
+  /** 0: at the first colour, 1: at the last one. */
+  at: number;
+  /** Dark lines are on bright colours, and bright ones on dark colours. */
+  isDark: boolean;
+}
+
 /** The meaning of colours (shared/render/passes/splat_passes.cpp, scalar_weights). */
 export interface Legend {
   colourBy: Exclude<Colouring, "isosurface">;
@@ -182,6 +195,8 @@ export interface Legend {
   range: readonly [number, number] | null;
   /** The field that colours represent, with the units that its file states. */
   field?: { name: string; units?: string; scale: FieldScale; hasMissing?: true };
+  /** The contour lines of the field: their distance (FieldLook.lines), and where they are among the colours. */
+  lines?: { interval: number; ticks: readonly LineTick[] };
   /** There are slices, which are hatched where no values are loaded. */
   slices?: true;
   /** The values and colours of slices, if the colours above do not represent values. */
@@ -244,7 +259,7 @@ export const defaultLook: Look = {
   shading: "smooth",
   colourBy: "isosurface",
   colourMap: "viridis",
-  field: { name: "", range: null, scale: "linear", steps: 0 },
+  field: { name: "", range: null, scale: "linear", steps: 0, lines: 0 },
   background: "#ffffff",
   light: defaultLight,
   eyeDome: 0.15,

@@ -152,6 +152,7 @@ typedef struct IsosplatIsosurface {
 /// The part of RenderSettings that decides the colours.
 typedef struct IsosplatAppearance {
   double colour_low, colour_high;  ///< the range of the quantity that the colour map shows
+  double field_lines;              ///< distance of contour lines; 0: none
   uint32_t colour_by;              ///< ColourBy
   uint32_t colour_map;             ///< ColourMap
   float background[4];             ///< with alpha

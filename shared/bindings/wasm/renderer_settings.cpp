@@ -76,6 +76,8 @@ void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
               settings.background.begin());
     settings.field_scale = static_cast<FieldScale>(std::min(appearance->field_scale, kLastScale));
     settings.field_steps = static_cast<int>(std::min(appearance->field_steps, kMostSteps));
+    settings.field_lines = appearance->field_lines;
+    if (!has_lines(settings)) settings.field_lines = 0;  // NaN would differ from itself
     const float* missing = appearance->field_missing;
     settings.field_missing_colour = {missing[0], missing[1], missing[2]};
     settings.eye_dome = appearance->eye_dome;

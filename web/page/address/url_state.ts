@@ -65,7 +65,7 @@ export const minOpacity = 0.05;
  *   camera=azimuth,elevation,distance,x,y,z[,roll[,field of view]]
  *   projection=orthographic        parallel rays
  *   kind=exact  shading=exact  colour-by=gradient  map=magma  background=ffffff  shade=0.5
- *   field=pressure  field-range=0,12.5  field-scale=logarithmic  field-steps=8    with colour-by=field
+ *   field=pressure  field-range=0,12.5  field-scale=logarithmic  field-steps=8  field-lines=0.5    with colour-by=field
  *   light=azimuth,elevation        of the key light, in degrees
  *   light-strength=key,sky,rim  material=highlight,roughness
  *   occlusion=strength,radius  shadow=strength,softness     see Light for the ranges
@@ -163,6 +163,11 @@ function readSteps(text: string): number | undefined {
   return Number.isInteger(steps) && Number(steps) >= 2 && Number(steps) <= 256 ? steps : undefined;
 }
 
+function readAboveZero(text: string): number | undefined {
+  const number = readNumber(text);
+  return Number(number) > 0 ? number : undefined;
+}
+
 function readShow(text: string): ReadonlySet<OverlayPart> | undefined {
   if (text === "none") return new Set();
   const parts = text.split(",").map((name) => oneOf(name, overlayParts));
@@ -222,13 +227,14 @@ export function readUrl(search: string): UrlState {
     fieldScales.join(", "),
   );
   const fieldSteps = read("field-steps", readSteps, "2 … 256");
+  const fieldLines = read("field-lines", readAboveZero, pageTexts.isAboveZero);
   if (state.colourBy === "field" && !fieldName) {
     delete state.colourBy;
     notes.push(ignored("colour-by", "field", pageTexts.isFieldName));
   }
   if (fieldName) {
     const [range, scale, steps] = [fieldRange ?? null, fieldScale ?? "linear", fieldSteps ?? 0];
-    state.field = { name: fieldName, range, scale, steps };
+    state.field = { name: fieldName, range, scale, steps, lines: fieldLines ?? 0 };
   }
   const colourMap = read("map", (text) => oneOf(text, colourMaps), colourMaps.join(", "));
   if (colourMap) state.colourMap = colourMap;
@@ -329,11 +335,12 @@ export function writeUrl(state: UrlState): string {
   add("shading", state.shading);
   add("colour-by", state.colourBy);
   if (state.field) {
-    const { name, range, scale, steps } = state.field;
+    const { name, range, scale, steps, lines } = state.field;
     add("field", name);
     add("field-range", range?.join(","));
     if (scale !== "linear") add("field-scale", scale);
     if (steps > 0) add("field-steps", String(steps));
+    if (lines > 0) add("field-lines", String(lines));
   }
   add("map", state.colourMap);
   add("background", state.background?.slice(1));

@@ -1,10 +1,9 @@
 import { marksSvg } from "../../capture/picture_marks.ts";
 import type { Measurement } from "../../measure/measurement.ts";
 import { Screen } from "../../overlay/screen.ts";
-import { panelTexts } from "../../texts/panel.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
-import { legendTexts } from "../panel/legend.ts";
+import { fieldNotes, legendTexts } from "../panel/legend.ts";
 
 export const markNames = ["title", "scale", "axes", "legend", "measurements"] as const;
 export type MarkName = (typeof markNames)[number];
@@ -50,7 +49,8 @@ export function shownMarks(
             name: texts.units ? `${texts.name} (${texts.units})` : texts.name,
             colours: legend.colours,
             ends: [texts.low, texts.high],
-            ...(legend.field?.hasMissing && { note: panelTexts.fieldMissing }),
+            ticks: legend.lines?.ticks ?? [],
+            notes: fieldNotes(legend),
           },
         }),
       hasScale: has("scale"),

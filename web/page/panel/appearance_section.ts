@@ -33,7 +33,7 @@ function quantities(
 function colouredBy(chosen: string, { field }: Look): Partial<Look> {
   if (!chosen.startsWith(fieldPrefix)) return { colourBy: chosen as Look["colourBy"] };
   const name = chosen.slice(fieldPrefix.length);
-  return { colourBy: "field", field: { ...field, name, range: null } };
+  return { colourBy: "field", field: { ...field, name, range: null, lines: 0 } };
 }
 
 /** Splats, colouring and background of the picture; the language of the page. */

@@ -1,7 +1,8 @@
 import { html, nothing, svg, type TemplateResult } from "lit";
 import type { Bins, FieldInfo } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
-import { distinct } from "../../viewer/field_of.ts";
+import { fittingInterval } from "../../viewer/field_lines.ts";
+import { distinct, shownRange } from "../../viewer/field_of.ts";
 import type { FieldLook, FieldScale } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
 import { select } from "./form_elements.ts";
@@ -60,10 +61,59 @@ export function fieldPart(
         ${panelTexts.wholeRange}
       </button>
     </div>
-    ${select(panelTexts.fieldScale, look.scale, panelTexts.fieldScales, (scale) =>
-      change({ scale: scale as FieldScale }),
-    )}
-    ${select(panelTexts.fieldSteps, String(look.steps), stepTexts, (n) => change({ steps: Number(n) }))}`;
+    ${select(panelTexts.fieldScale, look.scale, panelTexts.fieldScales, (chosen) => {
+      const scale = chosen as FieldScale;
+      // The interval of a logarithmic scale has another meaning.
+      const keeps = (scale === "logarithmic") === (look.scale === "logarithmic");
+      const lines = keeps || look.lines === 0 ? look.lines : fitted(range, scale);
+      change({ scale, lines });
+    })}
+    ${select(panelTexts.fieldSteps, String(look.steps), stepTexts, (n) => change({ steps: Number(n) }))}
+    ${linesPart(look, range, (lines) => change({ lines }))}`;
+}
+
+function fitted(range: readonly [number, number], scale: FieldScale): number {
+  return fittingInterval(shownRange(range, scale), scale);
+}
+
+/** The contour lines: a switch, and their distance. */
+function linesPart(
+  { lines, scale }: FieldLook,
+  range: readonly [number, number],
+  change: (lines: number) => void,
+): TemplateResult {
+  const enter = (event: Event) => {
+    const input = event.currentTarget as HTMLInputElement;
+    const value = parseValue(input.value);
+    if (value !== undefined && value > 0) change(value);
+    else input.value = formatValue(lines);
+  };
+  return html`<div class="field-range">
+    <button
+      type="button"
+      class="chip"
+      title=${panelTexts.contourLinesTitle}
+      aria-pressed=${lines > 0}
+      @click=${() => change(lines > 0 ? 0 : fitted(range, scale))}
+    >
+      ${panelTexts.contourLines}
+    </button>
+    ${
+      lines > 0
+        ? html`<label
+            >${scale === "logarithmic" ? panelTexts.lineDecades : panelTexts.lineInterval}
+            <input
+              class="small-input"
+              type="text"
+              inputmode="decimal"
+              autocomplete="off"
+              .value=${formatValue(lines)}
+              @change=${enter}
+            />
+          </label>`
+        : nothing
+    }
+  </div>`;
 }
 
 /** How often values occur on the surface, with the range of the colours. Heights are square roots of the counts. */

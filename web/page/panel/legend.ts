@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { pageTexts } from "../../texts/page.ts";
 import { panelTexts } from "../../texts/panel.ts";
-import type { Legend } from "../../viewer/types.ts";
+import type { Legend, LineTick } from "../../viewer/types.ts";
 import { formatValue } from "../shell/format.ts";
 
 /** The units of a quantity; `values`: the units of the volume's values. */
@@ -11,11 +11,18 @@ function unitsOf({ colourBy }: Legend, values: string | undefined): string {
   return colourBy === "projection-error" ? pageTexts.cells : "";
 }
 
-function bar(colours: readonly string[], low: unknown, high: unknown): TemplateResult {
+function bar(
+  colours: readonly string[],
+  low: unknown,
+  high: unknown,
+  ticks: readonly LineTick[] = [],
+): TemplateResult {
   return html`<div
       class="legend-colours"
       style=${`background:linear-gradient(to right, ${colours.join(", ")})`}
-    ></div>
+    >
+      ${ticks.map(({ at, isDark }) => html`<i class=${isDark ? "dark" : ""} style=${`left:${100 * at}%`}></i>`)}
+    </div>
     <div class="legend-ends"><span>${low}</span><span>${high}</span></div>`;
 }
 
@@ -51,13 +58,26 @@ export function legendTexts(legend: Legend, valueUnits: string | undefined): Leg
   return { name, units: unitsOf(legend, valueUnits), low, high };
 }
 
+/** What a legend states about its field: "Lines every 50 Pa", "Grey: no value". */
+export function fieldNotes({ lines, field }: Legend): string[] {
+  const notes: string[] = [];
+  if (lines && field) {
+    const interval = formatValue(lines.interval);
+    const isLogarithmic = field.scale === "logarithmic";
+    const said = isLogarithmic ? pageTexts.decades(interval) : `${interval} ${field.units ?? ""}`;
+    notes.push(pageTexts.linesEvery(said.trim()));
+  }
+  if (field?.hasMissing) notes.push(panelTexts.fieldMissing);
+  return notes;
+}
+
 /** The colour map and the values at its ends. */
 export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
   const { name, units, low, high } = legendTexts(legend, valueUnits);
   return html`<figure class="legend" aria-label=${pageTexts.colours(name, low, high, units)}>
     <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
-    ${bar(legend.colours, low, high)}
-    ${legend.field?.hasMissing ? html`<div class="quiet">${panelTexts.fieldMissing}</div>` : nothing}
+    ${bar(legend.colours, low, high, legend.lines?.ticks)}
+    ${fieldNotes(legend).map((note) => html`<div class="quiet">${note}</div>`)}
     ${legend.ofSlices ? slicesPart(legend.ofSlices, valueUnits ?? "") : nothing}
     ${legend.slices ? html`<div class="legend-hatched">${panelTexts.noValues}</div>` : nothing}
   </figure>`;
