@@ -109,7 +109,7 @@ Result<import::OpenAdaptiveGrid> AdaptiveBuild::open_mesh() {
   build_.max_error = 0;
   opened->notes.push_back(resampled_text(mesh, *resampled));
   VolumeHeader header;
-  header.format = "VTK XML";
+  header.format = opened->format;
   header.name = opened->name;
   header.grid = resampled->level_0;
   return import::OpenAdaptiveGrid{std::move(resampled->grid), std::move(header),

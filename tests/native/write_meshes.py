@@ -1,10 +1,12 @@
 """Writes meshes with VTK, for the comparison with its contours.
 
-usage: write_meshes.py FOLDER
+usage: write_meshes.py FOLDER [legacy]
 
 curved.vts: a curvilinear lattice. The array t of the points is a wave, whose isosurfaces have a
 curvature of some cells.
 quadratic.vtu: the same field on quadratic hexahedra, with curved edges.
+
+With "legacy": small meshes, each as KIND.xml and as KIND_VERSION_text.vtk and _binary.vtk.
 """
 
 import math
@@ -76,8 +78,45 @@ def quadratic(n):
     return with_field(grid)
 
 
+def uneven():
+    """A rectilinear grid with uneven spacing."""
+    grid = vtk.vtkRectilinearGrid()
+    grid.SetExtent(0, 3, 0, 2, 0, 4)
+    for name, count in (("X", 4), ("Y", 3), ("Z", 5)):
+        along = vtk.vtkDoubleArray()
+        for i in range(count):
+            along.InsertNextValue(i + 0.2 * i * i)
+        getattr(grid, f"Set{name}Coordinates")(along)
+    return with_field(grid)
+
+
+def write_legacy(folder):
+    meshes = (
+        ("curved", curved((3, 4, 2)), vtk.vtkXMLStructuredGridWriter, vtk.vtkStructuredGridWriter),
+        (
+            "quadratic",
+            quadratic((2, 2, 2)),
+            vtk.vtkXMLUnstructuredGridWriter,
+            vtk.vtkUnstructuredGridWriter,
+        ),
+        ("uneven", uneven(), vtk.vtkXMLRectilinearGridWriter, vtk.vtkRectilinearGridWriter),
+    )
+    for name, grid, xml, legacy in meshes:
+        write(xml(), grid, f"{folder}/{name}.xml")
+        for version in (42, 51):
+            for form in ("text", "binary"):
+                writer = legacy()
+                writer.SetFileVersion(version)
+                if form == "binary":
+                    writer.SetFileTypeToBinary()
+                write(writer, grid, f"{folder}/{name}_{version}_{form}.vtk")
+
+
 def main():
     folder = sys.argv[1]
+    if "legacy" in sys.argv[2:]:
+        write_legacy(folder)
+        return
     write(vtk.vtkXMLStructuredGridWriter(), curved((16, 40, 24)), folder + "/curved.vts")
     write(vtk.vtkXMLUnstructuredGridWriter(), quadratic((8, 20, 12)), folder + "/quadratic.vtu")
 

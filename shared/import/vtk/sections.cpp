@@ -44,13 +44,18 @@ std::optional<TypeName> type_named(const std::string& name) {
 
 /// Reads the sections of one file.
 class Parser {
+  enum class Place : uint8_t { geometry, attribute, field };
+
  public:
-  Parser(const std::filesystem::path& path, LineScanner scanner)
-      : path_(path), scanner_(std::move(scanner)) {}
+  Parser(const std::filesystem::path& path, LineScanner scanner,
+         const std::vector<std::string_view>& datasets)
+      : path_(path), scanner_(std::move(scanner)), datasets_(datasets) {}
 
   Result<VtkFile> parse() {
-    for (int i = 0; i < 2; ++i) {  // the version and a title
-      if (auto text = scanner_.line(); !text) return tl::unexpected(text.error());
+    for (const bool is_version : {true, false}) {  // the version, and a title
+      auto text = scanner_.line();
+      if (!text) return tl::unexpected(text.error());
+      if (is_version && *text) has_offsets_ = is_version_5(**text);
     }
     auto coding = scanner_.next_words();
     if (!coding) return tl::unexpected(coding.error());
@@ -94,13 +99,14 @@ class Parser {
   }
 
   Result<VtkFile> finish() {
-    if (!is_structured_points_) {
+    if (file_.dataset.empty()) {
       return fail(Status::unsupported_format,
                   fmt::format("{}: expected DATASET STRUCTURED_POINTS, found the end of the file: "
                               "only regular grids are volumes",
                               path_.string()));
     }
-    if (!has_dimensions_) return scanner_.malformed("expected DIMENSIONS, found none");
+    if (!has_dimensions_ && file_.dataset != "unstructured_grid")
+      return scanner_.malformed("expected DIMENSIONS, found none");
     return file_;
   }
 
@@ -139,20 +145,74 @@ class Parser {
     }
     if (key == "metadata") return metadata();
     if (key == "field") return field(parts);
+    if (key == "points" || key == "x_coordinates" || key == "y_coordinates" ||
+        key == "z_coordinates") {
+      return positions(key, parts);
+    }
+    if (key == "cells" || key == "cell_types") return cells(key, parts);
     return attribute(key, parts);
   }
 
   Result<void> dataset(const std::vector<std::string>& parts) {
     const std::string name = parts.size() > 1 ? lower_case(parts[1]) : "nothing";
-    if (name != "structured_points") {
+    if (std::find(datasets_.begin(), datasets_.end(), name) == datasets_.end()) {
+      const bool is_mesh = name == "unstructured_grid" || name == "structured_grid";
       return fail(
           Status::unsupported_format,
           fmt::format("{}: expected DATASET STRUCTURED_POINTS, found {}: only regular grids "
-                      "are volumes; resample it to an image (in ParaView: Resample To "
-                      "Image)",
-                      path_.string(), name));
+                      "are volumes; {}",
+                      path_.string(), name,
+                      is_mesh ? "isosplat build makes a scene of it"
+                              : "resample it to an image (in ParaView: Resample To Image)"));
     }
-    is_structured_points_ = true;
+    file_.dataset = name;
+    return {};
+  }
+
+  static bool is_version_5(const std::string& line) {
+    const auto parts = words(line);
+    const std::string_view version = parts.empty() ? "" : parts.back();
+    const auto major = whole_number(version.substr(0, version.find('.')));
+    return major && *major >= 5;
+  }
+
+  /// POINTS n type, X_COORDINATES n type.
+  Result<void> positions(const std::string& key, const std::vector<std::string>& parts) {
+    const auto count = parts.size() > 2 ? whole_number(parts[1]) : std::nullopt;
+    if (!count || *count < 0) {
+      return scanner_.malformed(fmt::format("expected a number and a type after {}", parts[0]));
+    }
+    return add(key, parts[2], key == "points" ? 3 : 1, static_cast<uint64_t>(*count),
+               Place::geometry);
+  }
+
+  /// CELLS cells numbers, with the number of each cell's points before them; from version 5 on
+  /// CELLS offsets numbers, with the sections OFFSETS and CONNECTIVITY. CELL_TYPES cells.
+  Result<void> cells(const std::string& key, const std::vector<std::string>& parts) {
+    const auto number = [&](size_t i) {
+      return parts.size() > i ? whole_number(parts[i]).value_or(-1) : -1;
+    };
+    const bool are_types = key == "cell_types";
+    const int64_t count = number(1), numbers = number(are_types ? 1 : 2);
+    if (count < 0 || numbers < 0) {
+      return scanner_.malformed(fmt::format("expected numbers after {}", parts[0]));
+    }
+    if (are_types || !has_offsets_) {
+      return add(key, "int", 1, static_cast<uint64_t>(numbers), Place::geometry);
+    }
+    for (const bool are_offsets : {true, false}) {
+      const char* const name = are_offsets ? "offsets" : "connectivity";
+      const auto words = scanner_.next_words();
+      if (!words) return tl::unexpected(words.error());
+      if (words->size() < 2 || lower_case(words->front()) != name) {
+        return scanner_.malformed(fmt::format("expected {} and a type after CELLS", name));
+      }
+      if (auto added = add(name, (*words)[1], 1,
+                           static_cast<uint64_t>(are_offsets ? count : numbers), Place::geometry);
+          !added) {
+        return added;
+      }
+    }
     return {};
   }
 
@@ -182,7 +242,7 @@ class Parser {
 
   /// Records an array whose values begin here, and skips the values.
   Result<void> add(std::string name, const std::string& type_name, int64_t components,
-                   uint64_t values, bool is_field) {
+                   uint64_t values, Place place) {
     const auto type = type_named(type_name);
     uint64_t numbers = 0;
     if (components < 1 || components > 1000 ||
@@ -193,23 +253,31 @@ class Parser {
       return scanner_.malformed(
           fmt::format("the array '{}' has the unknown type {}", name, type_name));
     }
-    if (in_data_) {
+    VtkArray* added = nullptr;
+    if (in_data_ || place == Place::geometry) {
       VtkArray array;
       array.name = std::move(name);
       array.of_cells = of_cells_;
-      array.is_field = is_field;
+      array.is_field = place == Place::field;
       array.components = static_cast<int>(components);
       if (type) array.type = type->type;
       array.type_name = type_name;
       array.values = values;
       array.offset = scanner_.position();
-      file_.arrays.push_back(std::move(array));
+      auto& arrays = place == Place::geometry ? file_.geometry : file_.arrays;
+      added = &arrays.emplace_back(std::move(array));
     }
+    auto done = skip_values(numbers, type ? type->bytes : 0);
+    if (added) added->end = scanner_.position();
+    return done;
+  }
+
+  Result<void> skip_values(uint64_t numbers, size_t value_bytes) {
     if (!file_.is_binary) return skipped(scanner_.skip_numbers(numbers));
     uint64_t bytes = 0;
-    if (type->bytes == 0) {
-      bytes = (numbers + 7) / 8;
-    } else if (__builtin_mul_overflow(numbers, type->bytes, &bytes)) {
+    if (value_bytes == 0) {
+      bytes = numbers / 8 + (numbers % 8 > 0 ? 1 : 0);
+    } else if (__builtin_mul_overflow(numbers, value_bytes, &bytes)) {
       bytes = UINT64_MAX;
     }
     return skipped(scanner_.skip_bytes(bytes));
@@ -243,8 +311,8 @@ class Parser {
       if (lower_case((*words)[3]) == "string") {
         return scanner_.malformed("expected numbers in a FIELD, found strings");
       }
-      if (auto added =
-              add((*words)[0], (*words)[3], *components, static_cast<uint64_t>(*tuples), true);
+      if (auto added = add((*words)[0], (*words)[3], *components, static_cast<uint64_t>(*tuples),
+                           Place::field);
           !added) {
         return added;
       }
@@ -265,13 +333,13 @@ class Parser {
       if (table->empty() || lower_case(table->front()) != "lookup_table") {
         return scanner_.malformed("expected LOOKUP_TABLE after SCALARS");
       }
-      return add(name, type, *components, values_, false);
+      return add(name, type, *components, values_, Place::attribute);
     }
     if (key == "color_scalars") {
       const auto components = whole_number(type);
       if (!components) return scanner_.malformed("expected COLOR_SCALARS, a name and a number");
       return add(name, file_.is_binary ? "unsigned_char" : "float",
-                 std::max<int64_t>(*components, 2), values_, false);
+                 std::max<int64_t>(*components, 2), values_, Place::attribute);
     }
     if (key == "lookup_table") {
       const auto entries = whole_number(type);
@@ -281,11 +349,14 @@ class Parser {
       if (!file_.is_binary) return skipped(scanner_.skip_numbers(numbers));
       return skipped(scanner_.skip_bytes(numbers));
     }
-    if (key == "vectors" || key == "normals") return add(name, type, 3, values_, false);
-    if (key == "tensors") return add(name, type, 9, values_, false);
+    if (key == "global_ids" || key == "pedigree_ids") {
+      return add(name, type, 1, values_, Place::attribute);
+    }
+    if (key == "vectors" || key == "normals") return add(name, type, 3, values_, Place::attribute);
+    if (key == "tensors") return add(name, type, 9, values_, Place::attribute);
     if (key == "texture_coordinates" && parts.size() > 3) {
       return add(name, parts[3], std::max<int64_t>(whole_number(type).value_or(2), 2), values_,
-                 false);
+                 Place::attribute);
     }
     return scanner_.malformed(fmt::format(
         "expected a section such as POINT_DATA or SCALARS, found '{}'", key.substr(0, 40)));
@@ -295,17 +366,33 @@ class Parser {
   LineScanner scanner_;
   VtkFile file_;
   std::map<std::string, Vec3d> numbers_of_;  ///< of the fields with three numbers
-  bool is_structured_points_ = false, has_dimensions_ = false;
+  const std::vector<std::string_view>& datasets_;
+  bool has_dimensions_ = false, has_offsets_ = false;
   bool in_data_ = false, of_cells_ = false;
   uint64_t values_ = 0;
 };
 
 }  // namespace
 
-Result<VtkFile> read_vtk_sections(const std::filesystem::path& path) {
+Result<VtkFile> read_vtk_sections(const std::filesystem::path& path,
+                                  const std::vector<std::string_view>& datasets) {
   auto file = open_plain(path);
   if (!file) return tl::unexpected(file.error());
-  return Parser(path, LineScanner(path, std::move(*file), "VTK")).parse();
+  return Parser(path, LineScanner(path, std::move(*file), "VTK"), datasets).parse();
+}
+
+std::string vtk_dataset(std::string_view beginning) {
+  if (!beginning.starts_with("# vtk DataFile")) return {};
+  for (size_t line = 0, begin = 0; line < 100 && begin < beginning.size(); ++line) {
+    const size_t end = std::min(beginning.find('\n', begin), beginning.size());
+    const auto parts = words(beginning.substr(begin, end - begin));
+    // The first three lines are the version, a title and the encoding.
+    if (line >= 3 && parts.size() > 1 && lower_case(parts[0]) == "dataset") {
+      return lower_case(parts[1]);
+    }
+    begin = end + 1;
+  }
+  return {};
 }
 
 }  // namespace isosplat::import

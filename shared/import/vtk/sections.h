@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/core/base/status.h"
@@ -22,12 +23,17 @@ struct VtkArray {
   std::string type_name;
   uint64_t values = 0;  ///< number of points or cells with values
   uint64_t offset = 0;  ///< of the first value, in the file
+  uint64_t end = 0;     ///< of the byte after the last value, and after a separator in text form
 };
 
-/// A legacy VTK file with structured points, without its values.
+/// A legacy VTK file, without its values.
 struct VtkFile {
   bool is_binary = false;
-  Vec3<int64_t> dimensions;  ///< points along each axis
+  std::string dataset;  ///< in lower case: structured_points, rectilinear_grid, …
+  /// The arrays of positions and of cells: points; x_coordinates, y_coordinates, z_coordinates;
+  /// cells, or offsets and connectivity (from version 5 on); cell_types.
+  std::vector<VtkArray> geometry;
+  Vec3<int64_t> dimensions;  ///< points along each axis; of unstructured grids 0
   Vec3d spacing{1, 1, 1};
   Vec3d origin{0, 0, 0};
   bool has_no_spacing = true;
@@ -39,8 +45,12 @@ struct VtkFile {
 };
 
 /// Reads the sections of a file and skips their values. Binary values are skipped without reading;
-/// text is read up to the last array. Errors: io_error, malformed_volume, truncated,
-/// unsupported_format for other data sets.
-Result<VtkFile> read_vtk_sections(const std::filesystem::path& path);
+/// text is read up to the last array. `datasets`: those that are read. Errors: io_error,
+/// malformed_volume, truncated, unsupported_format for other data sets.
+Result<VtkFile> read_vtk_sections(const std::filesystem::path& path,
+                                  const std::vector<std::string_view>& datasets);
+
+/// The name of the data set in the first lines of a file, in lower case; empty if it is none.
+std::string vtk_dataset(std::string_view beginning);
 
 }  // namespace isosplat::import

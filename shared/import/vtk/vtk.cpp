@@ -13,9 +13,11 @@
 #include "shared/import/volume/refusals.h"
 #include "shared/import/voxels/array_source.h"
 #include "shared/import/voxels/text_voxels.h"
+#include "shared/import/vtk/axes.h"
 #include "shared/import/vtk/sections.h"
 
-// Reads legacy VTK files with structured points: selects the array of scalars and checks its size.
+// Reads legacy VTK files with structured points or evenly spaced coordinates: selects the array of
+// scalars and checks its size.
 namespace isosplat::import {
 namespace {
 
@@ -139,7 +141,7 @@ Voxels voxels_of(const VtkFile& file, const VtkArray& array, std::vector<std::st
 
 Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
                                    const ImportOptions& options) {
-  const auto file = read_vtk_sections(path);
+  auto file = read_vtk_sections(path, {"structured_points", "rectilinear_grid"});
   if (!file) return tl::unexpected(file.error());
   std::vector<std::string> notes;
   const auto chosen = choose(path, *file, options, notes);
@@ -149,6 +151,17 @@ Result<OpenVolume> open_vtk_legacy(const std::filesystem::path& path,
     return tl::unexpected(checked.error());
   }
   if (const auto step = choose_step(path, 1, options); !step) return tl::unexpected(step.error());
+  if (file->dataset == "rectilinear_grid") {
+    const auto uneven = place_vtk_axes(path, *file);
+    if (!uneven) return tl::unexpected(uneven.error());
+    if (*uneven != 0) {
+      return fail(Status::unsupported_format,
+                  fmt::format("{}: expected evenly spaced coordinates along {}, found others: "
+                              "isosplat build makes a scene of this grid; for a volume, resample "
+                              "it to an image (in ParaView: Resample To Image), and save that",
+                              path.string(), *uneven));
+    }
+  }
   const auto [sizes, geometry] = voxels_of(*file, *array, notes);
   const uint64_t needed = array_bytes(sizes, 1, 1);
   if (needed != array->values) {

@@ -137,12 +137,13 @@ class CellReader {
   }
 
   Result<void> read_offsets() {
-    const auto offsets = array("offsets");
+    const bool has_counts = piece_.layout == VtkCellLayout::counts;
+    const auto offsets = array(has_counts ? "cells" : "offsets");
     if (!offsets) return tl::unexpected(offsets.error());
     uint64_t bytes = 0, before = 0, parts = 0, points = 0, corners = 0;
     size_t i = 0;
     std::string problem;
-    auto read = visit_vtk_xml_numbers(file_, **offsets, piece_.cells, [&](double number) {
+    const auto add_end = [&](double number) {
       if (ends_.empty()) ends_.reserve(static_cast<size_t>(piece_.cells));
       // Connectivity is below 2^32 numbers, as memory bounds it.
       if (!(number >= static_cast<double>(before)) || number > static_cast<double>(kMaxCount)) {
@@ -153,18 +154,20 @@ class CellReader {
         return false;
       }
       const auto end = static_cast<uint64_t>(number);
+      const uint64_t nodes = end - before - (has_counts ? 1 : 0);
       const auto count = node_count(types_[i]);
-      if (count && end - before != *count) {
+      if (count && nodes != *count) {
         problem = fmt::format("expected {} points of cell {} of type {}, found {}", *count, i,
-                              types_[i], end - before);
+                              types_[i], nodes);
         return false;
       }
-      if (types_[i] == kPolyhedron && end - before < 4) {
-        problem = fmt::format("expected at least 4 points of cell {}, a polyhedron, found {}", i,
-                              end - before);
+      if (types_[i] == kPolyhedron && nodes < 4) {
+        problem =
+            fmt::format("expected at least 4 points of cell {}, a polyhedron, found {}", i, nodes);
         return false;
       }
       bytes += bytes_of(types_[i]);
+      if (types_[i] == kPolyhedron && has_counts) bytes += polyhedron_bytes(nodes);
       if (const CellDivision* const division = division_of(types_[i])) {
         parts += division->parts.size();
         points += division->points.size();
@@ -176,9 +179,30 @@ class CellReader {
       before = end;
       ++i;
       return true;
+    };
+    // The numbers of the array, and those of them that are no ends.
+    const uint64_t first = piece_.layout == VtkCellLayout::offsets ? 1 : 0;
+    const uint64_t total = has_counts ? (*offsets)->words : piece_.cells + first;
+    uint64_t at = 0, next = first;
+    auto read = visit_vtk_xml_numbers(file_, **offsets, total, [&](double number) {
+      if (at++ < next) return true;  // a node, or the 0 before the offsets
+      if (!has_counts) return add_end(number);
+      if (i == piece_.cells || !(number >= 0) || number > static_cast<double>(total - at)) {
+        problem = fmt::format(
+            "expected CELLS with the nodes of {} cells, found {} as the number of "
+            "nodes of cell {}",
+            piece_.cells, number, i);
+        return false;
+      }
+      next = at + static_cast<uint64_t>(number);
+      return add_end(static_cast<double>(before) + 1 + number);
     });
     if (!read) return read;
     if (!problem.empty()) return malformed(problem);
+    if (i < piece_.cells) {
+      return malformed(
+          fmt::format("expected the nodes of {} cells, found those of {}", piece_.cells, i));
+    }
     bytes_ = bytes;
     if (auto fits = check_size(); !fits) return fits;
     UnstructuredMesh& mesh = builder_.mesh;
@@ -213,6 +237,7 @@ class CellReader {
   /// The faces of all polyhedra: of each its number of faces, and then of each face the number of
   /// its points and the points.
   Result<void> read_faces() {
+    if (piece_.layout == VtkCellLayout::counts) return {};  // they are in the array "cells"
     if (std::find(types_.begin(), types_.end(), kPolyhedron) == types_.end()) return {};
     if (array("polyhedron_to_faces")) {
       return fail(Status::unsupported_format,
@@ -258,7 +283,8 @@ class CellReader {
   }
 
   Result<void> read_corners() {
-    const auto connectivity = array("connectivity");
+    const bool has_counts = piece_.layout == VtkCellLayout::counts;
+    const auto connectivity = array(has_counts ? "cells" : "connectivity");
     if (!connectivity) return tl::unexpected(connectivity.error());
     first_point_ = builder_.mesh.points.size() - piece_.points;
     const uint64_t total = ends_.empty() ? 0 : ends_.back();
@@ -267,8 +293,12 @@ class CellReader {
     Result<void> added;
     auto read = visit_vtk_xml_numbers(file_, **connectivity, total, [&](double point) {
       while (ends_[cell] <= at) added = finish(cell++);  // cells without points
+      const bool is_count = has_counts && at == (cell == 0 ? 0 : ends_[cell - 1]);
       ++at;
-      if (is_volume(types_[cell])) {
+      if (has_counts && !is_count && types_[cell] == kPolyhedron) {
+        const bool fits = point >= 0 && point <= static_cast<double>(kMaxCount);
+        nodes_.push_back(fits ? static_cast<uint32_t>(point) : uint32_t{kMaxCount});
+      } else if (!is_count && is_volume(types_[cell])) {
         const auto index = index_of(point, cell);
         if (!index) {
           added = tl::unexpected(index.error());
@@ -314,8 +344,11 @@ class CellReader {
 
   /// The faces of a polyhedron, with the indices of the mesh's points.
   Result<std::vector<uint32_t>> faces_of(size_t cell) const {
-    const size_t begin = cell == 0 ? 0 : face_ends_[cell - 1];
-    const auto of_cell = std::span(faces_).subspan(begin, face_ends_[cell] - begin);
+    std::span<const uint32_t> of_cell = nodes_;
+    if (piece_.layout != VtkCellLayout::counts) {
+      const size_t begin = cell == 0 ? 0 : face_ends_[cell - 1];
+      of_cell = std::span(faces_).subspan(begin, face_ends_[cell] - begin);
+    }
     if (of_cell.empty() || !is_polyhedron(of_cell.subspan(1), of_cell[0])) {
       return malformed(
           fmt::format("expected the faces of cell {}, at least 4 with at least 3 points, found "

@@ -7,8 +7,10 @@
 #include <limits>
 #include <optional>
 
+#include "shared/import/vtk/axes.h"
 #include "shared/import/vtk_mesh/cells.h"
 #include "shared/import/vtk_mesh/lattice_cells.h"
+#include "shared/import/vtk_mesh/legacy.h"
 #include "shared/import/vtk_mesh/points.h"
 #include "shared/import/vtk_xml/choose.h"
 #include "shared/import/vtk_xml/numbers.h"
@@ -30,7 +32,11 @@ class Reader {
           Status::invalid_argument,
           path_.string() + ": --spacing: expected none for a mesh, whose points have positions");
     }
-    const auto grid = read_vtk_xml_pieces(path_);
+    const auto head = read_head(path_);
+    if (!head) return tl::unexpected(head.error());
+    const bool is_legacy = !vtk_dataset(head->bytes()).empty();
+    open_.format = is_legacy ? "VTK" : "VTK XML";
+    const auto grid = is_legacy ? read_vtk_legacy_mesh(path_) : read_vtk_xml_pieces(path_);
     if (!grid) return tl::unexpected(grid.error());
     open_.name = path_.stem().string();
     for (const VtkXmlFile& file : grid->files) open_.files.push_back(file.path);
@@ -203,6 +209,12 @@ class Reader {
 }  // namespace
 
 bool is_vtk_mesh(const FileHead& head) {
+  if (const std::string dataset = vtk_dataset(head.bytes()); !dataset.empty()) {
+    if (dataset == "rectilinear_grid") {
+      return head.packing == Packing::none && is_uneven_vtk_legacy(head.path);
+    }
+    return dataset == "unstructured_grid" || dataset == "structured_grid";
+  }
   const std::string type = vtk_xml_type(head.bytes());
   const std::string_view plain = std::string_view(type).substr(type.starts_with('P') ? 1 : 0);
   if (plain == "RectilinearGrid") {

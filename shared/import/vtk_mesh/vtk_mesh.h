@@ -12,7 +12,8 @@ namespace isosplat::import {
 /// An unstructured mesh in memory.
 struct OpenMesh {
   UnstructuredMesh mesh;
-  std::string name;  ///< the file's name without its suffix
+  std::string name;    ///< the file's name without its suffix
+  std::string format;  ///< "VTK XML" or "VTK"
   std::vector<std::string> notes;
   std::vector<std::filesystem::path> files;
 };

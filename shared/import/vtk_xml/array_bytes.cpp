@@ -257,11 +257,47 @@ Result<std::unique_ptr<ByteReader>> open_text(const VtkXmlFile& file, const VtkX
   return open_text_voxels(file.path, array.begin, *array.type, array.end);
 }
 
+/// The bytes of a file from an offset on.
+class PlainBytes : public ByteReader {
+ public:
+  PlainBytes(std::unique_ptr<ByteReader> file, uint64_t begin, uint64_t bytes)
+      : file_(std::move(file)), begin_(begin), bytes_(bytes) {}
+
+  Result<void> read(uint64_t offset, std::span<std::byte> out) override {
+    return file_->read(begin_ + offset, out);
+  }
+  bool is_random_access() const override { return true; }
+  uint64_t size_limit() const override { return bytes_; }
+  Result<uint64_t> count_after(uint64_t offset, uint64_t most) override {
+    return std::min(most, bytes_ - std::min(bytes_, offset));
+  }
+  uint64_t available_bytes() override { return bytes_; }
+  std::vector<std::filesystem::path> files() const override { return file_->files(); }
+
+ private:
+  std::unique_ptr<ByteReader> file_;
+  uint64_t begin_, bytes_;
+};
+
+Result<std::unique_ptr<ByteReader>> open_bytes(const VtkXmlFile& file, const VtkXmlArray& array,
+                                               uint64_t bytes) {
+  if (array.end - array.begin != bytes) {
+    const size_t size = voxel_bytes(*array.type);
+    return malformed_vtk_xml(
+        file.path, fmt::format("expected {} values in the array '{}', found {}", bytes / size,
+                               array.name, (array.end - array.begin) / size));
+  }
+  auto plain = open_plain(file.path);
+  if (!plain) return plain;
+  return std::make_unique<PlainBytes>(std::move(*plain), array.begin, bytes);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<ByteReader>> open_vtk_xml_array(const VtkXmlFile& file,
                                                        const VtkXmlArray& array, uint64_t bytes) {
   if (array.format == VtkXmlArray::Format::ascii) return open_text(file, array, bytes);
+  if (array.format == VtkXmlArray::Format::plain) return open_bytes(file, array, bytes);
 #ifdef __EMSCRIPTEN__
   if (file.compressor == VtkXmlCompressor::lzma) {
     return fail(Status::unsupported_format,

@@ -23,7 +23,7 @@ struct VtkXmlExtent {
 
 /// A DataArray: where its values are.
 struct VtkXmlArray {
-  enum class Format : uint8_t { ascii, base64, appended };
+  enum class Format : uint8_t { ascii, base64, appended, plain };  ///< plain: of legacy files
 
   std::string name;
   std::optional<VoxelType> type;  ///< nothing for unsupported types
@@ -39,6 +39,11 @@ struct VtkXmlArray {
 /// each point of a lattice, and with cells of several shapes.
 enum class VtkXmlGrid : uint8_t { image, rectilinear, structured, unstructured };
 
+/// How a file states the number of nodes of each cell: by the array "offsets" of the ends of cells
+/// in "connectivity"; by one with a 0 before them; or by numbers before the nodes in the array
+/// "cells".
+enum class VtkCellLayout : uint8_t { ends, offsets, counts };  // XML; legacy from 5.0 on; before
+
 /// A part of the grid.
 struct VtkXmlPiece {
   VtkXmlExtent extent;             ///< not of unstructured grids
@@ -48,6 +53,7 @@ struct VtkXmlPiece {
   std::vector<VtkXmlArray> coordinates;  ///< of rectilinear grids: of x, y and z
   std::vector<VtkXmlArray> positions;    ///< the arrays in <Points>: one
   std::vector<VtkXmlArray> topology;     ///< those in <Cells>: connectivity, offsets, types, …
+  VtkCellLayout layout = VtkCellLayout::ends;
 };
 
 enum class VtkXmlCompressor : uint8_t { none, zlib, lz4, lzma };

@@ -5,25 +5,10 @@
 #include <limits>
 
 #include "shared/core/grid/grid.h"
+#include "shared/import/geometry/even_axis.h"
 #include "shared/import/vtk_xml/numbers.h"
 
 namespace isosplat::import {
-namespace {
-
-/// Sets origin and spacing along an axis from positions. False if they are not evenly spaced.
-bool place_axis(const std::vector<double>& positions, double& origin, double& spacing) {
-  origin = positions.front();
-  spacing = (positions.back() - origin) / static_cast<double>(positions.size() - 1);
-  if (!std::isfinite(origin) || !std::isfinite(spacing) || spacing == 0) return false;
-  for (size_t i = 0; i < positions.size(); ++i) {
-    const double expected = origin + static_cast<double>(i) * spacing;
-    // Positions are often 32-bit floats.
-    if (!(std::abs(positions[i] - expected) <= 0.01 * std::abs(spacing))) return false;
-  }
-  return true;
-}
-
-}  // namespace
 
 Result<VtkXmlAxes> vtk_xml_axes(const VtkXmlPieces& grid, const std::array<int64_t, 3>& points) {
   VtkXmlAxes axes;
@@ -53,11 +38,13 @@ Result<VtkXmlAxes> vtk_xml_axes(const VtkXmlPieces& grid, const std::array<int64
       if (!own) return tl::unexpected(own.error());
       std::copy_n(own->begin() + offset(low, placed.used.low[axis]), end - begin, begin);
     }
-    if (!place_axis(all, *origins[axis], *spacings[axis])) {
+    const auto even = even_axis(all);
+    if (!even) {
       axes.uneven = "xyz"[axis];
       return axes;
     }
-    *origins[axis] -= *spacings[axis] * static_cast<double>(whole.low[axis]);
+    *spacings[axis] = even->spacing;
+    *origins[axis] = even->origin - even->spacing * static_cast<double>(whole.low[axis]);
   }
   return axes;
 }
