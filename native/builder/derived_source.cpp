@@ -81,37 +81,35 @@ DerivedSource::DerivedSource(std::unique_ptr<VolumeSource> volume, Derived deriv
       dual_edges_(header_.grid.dual_edges()) {
   const Vec3d spacing = header_.grid.spacing;
   most_curvature_ = 1 / std::min({spacing.x, spacing.y, spacing.z});
-  header_.type = VoxelType::f32;
+  header_.type = VoxelType::f64;
   header_.slope = 1;
   header_.intercept = 0;
 }
 
-float DerivedSource::value(Index3 voxel) const {
+double DerivedSource::value(Index3 voxel) const {
   const Index3 n = header_.grid.voxels;
-  const auto f = [&](int32_t i, int32_t j, int32_t k) {
-    return static_cast<double>(window_.at(i, j, k));
-  };
+  const auto f = [&](int32_t i, int32_t j, int32_t k) { return window_.at(i, j, k); };
   const Derivatives d = derivatives_at(f, Stencil(voxel.x, n.x), Stencil(voxel.y, n.y),
                                        Stencil(voxel.z, n.z), derived_ == Derived::curvature);
   const Vec3d gradient = multiply(dual_edges_, d.gradient);
   const double magnitude = length(gradient);
-  if (derived_ == Derived::gradient) return static_cast<float>(magnitude);
-  if (!(magnitude > 0)) return std::numeric_limits<float>::quiet_NaN();
+  if (derived_ == Derived::gradient) return magnitude;
+  if (!(magnitude > 0)) return std::numeric_limits<double>::quiet_NaN();
   double trace = 0;
   for (size_t row = 0; row < 9; row += 3) {
     trace += d.second({dual_edges_[row], dual_edges_[row + 1], dual_edges_[row + 2]});
   }
   const Vec3d normal = multiply_transposed(dual_edges_, gradient * (1 / magnitude));
   const double curvature = (d.second(normal) - trace) / (2 * magnitude);
-  return static_cast<float>(std::clamp(curvature, -most_curvature_, most_curvature_));
+  return std::clamp(curvature, -most_curvature_, most_curvature_);
 }
 
 Result<void> DerivedSource::read_slices(int32_t first, int32_t count, std::span<std::byte> out) {
   const Index3 n = header_.grid.voxels;
-  auto* values = reinterpret_cast<float*>(out.data());
+  auto* values = reinterpret_cast<double*>(out.data());
   for (int32_t z = first; z < first + count; ++z) {
     const Stencil slices(z, n.z);
-    if (auto held = window_.move_to(slices.low, slices.high + 1); !held) return held;
+    if (auto held = window_.move_to({slices.low, slices.high + 1}); !held) return held;
     for (int32_t y = 0; y < n.y; ++y) {
       for (int32_t x = 0; x < n.x; ++x) *values++ = value({x, y, z});
     }

@@ -30,12 +30,12 @@ class DerivedSource : public VolumeSource {
   const VolumeHeader& header() const override { return header_; }
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override;
   uint64_t resident_bytes() const override {
-    return volume_->resident_bytes() + 6 * window_.slice_bytes();
+    return volume_->resident_bytes() + window_.memory_bytes(3);
   }
   std::vector<std::filesystem::path> files() const override { return volume_->files(); }
 
  private:
-  float value(Index3 voxel) const;
+  double value(Index3 voxel) const;
 
   std::unique_ptr<VolumeSource> volume_;
   VolumeHeader header_;

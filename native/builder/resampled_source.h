@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "native/builder/slice_window.h"
 
@@ -13,19 +14,24 @@ struct ResamplingError {
   double outside = 0;       ///< share of the points that have no value
 };
 
-/// A volume at the voxels of another grid, by trilinear interpolation. Up to half a voxel beyond
-/// its outermost voxels it has their values; farther outside, and where one of the voxels around
-/// has no value, none. Its voxels are of type f32.
+/// Where a resampled volume has values beyond its outermost voxels: theirs.
+struct ResamplingReach {
+  double voxels = 0.5;     ///< up to this many of the volume's voxels,
+  double grid_voxels = 0;  ///< and this many of the new grid's
+};
+
+/// A volume at the voxels of another grid, by trilinear interpolation. Beyond the reach, and where
+/// one of the voxels around has no value, it has none. Its voxels are of type f64.
 class ResampledSource : public VolumeSource {
  public:
   /// From the volume's voxels at `from`, which has as many voxels as the volume, to those of `to`.
-  /// Of the volume's slices, those that one slice of `to` crosses are in memory; or all, if they
-  /// are many or are read in descending order, and take at most a quarter of `memory_bytes`.
-  /// Errors: out_of_memory if the slices that one crosses take more than half of `memory_bytes`.
-  static Result<std::unique_ptr<ResampledSource>> create(std::unique_ptr<VolumeSource> volume,
-                                                         const VolumeGrid& from,
-                                                         const VolumeGrid& to,
-                                                         uint64_t memory_bytes);
+  /// Of the volume's slices, those that one slice of `to` crosses are in memory; or those that `to`
+  /// crosses, if one crosses many or they are read in descending order, and if they take at most a
+  /// quarter of `memory_bytes`. `name`: of the volume, for messages. Errors: out_of_memory if the
+  /// slices that one crosses take more than half of `memory_bytes`.
+  static Result<std::unique_ptr<ResampledSource>> create(
+      const std::string& name, std::unique_ptr<VolumeSource> volume, const VolumeGrid& from,
+      const VolumeGrid& to, uint64_t memory_bytes, const ResamplingReach& reach = {});
 
   const VolumeHeader& header() const override { return header_; }
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
@@ -41,22 +47,23 @@ class ResampledSource : public VolumeSource {
 
  private:
   ResampledSource(std::unique_ptr<VolumeSource> volume, const VolumeGrid& from,
-                  const VolumeGrid& to);
+                  const VolumeGrid& to, const ResamplingReach& reach);
 
-  struct Slices {
-    int32_t first = 0, end = 0;  ///< empty: first = end
-  };
-  /// The volume's slices around the slices [first, end − 1] of the grid, or around rows of them.
+  /// A position in voxels of the volume.
+  Vec3d in_volume(Vec3d index) const { return multiply(to_volume_, index) + offset_; }
+  /// The volume's slices around slices or rows of the grid, from the first to the last; none if all
+  /// are outside.
   Slices crossed(double first, double last, double first_row, double last_row) const;
   Result<void> hold(Slices slices);
   /// The volume's value at a position in voxels of the grid. The window holds its slices.
-  float value(Vec3d index) const;
+  double value(Vec3d index) const;
 
   std::unique_ptr<VolumeSource> volume_;
   VolumeHeader header_;
   Matrix3d to_volume_;  ///< from an index of the grid to one of the volume, with offset_
   Vec3d offset_;
-  bool holds_all_ = false;
+  Vec3d reach_;              ///< beyond the outermost voxels, in voxels of the volume
+  Slices all_;               ///< that the grid crosses, if all are held; else none
   int32_t most_slices_ = 0;  ///< that one slice of the grid crosses
   SliceWindow window_;
 };

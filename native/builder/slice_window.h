@@ -7,22 +7,34 @@
 
 namespace isosplat {
 
-/// Consecutive slices of a volume as values (after slope and intercept) in single precision. NaN:
-/// no value. Slices that two windows share are read once. Borrows the volume.
+/// Slices [first, end).
+struct Slices {
+  int32_t first = 0, end = 0;
+
+  int32_t count() const { return end - first; }
+};
+
+/// Consecutive slices of a volume as values (after slope and intercept). NaN: no value. Slices that
+/// two windows share are read once. Borrows the volume.
 class SliceWindow {
  public:
   explicit SliceWindow(VolumeSource& volume) : volume_(volume) {}
 
-  /// Bytes of one slice in the window, and the most while it is read.
-  uint64_t slice_bytes() const;
+  /// Bytes of one slice in the window.
+  uint64_t slice_bytes() const { return slice_voxels() * sizeof(double); }
 
-  /// Holds slices [first, end) from now on, 0 ≤ first < end ≤ nz. Errors: those of the volume.
-  Result<void> move_to(int32_t first, int32_t end);
+  /// Memory while windows of this many slices move: two of them, and a slice as it is read.
+  uint64_t memory_bytes(int32_t slices) const {
+    return slice_bytes() * static_cast<uint64_t>(2 * slices + 1);
+  }
+
+  /// Holds these slices from now on, 0 ≤ first < end ≤ nz. Errors: those of the volume.
+  Result<void> move_to(Slices slices);
 
   /// Requires that the window holds slice z.
-  float at(int32_t x, int32_t y, int32_t z) const {
+  double at(int32_t x, int32_t y, int32_t z) const {
     const Index3 n = volume_.header().grid.voxels;
-    return values_[(static_cast<size_t>(z - first_) * static_cast<size_t>(n.y) +
+    return values_[(static_cast<size_t>(z - held_.first) * static_cast<size_t>(n.y) +
                     static_cast<size_t>(y)) *
                        static_cast<size_t>(n.x) +
                    static_cast<size_t>(x)];
@@ -30,11 +42,11 @@ class SliceWindow {
 
  private:
   size_t slice_voxels() const;
-  Result<void> read(int32_t first, int32_t end, float* values);
+  Result<void> read(Slices slices, double* values);
 
   VolumeSource& volume_;
-  int32_t first_ = 0, end_ = 0;
-  std::vector<float> values_;
+  Slices held_;
+  std::vector<double> values_;
   std::vector<std::byte> voxels_;
 };
 

@@ -139,11 +139,10 @@ Result<import::OpenAdaptiveGrid> AdaptiveBuild::open() {
       open_adaptive_fields(options_.fields, volume_, opened->grid, opened->header, output_path_,
                            grid_memory() * fields, [&](const std::string& text) { tell(text); });
   if (!opened_fields) return tl::unexpected(opened_fields.error());
-  fields_ = std::move(*opened_fields);
+  fields_ = std::move(opened_fields->fields);
   if (auto drawn = choose_drawn_cells(opened->grid); !drawn) return tl::unexpected(drawn.error());
   build_.notes = opened->notes;
-  key_ = options_.scene.key + input_versions(opened->files);
-  for (const FieldFile& field : options_.fields) key_ += field_version(field);
+  key_ = options_.scene.key + input_versions(opened->files) + opened_fields->version;
   return opened;
 }
 

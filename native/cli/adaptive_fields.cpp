@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "native/builder/field_place.h"
 #include "native/builder/source_path.h"
 #include "native/cli/adaptive_building.h"
+#include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "shared/core/adaptive/drawn_cells.h"
 #include "shared/core/adaptive/level_source.h"
@@ -70,8 +73,28 @@ Result<std::unique_ptr<VolumeSource>> open_level(const std::string& name,
                             name, level));
   }
   const VolumeGrid from = source->header().grid;
-  return field_at_voxels(std::make_unique<OwnedLevel>(field, std::move(*source)), from, lattice,
-                         memory_bytes);
+  return field_at_voxels(name, std::make_unique<OwnedLevel>(field, std::move(*source)), from,
+                         lattice, memory_bytes);
+}
+
+/// The share of the leaf cells of a grid that the grid of a field has.
+double shared_leaves(const AdaptiveGrid& grid, const VolumeGrid& place, const FieldGrid& field) {
+  const Vec3d edge = place.spacing, moved = field.header.grid.origin - place.origin;
+  const double rounding = 1e-6 * std::min({edge.x, edge.y, edge.z});
+  if (length(field.header.grid.spacing - edge) > rounding || length(moved) > rounding) return 0;
+  uint64_t all = 0, found = 0;
+  for (uint32_t level = 0; level < grid.levels(); ++level) {
+    const bool has_level = level < field.grid.levels() &&
+                           grid.cells_per_edge(0, level) == field.grid.cells_per_edge(0, level);
+    for (const auto& [key, brick] : grid.bricks(level)) {
+      for (size_t i = 0; i < kBrickVolume; ++i) {
+        if (brick.states[i] != CellState::leaf) continue;
+        ++all;
+        found += has_level && field.grid.bricks(level).state(cell_of(brick, i)) == CellState::leaf;
+      }
+    }
+  }
+  return all > 0 ? static_cast<double>(found) / static_cast<double>(all) : 0;
 }
 
 }  // namespace
@@ -79,23 +102,25 @@ Result<std::unique_ptr<VolumeSource>> open_level(const std::string& name,
 FieldInput AdaptiveField::input(uint32_t level, const VolumeGrid& lattice) const {
   if (!grid_) return field_inputs({&placed_, 1}, lattice).front();
   return {placed_.file.name, source_file_name(placed_.file.file),
-          [name = placed_.file.name, grid = grid_, level, lattice, memory = memory_bytes_] {
-            return open_level(name, grid, level, lattice, memory);
+          [file = placed_.file, grid = grid_, level, lattice] {
+            return open_level(file.name, grid, level, lattice, file.options.memory_bytes);
           }};
 }
 
-Result<std::vector<AdaptiveField>> open_adaptive_fields(
-    std::span<const FieldFile> files, const fs::path& volume, const AdaptiveGrid& grid,
-    const VolumeHeader& header, const fs::path& target, uint64_t memory_bytes,
-    const std::function<void(const std::string&)>& tell) {
-  std::vector<AdaptiveField> fields;
+Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files,
+                                            const fs::path& volume, const AdaptiveGrid& grid,
+                                            const VolumeHeader& header, const fs::path& target,
+                                            uint64_t memory_bytes,
+                                            const std::function<void(const std::string&)>& tell) {
+  AdaptiveFields opened_fields;
   for (const FieldFile& file : files) {
     if (!is_adaptive(file.file)) {
       VolumeGrid nodes = header.grid;
       nodes.voxels = grid.cells(0) + Index3{1, 1, 1};
-      auto placed = place_fields({&file, 1}, nodes, target, tell);
+      auto placed = place_fields({&file, 1}, nodes, {.target = target, .has_place = true}, tell);
       if (!placed) return tl::unexpected(placed.error());
-      fields.emplace_back(std::move(placed->front()));
+      opened_fields.fields.emplace_back(std::move(placed->front()));
+      opened_fields.version += field_version(file);
       continue;
     }
     if (is_amr(file.file) != is_amr(volume)) {
@@ -112,15 +137,28 @@ Result<std::vector<AdaptiveField>> open_adaptive_fields(
       return tl::unexpected(other.error());
     }
     if (auto drawn = choose_drawn_cells(opened->grid); !drawn) return tl::unexpected(drawn.error());
+    const auto field = std::make_shared<const FieldGrid>(
+        FieldGrid{std::move(opened->grid), std::move(opened->header)});
+    const double shared = shared_leaves(grid, header.grid, *field);
+    if (shared == 0) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("field '{}': expected cells at the places of the volume's cells, found "
+                      "none in {}",
+                      file.name, file.file.string()));
+    }
+    if (shared < 1) {
+      opened->notes.push_back(
+          fmt::format("{:.2g} % of the volume's cells have no value of it", 100 * (1 - shared)));
+    }
     for (const std::string& note : opened->notes) {
       tell(fmt::format("field '{}': {}", file.name, note));
     }
-    fields.emplace_back(file,
-                        std::make_shared<const FieldGrid>(
-                            FieldGrid{std::move(opened->grid), std::move(opened->header)}),
-                        memory);
+    opened_fields.fields.emplace_back(file, field);
+    opened_fields.version +=
+        fmt::format("\n{} {} ", file.name, file.options.dataset) + input_versions(opened->files);
   }
-  return fields;
+  return opened_fields;
 }
 
 }  // namespace isosplat::cli

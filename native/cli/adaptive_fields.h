@@ -21,8 +21,8 @@ class AdaptiveField {
   /// The field of a regular volume, which each level resamples.
   explicit AdaptiveField(PlacedField placed) : placed_(std::move(placed)) {}
   /// The field of an adaptive grid whose drawn cells are chosen.
-  AdaptiveField(const FieldFile& file, std::shared_ptr<const FieldGrid> grid, uint64_t memory_bytes)
-      : placed_{file, {}, {}}, grid_(std::move(grid)), memory_bytes_(memory_bytes) {}
+  AdaptiveField(const FieldFile& file, std::shared_ptr<const FieldGrid> grid)
+      : placed_{file, {}}, grid_(std::move(grid)) {}
 
   /// The field for the store of a level with this lattice.
   FieldInput input(uint32_t level, const VolumeGrid& lattice) const;
@@ -30,16 +30,25 @@ class AdaptiveField {
  private:
   PlacedField placed_;
   std::shared_ptr<const FieldGrid> grid_;  ///< null: of a regular volume
-  uint64_t memory_bytes_ = 0;
+};
+
+/// The fields of an adaptive grid.
+struct AdaptiveFields {
+  std::vector<AdaptiveField> fields;
+  std::string version;  ///< as field_version(), of all
 };
 
 /// Opens fields for an adaptive grid, which is resolved: regular volumes, or grids of the same
 /// kind, usually other arrays of its own file. `volume`: the grid's file. `memory_bytes`: limit of
-/// the memory of all. Calls `tell` with each note. Errors: those of place_fields, open_vtk_amr,
-/// open_vtk_mesh, values_on_leaves and check_not_input; invalid_argument for other kinds of grids.
-Result<std::vector<AdaptiveField>> open_adaptive_fields(
-    std::span<const FieldFile> files, const std::filesystem::path& volume, const AdaptiveGrid& grid,
-    const VolumeHeader& header, const std::filesystem::path& target, uint64_t memory_bytes,
-    const std::function<void(const std::string&)>& tell);
+/// the memory of all. Calls `tell` with each note, also about leaf cells that a field does not
+/// have. Errors: those of place_fields, open_vtk_amr, open_vtk_mesh, values_on_leaves and
+/// check_not_input; invalid_argument for other kinds of grids, and for a field without any of the
+/// leaf cells.
+Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files,
+                                            const std::filesystem::path& volume,
+                                            const AdaptiveGrid& grid, const VolumeHeader& header,
+                                            const std::filesystem::path& target,
+                                            uint64_t memory_bytes,
+                                            const std::function<void(const std::string&)>& tell);
 
 }  // namespace isosplat::cli

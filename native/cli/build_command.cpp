@@ -179,7 +179,7 @@ StoreBuilder builder_with_fields(const BuildCall& call, const import::ImportOpti
     const auto files = field_files(texts, options, volume);
     if (!files) return tl::unexpected(files.error());
     const VolumeGrid& grid = source.header().grid;
-    const auto fields = place_fields(*files, grid, target, note);
+    const auto fields = place_fields(*files, grid, {.target = target}, note);
     if (!fields) return tl::unexpected(fields.error());
     return build_store_with_fields(source, field_inputs(*fields, grid), target, build);
   };

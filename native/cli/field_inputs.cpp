@@ -4,12 +4,16 @@
 #include <glob.h>
 
 #include <algorithm>
+#include <set>
 
+#include "native/builder/field_build.h"
 #include "native/builder/field_place.h"
 #include "native/builder/source_path.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
+#include "native/cli/terminal.h"
 #include "shared/core/store/field_sections.h"
+#include "shared/core/store/format.h"
 #include "shared/import/slices/slice_files.h"
 
 namespace isosplat::cli {
@@ -24,6 +28,22 @@ Result<void> set_derived(const std::string& text, FieldFile& field) {
   return fail(
       Status::invalid_argument,
       fmt::format("field '{}': expected @gradient or @curvature, found '{}'", field.name, text));
+}
+
+/// Sets the file and its dataset, as "t.h5#/temperature" names them.
+void set_file(std::string file, const import::ImportOptions& options, FieldFile& field) {
+  std::error_code ignored;
+  const size_t hash = file.rfind('#');
+  if (hash != file.npos && !fs::exists(file, ignored)) {
+    field.options.dataset = file.substr(hash + 1);
+    file.resize(hash);
+  }
+  field.file = file;
+  if (import::format_of_file(field.file) != "raw") return;
+  field.options.dims = options.dims;
+  field.options.type = options.type;
+  field.options.big_endian = options.big_endian;
+  field.options.skip_bytes = options.skip_bytes;
 }
 
 Result<FieldFile> parse(const std::string& text, const import::ImportOptions& options) {
@@ -41,19 +61,64 @@ Result<FieldFile> parse(const std::string& text, const import::ImportOptions& op
   field.options.time_step = options.time_step;
   field.options.memory_bytes = options.memory_bytes;
   field.options.allowed = options.allowed;
-  std::string file = text.substr(equals + 1);
+  field.takes_voxels = options.spacing.has_value();
+  const std::string file = text.substr(equals + 1);
   if (file.front() == '@') {
     if (auto set = set_derived(file, field); !set) return tl::unexpected(set.error());
-    return field;
+  } else {
+    set_file(file, options, field);
   }
-  std::error_code ignored;
-  const size_t hash = file.rfind('#');
-  if (hash != file.npos && !fs::exists(file, ignored)) {
-    field.options.dataset = file.substr(hash + 1);
-    file.resize(hash);
-  }
-  field.file = file;
   return field;
+}
+
+/// Parses texts, whose names must be different. Derived fields are those of `volume`.
+Result<std::vector<FieldFile>> parse_all(std::span<const std::string> texts,
+                                         const import::ImportOptions& options,
+                                         const fs::path& volume) {
+  std::vector<FieldFile> fields;
+  std::set<std::string> names;
+  for (const std::string& text : texts) {
+    auto field = parse(text, options);
+    if (!field) return tl::unexpected(field.error());
+    if (!names.insert(field->name).second || names.size() > kMaxFields) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("--field: expected at most {} fields with different names, found more, "
+                      "or two with the name '{}'",
+                      kMaxFields, field->name));
+    }
+    if (field->derived && volume.empty()) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("field '{}': expected a file, since nothing can be derived from labels "
+                      "and adaptive grids, found {}",
+                      field->name, text));
+    }
+    if (field->derived) {
+      field->file = volume;
+      field->options = options;
+      field->takes_voxels = false;
+    }
+    fields.push_back(std::move(*field));
+  }
+  return fields;
+}
+
+bool is_pattern(const fs::path& file) {
+  std::error_code ignored;
+  return file.string().find('*') != std::string::npos && !fs::exists(file, ignored);
+}
+
+bool is_list(const fs::path& file) {
+  return file.extension() == ".txt";
+}
+
+/// Whether times are no more than the numbers of steps.
+bool are_indices(std::span<const double> times) {
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (times[i] != static_cast<double>(i)) return false;
+  }
+  return true;
 }
 
 /// The files whose names match a pattern, in natural order.
@@ -73,19 +138,25 @@ std::vector<fs::path> matching_files(const std::string& pattern) {
 /// The volumes of a field, one for each step of the scene, or a single one for all.
 Result<std::vector<SceneInput>> volumes_of_field(const FieldFile& field, const SceneInputs& scene) {
   const std::string text = field.file.string();
-  std::error_code ignored;
-  if (text.find('*') != text.npos && !fs::exists(field.file, ignored)) {
-    std::vector<SceneInput> volumes;
-    for (fs::path& file : matching_files(text)) volumes.push_back({std::move(file), field.options});
-    if (volumes.empty()) {
+  if (is_pattern(field.file)) {
+    std::vector<fs::path> files = matching_files(text);
+    if (files.empty()) {
       return fail(Status::io_error, fmt::format("field '{}': expected files such as {}, found none",
                                                 field.name, text));
     }
-    return volumes;
+    SceneInputs steps = files_as_steps(std::move(files), field.options);
+    if (steps.times.size() == scene.times.size() && steps.times != scene.times &&
+        !are_indices(steps.times) && !are_indices(scene.times)) {
+      note(
+          fmt::format("field '{}': the names of its files have other numbers than the times of the "
+                      "steps: they are taken in their order",
+                      field.name));
+    }
+    return std::move(steps.volumes);
   }
-  const bool is_list = field.file.extension() == ".txt";
-  auto volumes = is_list ? listed_steps(field.file, field.options)
-                         : volumes_of_file(field.file, field.options);
+  const bool is_a_list = is_list(field.file);
+  auto volumes = is_a_list ? listed_steps(field.file, field.options)
+                           : volumes_of_file(field.file, field.options);
   if (!volumes) return tl::unexpected(volumes.error());
   if (volumes->layers.size() > 1) {
     return fail(
@@ -94,7 +165,7 @@ Result<std::vector<SceneInput>> volumes_of_field(const FieldFile& field, const S
                     "one of them to a file",
                     field.name, volumes->layers.size()));
   }
-  if (is_list && volumes->times != scene.times) {
+  if (is_a_list && volumes->times != scene.times) {
     return fail(
         Status::invalid_argument,
         fmt::format("field '{}': expected the {} times of the scene, {} to {}, found other "
@@ -113,13 +184,35 @@ Result<import::OpenVolume> open_file(const FieldFile& file) {
   return opened;
 }
 
-Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid, const fs::path& target) {
+/// Finds the place of a field, and a note about it.
+Result<FieldPlace> place_of(const FieldFile& file, const VolumeGrid& grid, const VolumeGrid& found,
+                            bool has_place) {
+  if (!file.takes_voxels) return find_field_place(file.name, grid, found, has_place);
+  auto same = check_field_grid(file.name, grid.voxels, found.voxels);
+  if (!same) return tl::unexpected(same.error());
+  return FieldPlace{grid, true};
+}
+
+Result<void> check_memory(const FieldFile& file, const VolumeSource& source) {
+  BuildOptions options;
+  options.threads = 1;
+  const uint64_t needed = min_memory(source, options), found = file.options.memory_bytes;
+  if (needed <= found) return {};
+  return fail(Status::out_of_memory,
+              fmt::format("field '{}': expected a memory limit of at least {} MiB, found {} MiB: "
+                          "raise it (--memory)",
+                          file.name, (needed >> 20) + 1, found >> 20));
+}
+
+Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
+                          const PlaceOptions& options) {
   auto opened = open_file(file);
   if (!opened) return tl::unexpected(opened.error());
-  if (auto other = check_not_input(target, opened->source->files()); !other) {
+  if (auto other = check_not_input(options.target, opened->source->files()); !other) {
     return tl::unexpected(other.error());
   }
-  const auto found = find_field_place(file.name, grid, opened->source->header().grid);
+  const Index3 voxels = opened->source->header().grid.voxels;
+  const auto found = place_of(file, grid, opened->source->header().grid, options.has_place);
   if (!found) return tl::unexpected(found.error());
   PlacedField field{file, found->grid, std::move(opened->notes)};
   if (found->is_assumed) {
@@ -127,19 +220,25 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid, const f
         "its file places it elsewhere than the volume; its voxels are taken for those of the "
         "volume");
   }
-  std::string note;
-  auto resampled = field_at_voxels(std::move(opened->source), field.grid, grid,
-                                   file.options.memory_bytes, &note);
-  if (!resampled) return tl::unexpected(resampled.error());
-  if (!note.empty()) field.notes.push_back(std::move(note));
+  const auto source = field_at_voxels(file.name, std::move(opened->source), field.grid, grid,
+                                      file.options.memory_bytes);
+  if (!source) return tl::unexpected(source.error());
+  if (auto fits = check_memory(file, **source); !fits) return tl::unexpected(fits.error());
+  field.memory_bytes = (*source)->resident_bytes();
+  auto* const resampled = dynamic_cast<ResampledSource*>(source->get());
+  if (!options.measures || !resampled) return field;
+  auto text = resampling_note(*resampled, voxels);
+  if (!text) return tl::unexpected(text.error());
+  field.notes.push_back(std::move(*text));
   return field;
 }
 
-Result<std::unique_ptr<VolumeSource>> open(const FieldFile& file, const VolumeGrid& from,
-                                           const VolumeGrid& to) {
-  auto opened = open_file(file);
+Result<std::unique_ptr<VolumeSource>> open(const PlacedField& field, const VolumeGrid& to,
+                                           const ResamplingReach& reach) {
+  auto opened = open_file(field.file);
   if (!opened) return tl::unexpected(opened.error());
-  return field_at_voxels(std::move(opened->source), from, to, file.options.memory_bytes);
+  return field_at_voxels(field.file.name, std::move(opened->source), field.grid, to,
+                         field.file.options.memory_bytes, reach);
 }
 
 }  // namespace
@@ -147,21 +246,14 @@ Result<std::unique_ptr<VolumeSource>> open(const FieldFile& file, const VolumeGr
 Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
                                            const import::ImportOptions& options,
                                            const fs::path& volume) {
-  std::vector<FieldFile> fields;
-  for (const std::string& text : texts) {
-    auto field = parse(text, options);
-    if (!field) return tl::unexpected(field.error());
-    if (field->derived) {
-      if (volume.empty()) {
-        return fail(Status::invalid_argument,
-                    fmt::format("field '{}': expected a file, since nothing can be derived from "
-                                "labels and adaptive grids, found {}",
-                                field->name, text));
-      }
-      field->file = volume;
-      field->options = options;
-    }
-    fields.push_back(std::move(*field));
+  auto fields = parse_all(texts, options, volume);
+  if (!fields) return fields;
+  for (const FieldFile& field : *fields) {
+    if (!is_pattern(field.file) && !is_list(field.file)) continue;
+    return fail(Status::invalid_argument,
+                fmt::format("field '{}': expected one file, found {}: patterns and lists are for "
+                            "the time steps of a scene",
+                            field.name, field.file.string()));
   }
   return fields;
 }
@@ -170,7 +262,7 @@ Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
     std::span<const std::string> texts, const import::ImportOptions& options,
     const SceneInputs& scene) {
   const size_t steps = scene.times.size();
-  const auto fields = field_files(texts, options, scene.volumes.front().file);
+  const auto fields = parse_all(texts, options, scene.volumes.front().file);
   if (!fields) return tl::unexpected(fields.error());
   std::vector<std::vector<FieldFile>> of_steps(steps);
   for (const FieldFile& field : *fields) {
@@ -188,7 +280,10 @@ Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
     }
     for (size_t step = 0; step < steps; ++step) {
       const SceneInput& volume = (*volumes)[volumes->size() == 1 ? 0 : step];
-      of_steps[step].push_back({field.name, volume.file, volume.options});
+      FieldFile of_step = field;
+      of_step.file = volume.file;
+      of_step.options = volume.options;
+      of_steps[step].push_back(std::move(of_step));
     }
   }
   return of_steps;
@@ -198,31 +293,33 @@ std::string field_version(const FieldFile& field) {
   std::string version = fmt::format("\n{} {} {} {} ", field.name, field.options.dataset,
                                     field.options.time_step.value_or(-1),
                                     field.derived ? static_cast<int>(*field.derived) : -1);
-  const auto opened = import::open_volume(field.file, field.options);
-  version += input_versions(opened ? opened->source->files() : std::vector{field.file});
+  if (const auto opened = import::open_volume(field.file, field.options)) {
+    version += input_versions(opened->source->files());
+  }
   return version;
 }
 
 Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
-                                              const VolumeGrid& grid, const fs::path& target,
+                                              const VolumeGrid& grid, const PlaceOptions& options,
                                               const std::function<void(const std::string&)>& tell) {
   std::vector<PlacedField> fields;
   for (const FieldFile& file : files) {
-    auto field = place(file, grid, target);
+    auto field = place(file, grid, options);
     if (!field) return tl::unexpected(field.error());
-    for (const std::string& note : field->notes) {
-      tell(fmt::format("field '{}': {}", file.name, note));
+    for (const std::string& text : field->notes) {
+      tell(fmt::format("field '{}': {}", file.name, text));
     }
     fields.push_back(std::move(*field));
   }
   return fields;
 }
 
-std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid) {
+std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid,
+                                     const ResamplingReach& reach) {
   std::vector<FieldInput> inputs;
   for (const PlacedField& field : fields) {
     inputs.push_back({field.file.name, field.file.derived ? "" : source_file_name(field.file.file),
-                      [field, grid] { return open(field.file, field.grid, grid); }, field.notes});
+                      [field, grid, reach] { return open(field, grid, reach); }, field.notes});
   }
   return inputs;
 }

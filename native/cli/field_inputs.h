@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "native/builder/derived_source.h"
+#include "native/builder/resampled_source.h"
 #include "native/builder/store_with_fields.h"
 #include "native/cli/scene_inputs.h"
 #include "shared/import/open_volume.h"
@@ -19,12 +20,15 @@ struct FieldFile {
   std::filesystem::path file;
   import::ImportOptions options;        ///< which of its volumes
   std::optional<Derived> derived = {};  ///< the field follows from this volume
+  /// Its voxels are taken for those of the volume, whatever the file states: --spacing changes the
+  /// place of the volume, but not that of the field.
+  bool takes_voxels = false;
 };
 
 /// The fields that texts such as "temperature=t.nrrd" name. "name=file.h5#/path" names a dataset of
 /// a file, "name=@gradient" and "name=@curvature" derive a field of `volume`, if it is not empty.
-/// Of the import options, the time step, the memory and the allowances apply to files. Errors:
-/// invalid_argument.
+/// Of the import options, the time step, the memory and the allowances apply to files; to raw files
+/// also their size and type. Errors: invalid_argument.
 Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
                                            const import::ImportOptions& options,
                                            const std::filesystem::path& volume = {});
@@ -48,19 +52,26 @@ struct PlacedField {
   FieldFile file;
   VolumeGrid grid;
   std::vector<std::string> notes = {};
+  uint64_t memory_bytes = 0;  ///< while the field is read
 };
 
-/// Reads the headers of fields for the volume on this grid. `target`: the output, which must not be
-/// one of their files. Calls `tell` with each note. Errors: those of open_volume, find_field_place,
-/// field_at_voxels and check_not_input.
+struct PlaceOptions {
+  std::filesystem::path target;  ///< the output, which must not be one of the files
+  bool measures = true;          ///< how resampled fields differ from the fields, for a note
+  bool has_place = false;        ///< see find_field_place
+};
+
+/// Reads the headers of fields for the volume on this grid. Calls `tell` with each note. Errors:
+/// those of open_volume, find_field_place, field_at_voxels and check_not_input; out_of_memory if
+/// the field cannot be built within its memory.
 Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
-                                              const VolumeGrid& grid,
-                                              const std::filesystem::path& target,
+                                              const VolumeGrid& grid, const PlaceOptions& options,
                                               const std::function<void(const std::string&)>& tell);
 
-/// The fields for a store on this grid, which may be a part of the volume's grid. Fields on other
-/// voxels are resampled.
-std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid);
+/// The fields for a store on this grid, which may be a part of the volume's grid, or reach beyond
+/// it. Fields on other voxels are resampled.
+std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid,
+                                     const ResamplingReach& reach = {});
 
 /// build_store_file, with or without fields.
 Result<BuildReport> build_with_fields(VolumeSource& source, std::span<const FieldInput> fields,

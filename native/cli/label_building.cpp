@@ -124,7 +124,7 @@ Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup&
               (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances 3");
   group.key += input_versions(opened->source->files());
   for (const FieldFile& field : options_.fields) group.key += field_version(field);
-  auto placed = place_fields(options_.fields, group.header.grid, output_path_,
+  auto placed = place_fields(options_.fields, group.header.grid, {.target = output_path_},
                              [&](const std::string& text) { tell(text); });
   if (!placed) return tl::unexpected(placed.error());
   group.fields = std::move(*placed);
@@ -161,7 +161,11 @@ unsigned LabelBuild::parallel_builds(const LabelGroup& group, uint64_t memory_by
     const LabelSource source({}, group.header, label, options_.surface, "");
     most = std::max(most, min_memory(source, one));
   }
-  return static_cast<unsigned>(std::clamp<uint64_t>(memory_bytes / most, 1, threads));
+  uint64_t of_field = 0;
+  for (const PlacedField& field : group.fields) {
+    of_field = std::max(of_field, field.memory_bytes);
+  }
+  return static_cast<unsigned>(std::clamp<uint64_t>(memory_bytes / (most + of_field), 1, threads));
 }
 
 Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
@@ -188,8 +192,13 @@ Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
   if (options_.surface == LabelSurface::smooth) build.coarse_levels = &kDistances;
   build.threads = 1;
   build.memory_bytes = memory_bytes;
-  const auto stored = build_with_fields(source, field_inputs(group.fields, source.header().grid),
-                                        output_->store_file(name), build);
+  // The surface of a label on the border of the volume lies half a voxel outside, in cells whose
+  // outer voxels are one outside.
+  constexpr ResamplingReach kOneOutside{.voxels = 0.5, .grid_voxels = 0.5};
+  std::vector<PlacedField> placed = group.fields;
+  for (PlacedField& field : placed) field.file.options.memory_bytes = memory_bytes;
+  const auto fields = field_inputs(placed, source.header().grid, kOneOutside);
+  const auto stored = build_with_fields(source, fields, output_->store_file(name), build);
   if (!stored) return tl::unexpected(stored.error());
   const std::lock_guard lock(mutex_);
   if (auto kept = output_->completed(name, key); !kept) return kept;

@@ -148,7 +148,7 @@ std::vector<FieldFile> SceneBuild::field_files(const SceneInput& input) const {
 
 Result<std::vector<FieldInput>> SceneBuild::fields(const SceneInput& input,
                                                    const VolumeGrid& grid) {
-  const auto placed = place_fields(field_files(input), grid, output_path_,
+  const auto placed = place_fields(field_files(input), grid, {output_path_, input.step == 0},
                                    [&](const std::string& text) { tell(text); });
   if (!placed) return tl::unexpected(placed.error());
   return field_inputs(*placed, grid);

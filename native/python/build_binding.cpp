@@ -183,6 +183,10 @@ void check_field_call(const FieldCall& field, const ArrayCall& volume) {
 void build_array(const py::object& data, uint64_t read_count, const ArrayCall& array,
                  const BuildCall& call, const std::vector<FieldCall>& fields) {
   check_target(call);
+  if (fields.size() > kMaxFields) {
+    throw py::value_error(
+        fmt::format("fields: expected at most {}, found {}", kMaxFields, fields.size()));
+  }
   for (const FieldCall& field : fields) check_field_call(field, array);  // before any is read
   Interruption interruption;
   const OpenedArray opened = open_data(data, read_count, array, interruption);
@@ -194,11 +198,14 @@ void build_array(const py::object& data, uint64_t read_count, const ArrayCall& a
   const VolumeGrid& grid = opened.volume.source->header().grid;
   for (size_t i = 0; i < fields.size(); ++i) {
     import::OpenVolume& field = opened_fields[i].volume;
-    const VolumeGrid from = fields[i].is_placed ? field.source->header().grid : grid;
+    const FieldPlace place =
+        fields[i].is_placed
+            ? value_or_raise(find_field_place(fields[i].name, grid, field.source->header().grid))
+            : FieldPlace{grid};
     inputs.push_back({fields[i].name, "",
-                      [&field, &grid, from, memory = call.options().memory_bytes] {
-                        std::string note;
-                        return field_at_voxels(std::move(field.source), from, grid, memory, &note);
+                      [&field, &grid, name = fields[i].name, from = place.grid,
+                       memory = call.options().memory_bytes] {
+                        return field_at_voxels(name, std::move(field.source), from, grid, memory);
                       },
                       field.notes});
   }

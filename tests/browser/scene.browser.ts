@@ -42,6 +42,7 @@ test.beforeAll(async () => {
   ] as const) {
     buildBall(folder, name, 72, { centre: [x, 0.5, 0.5], radius: 0.2 });
   }
+  buildBall(folder, "small", 36, { centre: [0.5, 0.5, 0.5], radius: 0.2 });
   const missing = {
     ...scene,
     layers: [...scene.layers.slice(0, 1), { name: "lost", store: "lost.isosplat" }],
@@ -52,7 +53,16 @@ test.beforeAll(async () => {
     ...layer,
     ...(layer.name !== "hidden" && { part_of: "Balls", surfaces: surfaces("#c8553d") }),
   }));
-  writeFileSync(join(folder, "parts.scene.json"), JSON.stringify({ ...scene, layers: parts }));
+  // Its voxels lie elsewhere than those of the first part, as those of refinement levels do.
+  const small = {
+    store: "small.isosplat",
+    part_of: "Balls",
+    surfaces: surfaces("#c8553d"),
+  };
+  writeFileSync(
+    join(folder, "parts.scene.json"),
+    JSON.stringify({ ...scene, layers: [...parts, small] }),
+  );
   writeFileSync(
     join(folder, "broken.scene.json"),
     `{"format":"isosplat-scene","version":1,"layers":[]}`,
@@ -98,6 +108,7 @@ test("parts of one volume are one layer of the list, and have one isovalue", asy
   await complete(page);
   await settled(page);
   await expect(page.locator(names)).toHaveText(["Balls", "hidden"]);
+  await expect(page.locator(".layers-note")).toHaveCount(0);
   const field = page.getByRole("textbox", { name: "Isovalue" });
   const isovalue = String(ballIsovalue + 5);
   await field.fill(isovalue);

@@ -35,10 +35,10 @@ std::vector<float> ball(const VolumeGrid& grid, Vec3d centre) {
   return voxels;
 }
 
-std::vector<float> derive(const VolumeGrid& grid, const std::vector<float>& voxels,
-                          Derived derived) {
+std::vector<double> derive(const VolumeGrid& grid, const std::vector<float>& voxels,
+                           Derived derived) {
   DerivedSource source(std::make_unique<ArraySource<float>>(grid, voxels), derived);
-  std::vector<float> values(voxels.size());
+  std::vector<double> values(voxels.size());
   const size_t slice = static_cast<size_t>(grid.voxels.x) * static_cast<size_t>(grid.voxels.y);
   for (int32_t z = 0; z < grid.voxels.z; z += 3) {
     const int32_t slices = std::min(3, grid.voxels.z - z);
@@ -62,7 +62,7 @@ TEST(BuildDerived, GradientAndCurvatureOfSpheresOnASkewedGrid) {
     for (int32_t y = 0; y < grid.voxels.y; ++y) {
       for (int32_t x = 0; x < grid.voxels.x; ++x, ++i) {
         ASSERT_TRUE(std::isfinite(gradient[i]) && std::isfinite(curvature[i]));
-        ASSERT_LE(std::abs(curvature[i]), 2.0f);
+        ASSERT_LE(std::abs(curvature[i]), 2.0);
         const double radius = length(grid.world({1.0 * x, 1.0 * y, 1.0 * z}) - centre);
         const bool is_inside = x > 0 && y > 0 && z > 0 && x < kSize.x - 1 && y < kSize.y - 1 &&
                                z < kSize.z - 1 && radius > 4;
@@ -87,11 +87,12 @@ TEST(BuildDerived, HasNoValueBesideMissingVoxelsAndNoCurvatureOfPlateaus) {
   VolumeGrid grid;
   grid.voxels = {9, 8, 9};
   std::vector<float> voxels(9 * 8 * 9, 2.0f);
-  for (const float value : derive(grid, voxels, Derived::gradient)) EXPECT_EQ(value, 0);
-  for (const float value : derive(grid, voxels, Derived::curvature)) EXPECT_TRUE(std::isnan(value));
+  for (const double value : derive(grid, voxels, Derived::gradient)) EXPECT_EQ(value, 0);
+  for (const double value : derive(grid, voxels, Derived::curvature))
+    EXPECT_TRUE(std::isnan(value));
   voxels[(size_t{4} * 8 + 3) * 9 + 4] = std::numeric_limits<float>::infinity();
   const auto values = derive(grid, voxels, Derived::gradient);
-  EXPECT_EQ(std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }), 6);
+  EXPECT_EQ(std::count_if(values.begin(), values.end(), [](double v) { return std::isnan(v); }), 6);
 }
 
 TEST(BuildDerived, TwoVoxelsAlongAnAxisHaveOneDifference) {
@@ -99,8 +100,8 @@ TEST(BuildDerived, TwoVoxelsAlongAnAxisHaveOneDifference) {
   grid.voxels = {2, 2, 2};
   grid.spacing = {2, 1, 1};
   const std::vector<float> voxels{0, 4, 0, 4, 0, 4, 0, 4};
-  for (const float value : derive(grid, voxels, Derived::gradient)) EXPECT_EQ(value, 2);
-  for (const float value : derive(grid, voxels, Derived::curvature)) EXPECT_EQ(value, 0);
+  for (const double value : derive(grid, voxels, Derived::gradient)) EXPECT_EQ(value, 2);
+  for (const double value : derive(grid, voxels, Derived::curvature)) EXPECT_EQ(value, 0);
 }
 
 }  // namespace

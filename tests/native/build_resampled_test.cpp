@@ -37,7 +37,7 @@ VolumeGrid turned(Index3 voxels, Vec3d spacing, Vec3d origin) {
 double trilinear(const VolumeGrid& of, const std::vector<float>& voxels, Vec3d world) {
   const Vec3d at = multiply_transposed(of.dual_edges(), world - of.origin);
   const auto weight = [](double position, int32_t voxel, int32_t n) {
-    if (position < -0.5 || position > n - 0.5) return std::nan("");
+    if (position < -0.500001 || position > n - 0.499999) return std::nan("");
     return std::max(0.0, 1 - std::abs(std::clamp(position, 0.0, n - 1.0) - voxel));
   };
   double sum = 0;
@@ -63,14 +63,14 @@ class BuildResampled : public ::testing::Test {
   }
 
   Result<std::unique_ptr<ResampledSource>> resample(const VolumeGrid& to, uint64_t memory = kMuch) {
-    return ResampledSource::create(std::make_unique<ArraySource<float>>(from, voxels), from, to,
-                                   memory);
+    return ResampledSource::create("field", std::make_unique<ArraySource<float>>(from, voxels),
+                                   from, to, memory);
   }
 
   /// The values at all voxels, read in portions of `slices`.
-  static std::vector<float> read(VolumeSource& source, int32_t slices) {
+  static std::vector<double> read(VolumeSource& source, int32_t slices) {
     const Index3 n = source.header().grid.voxels;
-    std::vector<float> values(count(n));
+    std::vector<double> values(count(n));
     const size_t slice = count({n.x, n.y, 1});
     for (int32_t z = 0; z < n.z; z += slices) {
       const int32_t read = std::min(slices, n.z - z);
@@ -83,7 +83,7 @@ class BuildResampled : public ::testing::Test {
     return values;
   }
 
-  void expect_trilinear(const VolumeGrid& to, const std::vector<float>& values) {
+  void expect_trilinear(const VolumeGrid& to, const std::vector<double>& values) {
     size_t i = 0, with_value = 0;
     for (int32_t z = 0; z < to.voxels.z; ++z) {
       for (int32_t y = 0; y < to.voxels.y; ++y) {
@@ -92,7 +92,7 @@ class BuildResampled : public ::testing::Test {
           const double expected = trilinear(from, voxels, to.world(index));
           ASSERT_EQ(std::isnan(expected), std::isnan(values[i])) << x << ' ' << y << ' ' << z;
           if (std::isnan(expected)) continue;
-          ASSERT_NEAR(values[i], expected, 0.02) << x << ' ' << y << ' ' << z;
+          ASSERT_NEAR(values[i], expected, 1e-3) << x << ' ' << y << ' ' << z;
           ++with_value;
         }
       }
@@ -120,16 +120,16 @@ TEST_F(BuildResampled, IsTheSameWithFewSlicesInMemoryAndByRows) {
   ASSERT_TRUE(all) << all.error().message;
   ASSERT_TRUE(few) << few.error().message;
   const auto expected = read(**all, 20);
-  const auto same = [&](const std::vector<float>& found) {
-    return std::memcmp(found.data(), expected.data(), found.size() * sizeof(float)) == 0;
+  const auto same = [&](const std::vector<double>& found) {
+    return std::memcmp(found.data(), expected.data(), found.size() * sizeof(double)) == 0;
   };
   EXPECT_TRUE(same(read(**few, 1)));
   EXPECT_TRUE(same(read(**few, 7)));
-  std::vector<float> rows(30 * 4 * 3);
+  std::vector<double> rows(30 * 4 * 3);
   ASSERT_TRUE((*few)->read_rows({2, 3, 5, 4}, std::as_writable_bytes(std::span(rows))));
   for (size_t z = 0; z < 3; ++z) {
     for (size_t i = 0; i < 120; ++i) {
-      const float at = expected[(z + 2) * 30 * 14 + 5 * 30 + i], found = rows[z * 120 + i];
+      const double at = expected[(z + 2) * 30 * 14 + 5 * 30 + i], found = rows[z * 120 + i];
       EXPECT_TRUE(at == found || (std::isnan(at) && std::isnan(found))) << z << ' ' << i;
     }
   }
@@ -159,7 +159,8 @@ TEST_F(BuildResampled, HasNoValueWhereAVoxelAroundHasNone) {
   const auto source = resample(to);
   ASSERT_TRUE(source) << source.error().message;
   const auto values = read(**source, 3);
-  EXPECT_EQ(std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }), 27);
+  EXPECT_EQ(std::count_if(values.begin(), values.end(), [](double v) { return std::isnan(v); }),
+            27);
 }
 
 TEST_F(BuildResampled, MeasuresItsError) {
@@ -190,10 +191,54 @@ TEST_F(BuildResampled, HasNoValuesElsewhereAndRefusesTooLittleMemory) {
   ASSERT_TRUE(elsewhere) << elsewhere.error().message;
   EXPECT_EQ((*elsewhere)->measure()->outside, 1);
   const auto values = read(**elsewhere, 5);
-  EXPECT_TRUE(std::all_of(values.begin(), values.end(), [](float v) { return std::isnan(v); }));
+  EXPECT_TRUE(std::all_of(values.begin(), values.end(), [](double v) { return std::isnan(v); }));
   const auto little = resample(grid({25, 21, 17}, {1, 1, 1.5}, {2, -22, 3}), 1000);
   ASSERT_FALSE(little);
   EXPECT_EQ(little.error().status, Status::out_of_memory);
+}
+
+TEST_F(BuildResampled, ReachesHalfAVoxelBeyondWhateverTheRounding) {
+  // Nodes of n cells of 0.1, whose values are at their centres: the outer nodes lie exactly half a
+  // voxel outside.
+  for (const int32_t n : {7, 10, 12, 16, 23, 30, 49}) {
+    from = grid({n, 3, 3}, {0.1, 0.1, 0.1}, {0.05 - 0.7, 0.05, 0.05});
+    voxels.assign(count(from.voxels), 1);
+    const VolumeGrid nodes = grid({n + 1, 4, 4}, {0.1, 0.1, 0.1}, {-0.7, 0, 0});
+    const auto source = resample(nodes);
+    ASSERT_TRUE(source) << source.error().message;
+    for (const double value : read(**source, 2)) ASSERT_EQ(value, 1) << n;
+    // No farther, unless voxels of the new grid count.
+    const VolumeGrid wide = grid({n + 3, 4, 4}, {0.1, 0.1, 0.1}, {-0.8, 0, 0});
+    const auto values = read(**resample(wide), 4);
+    EXPECT_TRUE(std::isnan(values[0]) && values[1] == 1 && std::isnan(values[n + 2]));
+    const auto reaching = ResampledSource::create(
+        "field", std::make_unique<ArraySource<float>>(from, voxels), from, wide, kMuch, {0.5, 1});
+    ASSERT_TRUE(reaching);
+    for (const double value : read(**reaching, 4)) ASSERT_EQ(value, 1) << n;
+  }
+}
+
+TEST_F(BuildResampled, KeepsDifferencesOfLargeValues) {
+  from = grid(kFrom, {1, 1, 1}, {0.5, 0, 0});
+  std::vector<double> large(count(kFrom));
+  for (size_t i = 0; i < large.size(); ++i) large[i] = 1e8 + static_cast<double>(i % 12);
+  const VolumeGrid to = grid({10, 9, 15}, {1, 1, 1}, {1, 0, 0});
+  const auto source = ResampledSource::create(
+      "field", std::make_unique<ArraySource<double>>(from, large), from, to, kMuch);
+  ASSERT_TRUE(source);
+  const auto values = read(**source, 15);
+  for (size_t i = 0; i < values.size(); ++i) {
+    ASSERT_EQ(values[i], 1e8 + 0.5 + static_cast<double>(i % 10));
+  }
+}
+
+TEST_F(BuildResampled, MeasuresWithinTheMemoryOfReading) {
+  // All slices of the volume lie between two of the grid.
+  from = grid({12, 9, 15}, {1, 1, 0.01}, {0, 0, 0.4});
+  const VolumeGrid to = grid({12, 9, 2}, {1, 1, 1});
+  const auto source = resample(to, 12 * 9 * 8 * 4);
+  ASSERT_TRUE(source) << source.error().message;
+  EXPECT_GT((*source)->measure()->outside, 0.5);
 }
 
 }  // namespace

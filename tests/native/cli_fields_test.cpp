@@ -84,6 +84,8 @@ TEST_F(CliFields, RefusesWhatItCannotBuild) {
   expect_refused({"--field", "t=" + std::string(folder / "none.nrrd")}, "none.nrrd");
   expect_refused({"--field", "t=" + field, "--resume"}, "--resume or --part");
   expect_refused({"--field", "t=" + field, "--part", "1/2"}, "--resume or --part");
+  expect_refused({"--field", "t=" + field, "--field", "t=" + field}, "with different names");
+  expect_refused({"--field", "t=t_*.nrrd"}, "patterns and lists are for the time steps");
   const Ended overwritten =
       run({"build", volume, "-o", field, "--force", "--no-thumbnail", "--field", "t=" + field});
   EXPECT_NE(overwritten.exit_code, 0);
@@ -170,6 +172,40 @@ TEST_F(CliFields, OfLabelsAreTheirPartsOfTheVolume) {
   EXPECT_GT(out.size(), 80u);
   for (const auto& vertex : in) ASSERT_NEAR(vertex[6], 10 * vertex[0], 0.01);
   for (const auto& vertex : out) ASSERT_TRUE(std::isnan(vertex[6]));
+}
+
+TEST_F(CliFields, OfLabelsReachTheBorderOfTheVolume) {
+  const std::string labels = folder / "labels.nrrd", scene = folder / "labels.isobundle";
+  test::write_file(
+      labels,
+      "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 24 24 24\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (5,5,5)\nencoding: raw\n\n" +
+          test::cube<uint8_t>(24, [](int i) { return i % 24 < 12 ? 1 : 0; }));
+  const std::string dose = test::write_ramp(folder, "dose.nrrd", 24, 1, "5");
+  ASSERT_EQ(
+      run({"build", labels, "--labels", "-o", scene, "--no-thumbnail", "--field", "dose=" + dose})
+          .exit_code,
+      0);
+  ASSERT_EQ(run({"extract", scene, "--mesh", "--open", "--field", "dose", "-o", folder / "a.ply"})
+                .exit_code,
+            0);
+  const auto vertices = test::vertices_of(folder / "a.ply");
+  EXPECT_GT(vertices.size(), 1500u);
+  for (const auto& vertex : vertices) {
+    ASSERT_NEAR(vertex[6], 10 * std::max(vertex[0], 5.0f), 0.1) << vertex[0];
+  }
+}
+
+TEST_F(CliFields, OfVolumesWithAnotherSpacingHaveTheirVoxels) {
+  const std::string density = test::write_ramp(folder, "density.nrrd", 24, 1, "5");
+  const auto build_with = [&](const std::string& other) {
+    return run({"build", density, "-o", store, "--no-thumbnail", "--spacing", "3,3,3", "--field",
+                "t=" + other});
+  };
+  const Ended built = build_with(density);
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.err.find("its voxels are taken"), std::string::npos) << built.err;
+  EXPECT_NE(build_with(test::write_ramp(folder, "small.nrrd", 9, 1, "5")).exit_code, 0);
 }
 
 TEST_F(CliFields, OfTheSameVoxelsWithoutAPlaceAreTakenAsTheyAre) {

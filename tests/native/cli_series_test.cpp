@@ -372,19 +372,28 @@ TEST_F(CliSeries, FieldsOfAFileWithTimeStepsAreThoseOfTheSteps) {
   EXPECT_NEAR(ranges[0].second, 2 * ranges[1].second, 0.1);
 }
 
-TEST_F(CliSeries, AnInterruptedBuildWithAnotherFieldBuildsAgain) {
+TEST_F(CliSeries, AChangedFieldIsBuiltAgain) {
   const std::string step = write_step("s_1.nrrd", 1), other = write_step("s_2.nrrd", 2);
-  const std::string target = folder / "run/";
+  const std::string target = folder / "run/", field = write_step("t.nrrd", 3);
   std::filesystem::create_directory(target);
-  const auto build = [&](const std::string& field) {
-    return run(
-        {"build", step, other, "-o", target, "--no-thumbnail", "--force", "--field", "t=" + field});
+  const auto expect_greatest = [&](const std::string& of, bool is_kept, double value) {
+    const Ended built =
+        run({"build", step, other, "-o", target, "--no-thumbnail", "--field", "t=" + of});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_EQ(built.out.find("complete before") != std::string::npos, is_kept) << built.out;
+    const auto ranges = field_ranges(target + "scene.json");
+    ASSERT_EQ(ranges.size(), 2u);
+    EXPECT_NEAR(ranges[0].second, value, 0.1 * std::abs(value));
   };
-  ASSERT_EQ(build(step).exit_code, 0);
-  const Ended again = build(other);
-  ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(again.out.find("complete before"), std::string::npos) << again.out;
-  EXPECT_NEAR(field_ranges(target)[0].second, 2 * std::hypot(9.5, 9.6, 9.5), 1);
+  const double most = std::hypot(9.5, 9.6, 9.5);
+  expect_greatest(field, false, 3 * most);
+  expect_greatest(field, true, 3 * most);
+  write_step("t.nrrd", 4);
+  std::filesystem::last_write_time(field, std::filesystem::file_time_type::clock::now());
+  expect_greatest(field, false, 4 * most);
+  expect_greatest(other, false, 2 * most);
+  expect_greatest("@gradient", false, 1);
+  expect_greatest("@curvature", false, -0.068);
 }
 
 }  // namespace

@@ -49,7 +49,9 @@ export class LayersList {
   /** Notes on the positions of the layers in the world. */
   #notes(): string[] {
     const { first } = this.layers;
-    const others = this.#host.viewer.layers.filter((layer) => layer !== first);
+    const others = this.#host.viewer.layers.filter(
+      (layer) => layer !== first && !this.layers.isFurtherPart(layer),
+    );
     const placed = others.flatMap((layer) => this.#placed(layer) ?? []);
     const firstPlaced = first && this.#placed(first);
     return firstPlaced ? frameNotes(firstPlaced, placed) : [];

@@ -147,7 +147,7 @@ export class PageLayers {
   get entries(): LayerEntry[] {
     const { chosen } = this;
     const others = this.#items.filter(
-      (item) => !("layer" in item) || !this.#isFurtherPart(item.layer),
+      (item) => !("layer" in item) || !this.isFurtherPart(item.layer),
     );
     return others.map((item): LayerEntry => {
       const isOpening = !("layer" in item);
@@ -171,7 +171,7 @@ export class PageLayers {
   }
 
   /** Whether an earlier layer stands for this one in the list: both are parts of one volume. */
-  #isFurtherPart(layer: Layer): boolean {
+  isFurtherPart(layer: Layer): boolean {
     const first = this.#viewer.layers.find((each) => each.sharesVolumeWith(layer));
     return first !== undefined && first !== layer;
   }
