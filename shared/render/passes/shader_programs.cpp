@@ -338,10 +338,17 @@ Result<const GlProgram*> ShaderPrograms::finish(Image& image) {
 }
 
 void ShaderPrograms::Set::abandon() {
-  for (Splat& splat : splats) splat.program.abandon();
-  for (Image& image : images) image.program.abandon();
-  for (Image& image : composes) image.program.abandon();
-  *this = Set{};
+  // One by one: a temporary set would fill half of a browser's stack.
+  const auto abandon_all = [](auto& entries) {
+    for (auto& entry : entries) {
+      entry.program.abandon();
+      entry = {};
+    }
+  };
+  abandon_all(splats);
+  abandon_all(images);
+  abandon_all(composes);
+  is_started = false;
 }
 
 void set_isosurfaces(const GlProgram& program, std::span<const int> isosurfaces) {
