@@ -16,14 +16,21 @@ namespace {
 std::array<float, 2> dark_lines(int map) {
   constexpr float kMiddle = 0.1791f;  // luminance: (1 + 0.05) / (Y + 0.05) = (Y + 0.05) / 0.05
   std::array<float, 2> ends{2, -1};
+  float before = 0;
   for (int i = 0; i < 256; ++i) {
     const auto* rgb = kColourMapTable[map][i];
     const Vec3f linear =
         to_linear(Vec3f{float(rgb[0]), float(rgb[1]), float(rgb[2])} * (1 / 255.f));
     const float luminance = 0.2126f * linear.x + 0.7152f * linear.y + 0.0722f * linear.z;
-    if (luminance < kMiddle) continue;
-    ends[0] = std::min(ends[0], static_cast<float>(i) / 255);
-    ends[1] = static_cast<float>(i) / 255;
+    // Between two colours, the texture interpolates linear ones.
+    const float crossing = i > 0 ? (kMiddle - before) / (luminance - before) - 1 : 0;
+    if (luminance >= kMiddle) {
+      if (ends[0] > 1) ends[0] = (static_cast<float>(i) + (before < kMiddle ? crossing : 0)) / 255;
+      ends[1] = i < 255 ? static_cast<float>(i) / 255 : 2;  // 1, with rounding
+    } else if (before >= kMiddle) {
+      ends[1] = (static_cast<float>(i) + crossing) / 255;
+    }
+    before = luminance;
   }
   return ends;
 }
@@ -41,24 +48,27 @@ std::array<float, 2> known_dark_lines(ColourMap map) {
 }  // namespace
 
 LineWeights line_weights(const RenderSettings& settings, const ValueMapping& field) {
-  constexpr double kMostPerValue = 16, kMostPerDecade = 10000;
+  constexpr double kMostPerValue = 16, kLeastPerValue = 1e-15, kMostPerDecade = 10000;
   const auto [low, high] = field_range(settings);
   const auto [dark_from, dark_to] = known_dark_lines(settings.colour_map);
   const float steps = settings.field_steps >= 2 ? static_cast<float>(settings.field_steps) : 0;
-  LineWeights none{{0, 0.5f, 0, steps}, {0, dark_from, dark_to}};
+  const LineWeights none{{0, 0.5f, 0, steps}, {0, dark_from, dark_to}};
   if (!has_lines(settings)) return none;
   const double interval = settings.field_lines;
+  // The numbers of lines are relative to the one that is nearest to the low end: floats around 0
+  // are exact, while 1 − 1e-9 would be a line.
   if (settings.field_scale == FieldScale::logarithmic) {
-    if (interval * kMostPerDecade < 1) return none;
+    if (interval * kMostPerDecade < 1 || interval * kLeastPerValue > 1) return none;
     const double decades = std::log10(high / low), first = std::log10(low) / interval;
-    return {{0, static_cast<float>(first - std::floor(first)),
+    return {{0, static_cast<float>(first - std::round(first)),
              static_cast<float>(std::log10(2.0) / interval), steps},
             {decades != 0 ? static_cast<float>(interval / decades) : 0, dark_from, dark_to}};
   }
-  if (std::abs(field.scale) > kMostPerValue * interval) return none;
-  const double range = high - low, offset = std::fmod(field.offset, interval) / interval;
+  const double per_value = std::abs(field.scale) / interval;
+  if (!(per_value >= kLeastPerValue && per_value <= kMostPerValue)) return none;
+  const double range = high - low, first = std::remainder(field.offset, interval) / interval;
   return {
-      {static_cast<float>(field.scale / interval), static_cast<float>(offset), 0, steps},
+      {static_cast<float>(field.scale / interval), static_cast<float>(first), 0, steps},
       {range != 0 ? static_cast<float>(std::min(interval / range, 1e6)) : 0, dark_from, dark_to}};
 }
 

@@ -8,7 +8,8 @@
 namespace isosplat::render {
 
 /// The uniforms of shaders/field_lines.glsl. There are no lines if a quantized value has more than
-/// 16, or a decade more than 10,000.
+/// 16 or less than 1e-15, or a decade more than 10,000 or less than 1e-15
+/// (hasLines in web/viewer/field_lines.ts).
 struct LineWeights {
   std::array<float, 4> lines;  ///< u_lines
   std::array<float, 3> tones;  ///< u_line_tones

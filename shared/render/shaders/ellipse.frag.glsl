@@ -9,6 +9,9 @@ flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 #ifdef FIELD
 flat in vec4 v_field_a, v_field_b;
+#ifdef LINES
+flat in float v_least_sine;
+#endif
 #else
 flat in float v_scalar;
 #endif
@@ -55,7 +58,8 @@ void main() {
 #ifdef LINES
   Trilinear field = Trilinear(v_field_a, v_field_b);
   vec3 rise = value_and_gradient(field, p + t * along).yzw;
-  float scalar = scalar_with_lines(field, p + t * along, change_per_px(rise, at.yzw, along, v_place_x, v_place_y));
+  vec2 change = change_per_px(rise, at.yzw, along, v_place_x, v_place_y, v_least_sine);
+  float scalar = scalar_with_lines(field, p + t * along, change);
 #elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p + t * along);
 #else

@@ -21,3 +21,9 @@ Trilinear trilinear_field(uvec4 w) {
   }
   return trilinear(lower, upper);
 }
+#ifdef LINES
+// See is_constant in field_lines.glsl. interval: that of the cell.
+float least_sine_of(vec2 interval) {
+  return interval.y - interval.x > 511.0 ? LINE_ROUNDED_SINE : LINE_LEAST_SINE;
+}
+#endif

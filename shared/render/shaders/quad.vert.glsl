@@ -57,10 +57,13 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
   vec4 field_value = value_and_gradient(field, place);
   vec2 line = line_number(field_value.x);
   float px = w_at(z) * u_per_focal_px, scalar = scalar_beside_lines(field, place, line.x);
-  vec2 line_per_px = line.y * change_per_px(field_value.yzw / size, normal, ray_to(position, z),
-                                            px * u_step_right.xyz, px * u_step_up.xyz);
+  // The gradient of the surface at the same place, not that of the step before.
+  vec3 surface_gradient = value_and_gradient(f, place).yzw / size;
+  vec2 line_per_px = line.y * change_per_px(field_value.yzw / size, surface_gradient, ray_to(position, z),
+                                            px * u_step_right.xyz, px * u_step_up.xyz,
+                                            least_sine_of(cell.interval));
   bool has_lines = field.a.x < MISSING_VALUE && dot(line_per_px, line_per_px) < 1.0;
-  v_line = has_lines ? vec3(fract(line.x) - dot(line_per_px, to_px(position, z)), line_per_px) : vec3(0.5, 0.0, 0.0);
+  v_line = has_lines ? vec3(line.x - floor(line.x + 0.5) - dot(line_per_px, to_px(position, z)), line_per_px) : vec3(0.5, 0.0, 0.0);
 #elif defined(FIELD)
   float scalar = field_scalar(trilinear_field(fetch_field(sample_index())), displacement / size + 0.5);
 #else

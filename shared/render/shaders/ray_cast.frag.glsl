@@ -7,6 +7,9 @@ flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 #ifdef FIELD
 flat in vec4 v_field_a, v_field_b;
+#ifdef LINES
+flat in float v_least_sine;
+#endif
 #else
 flat in float v_scalar;
 #endif
@@ -48,7 +51,7 @@ void main() {
   Trilinear field = Trilinear(v_field_a, v_field_b);
   vec3 per_px = w_at(v_centre.w + t) * u_per_focal_px / v_size;
   vec2 rise = change_per_px(value_and_gradient(field, p).yzw, in_cell, direction, per_px * u_step_right.xyz,
-                            per_px * u_step_up.xyz);
+                            per_px * u_step_up.xyz, v_least_sine);
   float scalar = scalar_with_lines(field, p, rise);
 #elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p);

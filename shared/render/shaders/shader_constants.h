@@ -139,7 +139,10 @@
 #define FIELD_NO_VALUES 65535
 
 // Contour lines of a field. WIDTH_PX: of a line. Lines fade from FULL_DISTANCE_PX of each other,
-// and are invisible at LEAST_DISTANCE_PX. OPACITY: of a line. The scalar of surface pixels that
+// and are invisible at LEAST_DISTANCE_PX. OPACITY: of a line. LEAST_SINE: where the gradients of
+// field and surface have a smaller angle, the field is constant on the surface, and has no line.
+// ROUNDED_SINE: the same where corners are rounded, by up to 1/512 of their span, which turns
+// gradients by up to this. The scalar of surface pixels that
 // show lines has 12 bits of the position in the colour map (up to LINES_HIGHEST), a bit that is set
 // if the line is dark (LINE_TONE), and 3 bits of the share of the pixel that the line covers.
 // MISSING and NO_VALUES are the same as without lines.
@@ -147,6 +150,8 @@
 #define LINE_FULL_DISTANCE_PX 6.0
 #define LINE_LEAST_DISTANCE_PX 3.0
 #define LINE_OPACITY 0.9
+#define LINE_LEAST_SINE 0.001
+#define LINE_ROUNDED_SINE 0.01
 #define LINES_HIGHEST 4094
 #define LINE_TONE 8
 

@@ -18,6 +18,9 @@ flat out vec3 v_size;           // of the cell, or of the box around the surface
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized isovalue, in spans
 #ifdef FIELD
 flat out vec4 v_field_a, v_field_b;  // the field's quantized values in the cell, or in the box
+#ifdef LINES
+flat out float v_least_sine;
+#endif
 #else
 flat out float v_scalar;
 #endif
@@ -38,6 +41,9 @@ void clear_outputs() {
   v_a = v_b = vec4(0.0);
 #ifdef FIELD
   v_field_a = v_field_b = vec4(0.0);
+#ifdef LINES
+  v_least_sine = 0.0;
+#endif
 #else
   v_scalar = 0.0;
 #endif
@@ -201,6 +207,9 @@ void main() {
 #ifdef FIELD
   v_field_a = field.a;
   v_field_b = field.b;
+#ifdef LINES
+  v_least_sine = least_sine_of(cell.interval);
+#endif
 #endif
 #if KIND == KIND_ELLIPSE
   float mixed = abs(f.a.w) + abs(f.b.y) + abs(f.b.z) + abs(f.b.w);

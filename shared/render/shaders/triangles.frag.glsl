@@ -4,6 +4,10 @@ uniform uint u_isosurface;
 flat in vec4 v_field_a, v_field_b;
 in vec3 v_place;
 #endif
+#ifdef LINES
+flat in vec4 v_a, v_b;
+flat in float v_least_sine;
+#endif
 #ifdef LIT
 in vec3 v_colour;
 layout(location = 0) out vec4 o_colour;
@@ -28,7 +32,10 @@ void main() {
 #ifdef LINES
   Trilinear field = Trilinear(v_field_a, v_field_b);
   vec3 rise = value_and_gradient(field, v_place).yzw;
-  float scalar = scalar_with_lines(field, v_place, vec2(dot(rise, place_x), dot(rise, place_y)));
+  // Triangles leave the surface: a field that is constant on it is not on them.
+  bool has_lines = !is_constant(rise, value_and_gradient(Trilinear(v_a, v_b), v_place).yzw, v_least_sine);
+  vec2 change = has_lines ? vec2(dot(rise, place_x), dot(rise, place_y)) : vec2(0.0);
+  float scalar = scalar_with_lines(field, v_place, change);
 #elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), v_place);
 #elif !defined(LIT)

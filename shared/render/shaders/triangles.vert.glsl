@@ -21,6 +21,10 @@ uniform ivec3 u_first_region;  // of the block, in u_pages
 flat out vec4 v_field_a, v_field_b;  // the field's quantized values in the cell
 out vec3 v_place;                    // in the cell, 0 to 1
 #endif
+#ifdef LINES
+flat out vec4 v_a, v_b;  // the volume's quantized values in the cell
+flat out float v_least_sine;
+#endif
 #ifdef LIT
 out vec3 v_colour;  // FIELD: the light alone, linear
 #else
@@ -145,6 +149,10 @@ void main() {
   v_place = vec3(0.0);
   v_field_a = v_field_b = vec4(0.0);
 #endif
+#ifdef LINES
+  v_a = v_b = vec4(0.0);
+  v_least_sine = 0.0;
+#endif
   int sample_ = gl_VertexID / TRIANGLE_SLOTS, slot = gl_VertexID % TRIANGLE_SLOTS;
   uvec4 words = texelFetch(u_samples, ivec2(sample_ % SAMPLE_TEXTURE_WIDTH, sample_ / SAMPLE_TEXTURE_WIDTH), 0);
   float low = float(words.y & 0xffffu), high = float(words.y >> 16);
@@ -165,6 +173,12 @@ void main() {
     Trilinear field = trilinear_field(fetch_field(sample_));
     v_field_a = field.a;
     v_field_b = field.b;
+#endif
+#ifdef LINES
+    Trilinear values = trilinear(lower, upper);
+    v_a = values.a;
+    v_b = values.b;
+    v_least_sine = least_sine_of(cell.interval);
 #endif
   }
 }
