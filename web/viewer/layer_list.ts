@@ -1,5 +1,6 @@
-import type { StoreInfo } from "../core/types.ts";
+import type { FieldInfo, StoreInfo } from "../core/types.ts";
 import type { StreamSession } from "../stream/session.ts";
+import { fieldOf } from "./field_of.ts";
 import type { Layer } from "./layer.ts";
 import type { LayerSteps } from "./layer_steps.ts";
 import type { OpenVolume } from "./open_volume.ts";
@@ -138,6 +139,13 @@ export class LayerList {
   /** That of the first open layer that shows a field; null if none does. */
   get fieldSession(): StreamSession | null {
     return this.sessions.find(({ shownField }) => shownField !== null) ?? null;
+  }
+
+  /** The field of the first open layer that has one with this name. */
+  fieldNamed(name: string | null): FieldInfo | null {
+    if (name === null) return null;
+    const [found] = this.sessions.flatMap(({ info }) => fieldOf(info, name) ?? []);
+    return found ?? null;
   }
 
   get sessions(): StreamSession[] {

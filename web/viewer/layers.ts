@@ -209,7 +209,8 @@ export class Layers {
     const view = entry.view ?? (this.#camera.camera ? null : {});
     entry.view = null;
     if (view) this.#camera.opened(renderer, view.camera, view.projection, entry.cameraBefore);
-    if (entry === this.list.first) this.applySettings();
+    // The range of a field without one in the look is that of the first layer with the field.
+    if (entry === this.list.first || this.#settings.shownField !== null) this.applySettings();
     this.#changes.opened();
     this.#host.scheduler()?.request();
   }
@@ -218,9 +219,16 @@ export class Layers {
   applySettings(): void {
     const { renderer } = this.#life;
     if (!renderer) return;
-    this.#settings.apply(renderer, this.list.firstPlaced, this.list.firstNumber);
     const { shownField } = this.#settings;
+    const { firstPlaced, firstNumber } = this.list;
+    this.#settings.apply(renderer, firstPlaced, firstNumber, this.list.fieldNamed(shownField));
     for (const volume of this.list.entries.flatMap(volumesOf)) volume.showField(shownField);
+  }
+
+  /** `opacity`: of the background. */
+  applyLook(renderer: RendererModule, opacity: number): void {
+    const field = this.list.fieldNamed(this.#settings.shownField);
+    this.#settings.applyLook(renderer, this.list.firstPlaced, field, opacity);
   }
 
   #changed(entry: LayerEntry, property: LayerProperty): void {

@@ -1,8 +1,8 @@
-import type { StoreInfo } from "../core/types.ts";
+import type { FieldInfo, StoreInfo } from "../core/types.ts";
 import type { ShownField } from "../stream/session.ts";
 import { wholeVolume } from "./clipping.ts";
 import { lineTicks } from "./field_lines.ts";
-import { fieldOf, shownRange } from "./field_of.ts";
+import { shownRange } from "./field_of.ts";
 import { greyRange } from "./grey_range.ts";
 import type { RendererModule } from "./renderer_module.ts";
 import { hasSlices, noSlices, slicePlanes, usableSlices } from "./slices.ts";
@@ -35,15 +35,26 @@ export class PictureSettings {
     return hasSlices(this.#slices);
   }
 
-  apply(renderer: RendererModule, info: StoreInfo | null, number: number): void {
+  /** `field`: the shown one, of the first layer that has it. */
+  apply(
+    renderer: RendererModule,
+    info: StoreInfo | null,
+    number: number,
+    field: FieldInfo | null,
+  ): void {
     renderer.picture.setClip(this.clip);
-    this.applyLook(renderer, info);
+    this.applyLook(renderer, info, field);
     this.applySlices(renderer, info, number);
   }
 
   /** `opacity`: of the background. */
-  applyLook(renderer: RendererModule, info: StoreInfo | null, opacity = 1): void {
-    renderer.picture.setLook(this.look, this.#colourRange(info), opacity);
+  applyLook(
+    renderer: RendererModule,
+    info: StoreInfo | null,
+    field: FieldInfo | null,
+    opacity = 1,
+  ): void {
+    renderer.picture.setLook(this.look, this.#colourRange(info, field), opacity);
   }
 
   /** Without a volume, this does nothing: the planes depend on its grid. */
@@ -70,17 +81,22 @@ export class PictureSettings {
       if (!slices) return null;
       return { colourBy: "isovalue", ...ofSlices, slices };
     }
-    const legend: Legend = { colourBy, colours: mapColours(), range: this.#mappedRange(info) };
+    const legend: Legend = {
+      colourBy,
+      colours: mapColours(),
+      range: this.#mappedRange(info, shown),
+    };
     if (colourBy === "field") {
       if (!shown) return null;
       const { units } = shown.metadata;
-      const { name, range, scale, steps, lines } = this.look.field;
-      legend.range = shownRange(range ?? shown.info.range, scale);
+      const { name, scale, steps, lines } = this.look.field;
+      const range = this.#colourRange(info, shown.info);
+      legend.range = range;
       const { hasMissing } = shown.info.mapping;
       legend.field = { name, ...(units && { units }), scale, ...(hasMissing && { hasMissing }) };
       if (lines > 0) {
         const along = renderer.picture.colours(colourMap, 256);
-        legend.lines = { interval: lines, ticks: lineTicks(legend.range, scale, lines, along) };
+        legend.lines = { interval: lines, ticks: lineTicks(range, scale, lines, along) };
       }
       if (steps > 1) legend.colours = stepped(renderer.picture.colours(colourMap, steps));
     }
@@ -90,7 +106,7 @@ export class PictureSettings {
   }
 
   /** The range shown in the legend; null if it differs from view to view. */
-  #mappedRange(info: StoreInfo): [number, number] | null {
+  #mappedRange(info: StoreInfo, shown: ShownField | null): [number, number] | null {
     switch (this.look.colourBy) {
       case "depth":
         return null; // depends on the view
@@ -99,17 +115,17 @@ export class PictureSettings {
       case "projection-error":
         return [0, 0.5];
       default:
-        return this.#colourRange(info);
+        return this.#colourRange(info, shown?.info ?? null);
     }
   }
 
   /** The range of values, or of gradients, that is passed to the renderer for colouring. */
-  #colourRange(info: StoreInfo | null): [number, number] {
+  #colourRange(info: StoreInfo | null, field: FieldInfo | null): [number, number] {
     if (!info) return [0, 1];
     const [low, high] = info.range;
     if (this.look.colourBy === "field") {
-      const { name, range, scale } = this.look.field;
-      return shownRange(range ?? fieldOf(info, name)?.range ?? [0, 1], scale);
+      const { range, scale } = this.look.field;
+      return shownRange(range ?? field?.range ?? [0, 1], scale);
     }
     if (this.look.colourBy !== "gradient") return [low, high];
     // The largest gradient of the scale: half of the range of values within one cell, a sharp edge.

@@ -145,7 +145,7 @@ export type FieldScale = (typeof fieldScales)[number];
 export interface FieldLook {
   /** The name of the field. Stores without it have the colours of their surfaces. */
   name: string;
-  /** The values of the first and the last colour. Null: the range of the field of the first layer. */
+  /** The values of the first and the last colour. Null: the range of the field in the first layer that has it. */
   range: readonly [number, number] | null;
   scale: FieldScale;
   /** The number of colours; 0: the whole colour map. */

@@ -105,8 +105,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
       camera: () => this.camera,
       isOpen: () => this.#layers.list.isOpen,
       look: () => this.look,
-      applyLook: (renderer, opacity) =>
-        this.#settings.applyLook(renderer, this.#layers.list.firstPlaced, opacity),
+      applyLook: (renderer, opacity) => this.#layers.applyLook(renderer, opacity),
     });
   }
 
