@@ -4,6 +4,7 @@
 #include <array>
 
 #include "native/cli/command.h"
+#include "native/cli/extract_cells.h"
 #include "native/cli/extract_options.h"
 #include "native/cli/extract_scene.h"
 #include "native/cli/options.h"
@@ -133,6 +134,11 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "3MF and OBJ files hold all of them, with their names, and GLB and 3MF with their colours.\n"
       "In the other formats, each surface becomes a separate file: OUTPUT-LAYER.ply. The scene's\n"
       "clipping is not applied.\n"
+      "Of an unstructured or curvilinear grid (.vtu, .vts …), points are written without a store: "
+      "one for\n"
+      "each active cell of the mesh, on the surface of its shape functions, with the normal, the "
+      "size\n"
+      "of the cell, and the values of other arrays (--field).\n"
       "\n" +
       examples(
           "  isosplat extract engine.isosplat --isovalue 60.5 -o engine.ply\n"
@@ -147,12 +153,18 @@ void add_extract_command(CLI::App& program, int& exit_code) {
           "  isosplat extract engine.isosplat -i 60.5 --mesh --clip-plane 1,1,0,180 -o half.stl\n"
           "  isosplat extract head.isobundle --mesh --level 1 -o head.glb\n"
           "  isosplat extract https://example.org/stores/engine.isosplat -i 60.5 -o engine.ply\n"
+          "  isosplat extract flow.vtu --dataset pressure -i 1.5 --field speed -o flow.vtp\n"
           "  isosplat extract scene.json --mesh --layer skull -o skull.stl\n"
           "MeshLab, CloudCompare, Open3D and VTK read PLY files; ParaView and VTK read VTP "
           "files."));
   command->callback([call, &exit_code] {
     const bool is_scene = scene_kind(call->input, call->remote_flags) != SceneKind::none;
     check_arguments(*call, is_scene);
+    if (!is_scene && is_mesh_file(call->input)) {
+      exit_code = extract_cells(*call);
+      return;
+    }
+    if (!call->dataset.empty()) throw CLI::ExcludesError("a store or a scene", "--dataset");
     exit_code = is_scene ? extract_scene(*call) : run(*call);
   });
 }

@@ -20,12 +20,15 @@ constexpr int kMostClipPlanes = 64;
 void add_extract_options(CLI::App* command, ExtractCall* call) {
   command
       ->add_option("store", call->input,
-                   "A store, a scene, a bundle, or an address of a store or a bundle")
+                   "A store, a scene, a bundle, or an address of a store or a bundle; or an\n"
+                   "unstructured or curvilinear grid of VTK, for points")
       ->required();
   command
       ->add_option("-i,--isovalue", call->isovalue,
                    "The isovalue, in the volume's values; a scene states\nthose of its layers")
       ->check(is_number());
+  command->add_option("--dataset", call->dataset,
+                      "Grids of VTK: the name of the array (default: the only one)");
   command
       ->add_option("--step", call->step,
                    "Scenes: index of the time step, from 0 (default: that which the scene shows "

@@ -14,6 +14,7 @@ namespace isosplat::cli {
 /// The arguments of isosplat extract.
 struct ExtractCall {
   std::string input, output;
+  std::string dataset;              ///< of a mesh: the array whose isosurface is extracted
   std::optional<double> isovalue;   ///< of a store
   std::optional<uint64_t> step;     ///< of a scene; none: the one that it shows first
   std::vector<std::string> fields;  ///< names of the store's fields whose values are written

@@ -111,5 +111,31 @@ TEST(CliMeshContours, SurfacesOfGeneratedMeshesAreThoseOfVtk) {
   }
 }
 
+TEST(CliMeshContours, PointsOfTheFireLieOnTheContourOfVtk) {
+  const auto volumes = test::volumes_folder();
+  if (!volumes) GTEST_SKIP() << "needs volumes";
+  const auto file = *volumes / "fire_ug.vtu";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
+  if (!has_vtk()) GTEST_SKIP() << "needs python3-vtk9";
+  const TempFolder folder;
+  for (const char* isovalue : {"303", "350", "400", "500"}) {
+    const std::string points = folder / "points.vtp";
+    const auto extracted =
+        run({"extract", file.string(), "--dataset", "t", "-i", isovalue, "-o", points, "--force"});
+    ASSERT_EQ(extracted.exit_code, 0) << extracted.err;
+    const auto ended = python({ISOSPLAT_SOURCE_DIR "/tests/native/compare_contours.py", "--points",
+                               file.string(), "t", isovalue, points});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    std::istringstream numbers(ended.out);
+    double mean = 1, most_are_below = 1, greatest = 1, back = 9;
+    numbers >> mean >> most_are_below >> greatest >> back;
+    std::cout << file.filename().string() << " at " << isovalue << ": " << ended.out;
+    EXPECT_LT(mean, 0.05);
+    EXPECT_LT(most_are_below, 0.2);
+    EXPECT_LT(greatest, 0.6);
+    EXPECT_LT(back, 1.5);
+  }
+}
+
 }  // namespace
 }  // namespace isosplat

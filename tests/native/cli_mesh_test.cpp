@@ -227,6 +227,54 @@ TEST(CliMesh, OtherArraysAndMeshesAreFields) {
   EXPECT_NE(both.exit_code, 0);
 }
 
+TEST(CliMesh, PointsOfCellsAreExtractedWithoutAStore) {
+  const TempFolder folder;
+  const std::string file = folder / "mixed.vtu", ply = folder / "a.ply";
+  UnstructuredMesh mesh;
+  add_block(mesh, kUnit, {6, 6, 6}, Division::mixed);
+  mesh_test::set_values(mesh, [](Vec3d p) { return 3 * p.x - p.y + 2 * p.z; });
+  write_file(file, vtu_text(mesh));
+  auto ended =
+      run({"extract", file, "--dataset", "density", "-i", "1.1", "--field", "number", "-o", ply});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const std::string text = test::read_file(ply);
+  EXPECT_NE(text.find("property float number\nproperty float size\n"), std::string::npos) << text;
+  size_t active = 0;
+  for (size_t cell = 0; cell < mesh.cells(); ++cell) {
+    double least = 1e300, most = -1e300;
+    for (const uint32_t corner : mesh.corners_of(cell)) {
+      least = std::min(least, mesh.values[corner]);
+      most = std::max(most, mesh.values[corner]);
+    }
+    active += least <= 1.1 && 1.1 < most;
+  }
+  EXPECT_NE(ended.out.find(fmt::format("{} points with normals", active)), std::string::npos)
+      << ended.out;
+  const size_t begin = text.find("end_header\n") + 11;
+  for (size_t i = 0; i < active; ++i) {
+    std::array<float, 8> v;  // position, normal, number, size
+    std::memcpy(v.data(), &text.at(begin + i * sizeof v), sizeof v);
+    ASSERT_NEAR(3 * v[0] - v[1] + 2 * v[2], 1.1, 1e-5);
+    ASSERT_NEAR((-3 * v[3] + v[4] - 2 * v[5]) / std::sqrt(14.0), 1, 1e-5);
+    ASSERT_TRUE(v[6] >= 0 && v[6] < static_cast<float>(mesh.cells()));
+    ASSERT_TRUE(v[7] > 0.05f && v[7] < 0.4f) << v[7];
+  }
+  ended = run({"extract", file, "--dataset", "density", "-i", "99", "-o", ply, "--force"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("no cell has values on both sides of 99"), std::string::npos)
+      << ended.err;
+  for (const char* option : {"--mesh", "--exact", "--level"}) {
+    std::vector<std::string> call{"extract", file, "-i", "1", "--dataset", "density", option};
+    if (option == std::string("--level")) call.push_back("1");
+    ended = run(call);
+    EXPECT_NE(ended.exit_code, 0) << option;
+    EXPECT_NE(ended.err.find("isosplat build makes a scene of it"), std::string::npos) << ended.err;
+  }
+  ended = run({"extract", file, "-i", "1", "--dataset", "none"});
+  EXPECT_NE(ended.exit_code, 0);
+  EXPECT_NE(ended.err.find("density"), std::string::npos) << ended.err;
+}
+
 TEST(CliMesh, RefusesOptionsThatDoNotFit) {
   const TempFolder folder;
   const std::string a = folder / "a.vtu", b = folder / "b.vtu", out = folder / "c.isobundle";

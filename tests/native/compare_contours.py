@@ -3,7 +3,9 @@
 Arguments: the mesh's file, the name of an array, an isovalue, and .vtp files that together are the
 surface. Prints: the ratio of the areas; the 95th percentiles of the distances from the surface to
 the contour and back, in cube roots of the volumes of the mesh's cells there; the numbers of
-connected components of both.
+connected components of both. With --points before them, the .vtp files are points, and only the
+mean, the 95th percentile and the largest of their distances from the contour are printed, and the
+largest one from the contour's points to them.
 """
 
 import math
@@ -59,6 +61,9 @@ def read_mesh(path):
 
 
 def main():
+    are_points = sys.argv[1] == "--points"
+    if are_points:
+        del sys.argv[1]
     mesh = read_mesh(sys.argv[1])
     contour = vtk.vtkContourFilter()
     contour.SetInputData(mesh)
@@ -78,7 +83,7 @@ def main():
     cells = locator(mesh)
     random.seed(1)
 
-    def distance(start, end):
+    def distances(start, end):
         to = locator(end)
         count = start.GetNumberOfPoints()
         found = []
@@ -86,8 +91,17 @@ def main():
             point = start.GetPoint(i)
             size = abs(volumes.GetValue(closest(cells, point)[1])) ** (1 / 3)
             found.append(closest(to, point)[0] / size)
-        return sorted(found)[len(found) * 95 // 100]
+        return sorted(found)
 
+    def distance(start, end):
+        found = distances(start, end)
+        return found[len(found) * 95 // 100]
+
+    if are_points:
+        found = distances(surface, expected)
+        print(sum(found) / len(found), found[len(found) * 95 // 100], found[-1],
+              distances(expected, surface)[-1])
+        return
     print(area(surface) / area(expected), distance(surface, expected), distance(expected, surface),
           components(surface), components(expected))
 

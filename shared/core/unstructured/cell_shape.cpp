@@ -22,19 +22,14 @@ constexpr double kLastStep = 1e-10;
 /// Coordinates of points in the bounding box of a cell are not larger, unless the method diverges.
 constexpr double kFar = 100;
 
-struct Weights {
-  CornerWeights at{};
-  std::array<Vec3d, kMostCorners> slopes{};  ///< derivatives by the coordinates of the cell
-};
-
 /// The corner of a hexahedron in coordinates of the cell.
 Vec3d unit_corner(size_t corner) {
   return {(corner & 3) == 1 || (corner & 3) == 2 ? 1.0 : 0.0, (corner & 2) ? 1.0 : 0.0,
           corner >= 4 ? 1.0 : 0.0};
 }
 
-Weights hexahedron(Vec3d p) {
-  Weights w;
+ShapeFunctions hexahedron(Vec3d p) {
+  ShapeFunctions w;
   for (size_t i = 0; i < 8; ++i) {
     const Vec3d c = unit_corner(i);
     const double x = c.x > 0 ? p.x : 1 - p.x, y = c.y > 0 ? p.y : 1 - p.y,
@@ -45,10 +40,10 @@ Weights hexahedron(Vec3d p) {
   return w;
 }
 
-Weights wedge(Vec3d p) {
+ShapeFunctions wedge(Vec3d p) {
   const std::array<double, 3> flat{1 - p.x - p.y, p.x, p.y};
   constexpr Vec3d kSlopes[] = {{-1, -1, 0}, {1, 0, 0}, {0, 1, 0}};
-  Weights w;
+  ShapeFunctions w;
   for (size_t i = 0; i < 6; ++i) {
     const size_t k = i % 3;
     const double along = i < 3 ? 1 - p.z : p.z;
@@ -60,53 +55,22 @@ Weights wedge(Vec3d p) {
 
 /// With u = r (1 − t), v = s (1 − t), w = 1 − t, VTK's shape functions are those of a tetrahedron
 /// with the term u v / w of the base's fourth corner.
-Weights pyramid(Vec3d p) {
+ShapeFunctions pyramid(Vec3d p) {
   const double safe = std::abs(p.z) < 1e-12 ? 1e-12 : p.z;
   const double mixed = p.x * p.y / safe;
   const Vec3d slope{p.y / safe, p.x / safe, -mixed / safe};
-  Weights w;
+  ShapeFunctions w;
   w.at = {p.z - p.x - p.y + mixed, p.x - mixed, mixed, p.y - mixed, 1 - p.z, 0, 0, 0};
   w.slopes = {Vec3d{-1, -1, 1} + slope, Vec3d{1, 0, 0} - slope, slope, Vec3d{0, 1, 0} - slope,
               Vec3d{0, 0, -1}};
   return w;
 }
 
-Weights tetrahedron(Vec3d p) {
-  Weights w;
+ShapeFunctions tetrahedron(Vec3d p) {
+  ShapeFunctions w;
   w.at = {1 - p.x - p.y - p.z, p.x, p.y, p.z, 0, 0, 0, 0};
   w.slopes = {Vec3d{-1, -1, -1}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
   return w;
-}
-
-Weights all_weights(CellShape shape, Vec3d at) {
-  switch (shape) {
-    case CellShape::tetrahedron:
-      return tetrahedron(at);
-    case CellShape::pyramid:
-      return pyramid(at);
-    case CellShape::wedge:
-      return wedge(at);
-    case CellShape::hexahedron:
-      break;
-  }
-  return hexahedron(at);
-}
-
-bool is_inside(CellShape shape, Vec3d p) {
-  const double low = std::min({p.x, p.y, p.z});
-  if (!(low >= -kInsideTolerance)) return false;
-  const double most = 1 + kInsideTolerance;
-  switch (shape) {
-    case CellShape::tetrahedron:
-      return p.x + p.y + p.z <= most;
-    case CellShape::pyramid:
-      return p.z <= most && std::max(p.x, p.y) <= p.z + kInsideTolerance;
-    case CellShape::wedge:
-      return p.x + p.y <= most && p.z <= most;
-    case CellShape::hexahedron:
-      break;
-  }
-  return std::max({p.x, p.y, p.z}) <= most;
 }
 
 Vec3d centre(CellShape shape) {
@@ -139,8 +103,54 @@ std::span<const CellFace> faces_of(CellShape shape) {
   return kHexahedron;
 }
 
+ShapeFunctions shape_functions(CellShape shape, Vec3d at) {
+  switch (shape) {
+    case CellShape::tetrahedron:
+      return tetrahedron(at);
+    case CellShape::pyramid:
+      return pyramid(at);
+    case CellShape::wedge:
+      return wedge(at);
+    case CellShape::hexahedron:
+      break;
+  }
+  return hexahedron(at);
+}
+
+bool is_in_shape(CellShape shape, Vec3d p) {
+  const double low = std::min({p.x, p.y, p.z});
+  if (!(low >= -kInsideTolerance)) return false;
+  const double most = 1 + kInsideTolerance;
+  switch (shape) {
+    case CellShape::tetrahedron:
+      return p.x + p.y + p.z <= most;
+    case CellShape::pyramid:
+      return p.z <= most && std::max(p.x, p.y) <= p.z + kInsideTolerance;
+    case CellShape::wedge:
+      return p.x + p.y <= most && p.z <= most;
+    case CellShape::hexahedron:
+      break;
+  }
+  return std::max({p.x, p.y, p.z}) <= most;
+}
+
+Vec3d shape_corner(CellShape shape, size_t corner) {
+  constexpr Vec3d kTriangle[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  switch (shape) {
+    case CellShape::tetrahedron:
+      return corner < 3 ? kTriangle[corner] : Vec3d{0, 0, 1};
+    case CellShape::pyramid:
+      return corner < 4 ? unit_corner(corner + 4) : Vec3d{0, 0, 0};
+    case CellShape::wedge:
+      return kTriangle[corner % 3] + Vec3d{0, 0, corner < 3 ? 0.0 : 1.0};
+    case CellShape::hexahedron:
+      break;
+  }
+  return unit_corner(corner);
+}
+
 CornerWeights shape_weights(CellShape shape, Vec3d at) {
-  return all_weights(shape, at).at;
+  return shape_functions(shape, at).at;
 }
 
 std::optional<CornerWeights> weights_in_cell(const CellGeometry& cell, Vec3d point) {
@@ -150,7 +160,7 @@ std::optional<CornerWeights> weights_in_cell(const CellGeometry& cell, Vec3d poi
   const auto count = static_cast<size_t>(cell.count());
   Vec3d at = centre(cell.shape);
   for (int32_t step = 0; step < kMostSteps; ++step) {
-    const Weights w = all_weights(cell.shape, at);
+    const ShapeFunctions w = shape_functions(cell.shape, at);
     Vec3d position{0, 0, 0}, a{0, 0, 0}, b{0, 0, 0}, c{0, 0, 0};
     for (size_t i = 1; i < count; ++i) {
       const Vec3d corner = cell.corners[i] - first;
@@ -165,7 +175,7 @@ std::optional<CornerWeights> weights_in_cell(const CellGeometry& cell, Vec3d poi
     const double moved = std::max({std::abs(change->x), std::abs(change->y), std::abs(change->z)});
     // The mapping of a tetrahedron is linear: one step is exact.
     if (moved < kLastStep || cell.shape == CellShape::tetrahedron) {
-      if (!is_inside(cell.shape, at)) return std::nullopt;
+      if (!is_in_shape(cell.shape, at)) return std::nullopt;
       return shape_weights(cell.shape, at);
     }
     if (!(std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) < kFar)) return std::nullopt;

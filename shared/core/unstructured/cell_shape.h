@@ -40,11 +40,24 @@ using CornerWeights = std::array<double, kMostCorners>;
 /// which are from 0 to 1.
 inline constexpr double kInsideTolerance = 1e-6;
 
-/// The weights at a position in coordinates of the cell, by its shape functions. Tetrahedra: the
-/// weights of corners 1 to 3. Hexahedra: along the edges 0–1, 0–3 and 0–4. Wedges: along 0–1, 0–2
-/// and 0–3. Pyramids: (r (1 − t), s (1 − t), 1 − t) with VTK's coordinates r, s, t; with these, the
-/// mapping is regular at the apex too.
+/// The weights at a position, and their derivatives by the coordinates of the cell.
+struct ShapeFunctions {
+  CornerWeights at{};
+  std::array<Vec3d, kMostCorners> slopes{};
+};
+
+/// The shape functions at a position in coordinates of the cell. Tetrahedra: the weights of corners
+/// 1 to 3. Hexahedra: along the edges 0–1, 0–3 and 0–4. Wedges: along 0–1, 0–2 and 0–3. Pyramids:
+/// (r (1 − t), s (1 − t), 1 − t) with VTK's coordinates r, s, t; with these, the mapping is regular
+/// at the apex too.
+ShapeFunctions shape_functions(CellShape shape, Vec3d at);
 CornerWeights shape_weights(CellShape shape, Vec3d at);
+
+/// Whether a position in coordinates of the cell is inside, with kInsideTolerance.
+bool is_in_shape(CellShape shape, Vec3d at);
+
+/// A corner in coordinates of the cell.
+Vec3d shape_corner(CellShape shape, size_t corner);
 
 /// The weights at a point, or nothing if the point is outside. Tetrahedra: in closed form. Other
 /// cells: by Newton's method from the centre, until the last step is below 10⁻¹⁰ (cells whose
