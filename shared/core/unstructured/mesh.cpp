@@ -52,14 +52,23 @@ Box box_of(const CellGeometry& cell) {
 }
 
 std::vector<uint32_t> first_at_position(const std::vector<Vec3d>& points) {
+  if (points.empty()) return {};
+  Box box{points.front(), points.front()};
+  for (const Vec3d point : points) box.add(point);
+  const Vec3d extent = box.high - box.low;
+  const double scale = kPositionsPerExtent / std::max({extent.x, extent.y, extent.z, 1e-300});
+  const auto rounded = [&](uint32_t i) {
+    const Vec3d at = (points[i] - box.low) * scale;
+    return std::tuple(std::round(at.x), std::round(at.y), std::round(at.z));
+  };
   std::vector<uint32_t> order(points.size()), first(points.size());
   std::iota(order.begin(), order.end(), 0u);
   std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const Vec3d &p = points[a], &q = points[b];
-    return std::tie(p.x, p.y, p.z, a) < std::tie(q.x, q.y, q.z, b);
+    const auto p = rounded(a), q = rounded(b);
+    return p != q ? p < q : a < b;
   });
   for (size_t i = 0; i < order.size(); ++i) {
-    const bool is_same = i > 0 && points[order[i]] == points[order[i - 1]];
+    const bool is_same = i > 0 && rounded(order[i]) == rounded(order[i - 1]);
     first[order[i]] = is_same ? first[order[i - 1]] : order[i];
   }
   return first;

@@ -50,7 +50,9 @@ struct Box {
 /// The bounding box of a cell.
 Box box_of(const CellGeometry& cell);
 
-/// For each point, the first point at the same position.
+/// For each point, the first point at the same position: those that differ by rounding, by about
+/// 10⁻⁹ of the largest extent, count as the same.
+inline constexpr double kPositionsPerExtent = 1e9;
 std::vector<uint32_t> first_at_position(const std::vector<Vec3d>& points);
 
 /// Values at points, of values that belong to cells: the average of the cells around a point,

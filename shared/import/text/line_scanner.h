@@ -31,6 +31,9 @@ class LineScanner {
   /// line().
   Result<std::vector<std::string>> next_words();
 
+  /// The next byte, or −1 at the end of the file.
+  Result<int> byte() { return take(); }
+
   /// Skips binary values. False if the file ends first.
   bool skip_bytes(uint64_t bytes);
 

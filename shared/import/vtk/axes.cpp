@@ -57,6 +57,7 @@ Result<char> place_vtk_axes(const std::filesystem::path& path, VtkFile& file) {
     }
     const auto positions = read_numbers(path, file, *array);
     if (!positions) return tl::unexpected(positions.error());
+    if (sizes[axis] < 2) continue;  // no cells, which is checked later
     const auto even = even_axis(*positions);
     if (!even) return "xyz"[axis];
     *origins[axis] = even->origin;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -40,6 +41,27 @@ std::optional<TypeName> type_named(const std::string& name) {
   const auto found = kTypes.find(lower_case(name));
   if (found == kTypes.end()) return std::nullopt;
   return found->second;
+}
+
+/// The name of an array, in which VTK writes blanks, quotes and other bytes as "%20". Control
+/// characters stay as they are in the file.
+std::string decoded(const std::string& name) {
+  std::string text;
+  for (size_t i = 0; i < name.size(); ++i) {
+    int code = -1;
+    if (name[i] == '%' && i + 2 < name.size()) {
+      const char* const digits = name.data() + i + 1;
+      const auto [end, error] = std::from_chars(digits, digits + 2, code, 16);
+      if (error != std::errc{} || end != digits + 2) code = -1;
+    }
+    if (code < 0x20 || code == 0x7f) {
+      text.push_back(name[i]);
+      continue;
+    }
+    text.push_back(static_cast<char>(code));
+    i += 2;
+  }
+  return text;
 }
 
 /// Reads the sections of one file.
@@ -101,7 +123,8 @@ class Parser {
   Result<VtkFile> finish() {
     if (file_.dataset.empty()) {
       return fail(Status::unsupported_format,
-                  fmt::format("{}: expected DATASET STRUCTURED_POINTS, found the end of the file: "
+                  fmt::format("{}: expected DATASET STRUCTURED_POINTS or RECTILINEAR_GRID, found "
+                              "the end of the file: "
                               "only regular grids are volumes",
                               path_.string()));
     }
@@ -159,8 +182,8 @@ class Parser {
       const bool is_mesh = name == "unstructured_grid" || name == "structured_grid";
       return fail(
           Status::unsupported_format,
-          fmt::format("{}: expected DATASET STRUCTURED_POINTS, found {}: only regular grids "
-                      "are volumes; {}",
+          fmt::format("{}: expected DATASET STRUCTURED_POINTS or RECTILINEAR_GRID, found {}: "
+                      "only regular grids are volumes; {}",
                       path_.string(), name,
                       is_mesh ? "isosplat build makes a scene of it"
                               : "resample it to an image (in ParaView: Resample To Image)"));
@@ -231,19 +254,58 @@ class Parser {
     return scanner_.malformed(fmt::format("the {} occurs twice with different numbers", name));
   }
 
-  /// Skips lines up to an empty one.
+  /// Skips lines up to an empty one. Names of components may be empty lines.
   Result<void> metadata() {
+    int64_t names = 0;
     for (;;) {
       const auto text = scanner_.line();
       if (!text) return tl::unexpected(text.error());
-      if (!*text || trimmed(**text).empty()) return {};
+      if (!*text) return {};
+      const std::string_view line = trimmed(**text);
+      if (line.empty() && names <= 0) return {};
+      names = lower_case(line) == "component_names" ? components_ : names - 1;
     }
+  }
+
+  /// Skips strings: a line for each, or its length and its bytes (vtkDataWriter::WriteArray).
+  Result<void> skip_strings(int64_t components, int64_t tuples) {
+    constexpr int64_t kMost = int64_t{1} << 40;
+    if (components < 0 || components > 1000 || tuples > kMost) {
+      return scanner_.malformed("expected fewer strings in a FIELD");
+    }
+    for (int64_t left = components * tuples; left > 0; --left) {
+      const auto skipped_one = file_.is_binary ? skip_string() : skip_line();
+      if (!skipped_one) return skipped_one;
+    }
+    return {};
+  }
+
+  Result<void> skip_line() {
+    const auto text = scanner_.line();
+    if (!text) return tl::unexpected(text.error());
+    return skipped(text->has_value());
+  }
+
+  /// The first two bits of a length state its bytes: 8, 4, 2 or 1, big-endian.
+  Result<void> skip_string() {
+    const auto first = scanner_.byte();
+    if (!first) return tl::unexpected(first.error());
+    if (*first < 0) return skipped(false);
+    auto length = static_cast<uint64_t>(*first & 0x3f);
+    for (int more = (8 >> (*first >> 6)) - 1; more > 0; --more) {
+      const auto next = scanner_.byte();
+      if (!next) return tl::unexpected(next.error());
+      if (*next < 0) return skipped(false);
+      length = length << 8 | static_cast<uint64_t>(*next);
+    }
+    return skipped(scanner_.skip_bytes(length));
   }
 
   /// Records an array whose values begin here, and skips the values.
   Result<void> add(std::string name, const std::string& type_name, int64_t components,
                    uint64_t values, Place place) {
     const auto type = type_named(type_name);
+    components_ = components;
     uint64_t numbers = 0;
     if (components < 1 || components > 1000 ||
         __builtin_mul_overflow(values, static_cast<uint64_t>(components), &numbers)) {
@@ -256,7 +318,7 @@ class Parser {
     VtkArray* added = nullptr;
     if (in_data_ || place == Place::geometry) {
       VtkArray array;
-      array.name = std::move(name);
+      array.name = place == Place::geometry ? std::move(name) : decoded(name);
       array.of_cells = of_cells_;
       array.is_field = place == Place::field;
       array.components = static_cast<int>(components);
@@ -309,7 +371,8 @@ class Parser {
         return scanner_.malformed("expected a FIELD's name, components, tuples and type");
       }
       if (lower_case((*words)[3]) == "string") {
-        return scanner_.malformed("expected numbers in a FIELD, found strings");
+        if (auto passed = skip_strings(*components, *tuples); !passed) return passed;
+        continue;
       }
       if (auto added = add((*words)[0], (*words)[3], *components, static_cast<uint64_t>(*tuples),
                            Place::field);
@@ -338,8 +401,8 @@ class Parser {
     if (key == "color_scalars") {
       const auto components = whole_number(type);
       if (!components) return scanner_.malformed("expected COLOR_SCALARS, a name and a number");
-      return add(name, file_.is_binary ? "unsigned_char" : "float",
-                 std::max<int64_t>(*components, 2), values_, Place::attribute);
+      return add(name, file_.is_binary ? "unsigned_char" : "float", *components, values_,
+                 Place::attribute);
     }
     if (key == "lookup_table") {
       const auto entries = whole_number(type);
@@ -354,9 +417,9 @@ class Parser {
     }
     if (key == "vectors" || key == "normals") return add(name, type, 3, values_, Place::attribute);
     if (key == "tensors") return add(name, type, 9, values_, Place::attribute);
+    if (key == "tensors6") return add(name, type, 6, values_, Place::attribute);
     if (key == "texture_coordinates" && parts.size() > 3) {
-      return add(name, parts[3], std::max<int64_t>(whole_number(type).value_or(2), 2), values_,
-                 Place::attribute);
+      return add(name, parts[3], whole_number(type).value_or(2), values_, Place::attribute);
     }
     return scanner_.malformed(fmt::format(
         "expected a section such as POINT_DATA or SCALARS, found '{}'", key.substr(0, 40)));
@@ -370,6 +433,7 @@ class Parser {
   bool has_dimensions_ = false, has_offsets_ = false;
   bool in_data_ = false, of_cells_ = false;
   uint64_t values_ = 0;
+  int64_t components_ = 1;  ///< of the array before
 };
 
 }  // namespace

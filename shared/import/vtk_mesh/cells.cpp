@@ -167,7 +167,7 @@ class CellReader {
         return false;
       }
       bytes += bytes_of(types_[i]);
-      if (types_[i] == kPolyhedron && has_counts) bytes += polyhedron_bytes(nodes);
+      if (types_[i] == kPolyhedron && has_inline_faces()) bytes += polyhedron_bytes(nodes);
       if (const CellDivision* const division = division_of(types_[i])) {
         parts += division->parts.size();
         points += division->points.size();
@@ -234,10 +234,13 @@ class CellReader {
     return {};
   }
 
+  /// Legacy files have the faces of a polyhedron in place of its nodes.
+  bool has_inline_faces() const { return piece_.layout != VtkCellLayout::ends; }
+
   /// The faces of all polyhedra: of each its number of faces, and then of each face the number of
   /// its points and the points.
   Result<void> read_faces() {
-    if (piece_.layout == VtkCellLayout::counts) return {};  // they are in the array "cells"
+    if (has_inline_faces()) return {};
     if (std::find(types_.begin(), types_.end(), kPolyhedron) == types_.end()) return {};
     if (array("polyhedron_to_faces")) {
       return fail(Status::unsupported_format,
@@ -295,7 +298,7 @@ class CellReader {
       while (ends_[cell] <= at) added = finish(cell++);  // cells without points
       const bool is_count = has_counts && at == (cell == 0 ? 0 : ends_[cell - 1]);
       ++at;
-      if (has_counts && !is_count && types_[cell] == kPolyhedron) {
+      if (has_inline_faces() && !is_count && types_[cell] == kPolyhedron) {
         const bool fits = point >= 0 && point <= static_cast<double>(kMaxCount);
         nodes_.push_back(fits ? static_cast<uint32_t>(point) : uint32_t{kMaxCount});
       } else if (!is_count && is_volume(types_[cell])) {
@@ -345,7 +348,7 @@ class CellReader {
   /// The faces of a polyhedron, with the indices of the mesh's points.
   Result<std::vector<uint32_t>> faces_of(size_t cell) const {
     std::span<const uint32_t> of_cell = nodes_;
-    if (piece_.layout != VtkCellLayout::counts) {
+    if (!has_inline_faces()) {
       const size_t begin = cell == 0 ? 0 : face_ends_[cell - 1];
       of_cell = std::span(faces_).subspan(begin, face_ends_[cell] - begin);
     }
@@ -389,8 +392,8 @@ Result<AddedCells> add_vtk_cells(MeshBuilder& builder, const VtkXmlFile& file,
 
 tl::unexpected<Error> vtk_mesh_too_large(const std::filesystem::path& path, uint64_t memory_bytes) {
   return fail(Status::out_of_memory,
-              fmt::format("{}: expected a mesh that fits into {} MiB, found a larger one: raise "
-                          "--memory",
+              fmt::format("{}: expected a mesh that fits into the memory, of which {} MiB are left "
+                          "for it here, found a larger one: raise --memory",
                           path.string(), memory_bytes >> 20));
 }
 

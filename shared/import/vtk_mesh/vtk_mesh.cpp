@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "shared/import/codecs/file_head.h"
 #include "shared/import/vtk/axes.h"
 #include "shared/import/vtk_mesh/cells.h"
 #include "shared/import/vtk_mesh/lattice_cells.h"
@@ -70,11 +71,31 @@ class Reader {
     }
     if (grid.main().grid == VtkXmlGrid::unstructured) return {};
     const auto points = vtk_xml_points(grid.main());
-    if (*std::min_element(points.begin(), points.end()) >= 2) return {};
+    if (*std::min_element(points.begin(), points.end()) >= 2) {
+      note_gaps(grid, points);
+      return {};
+    }
     return fail(Status::unsupported_format,
                 fmt::format("{}: expected a grid of three dimensions, with at least 2 points along "
                             "each axis, found {}×{}×{} points, which enclose no volume",
                             path_.string(), points[0], points[1], points[2]));
+  }
+
+  /// Notes cells of a lattice that no piece has.
+  void note_gaps(const VtkXmlPieces& grid, const std::array<int64_t, 3>& points) {
+    double found = 0, whole = 1;
+    for (const VtkXmlPlaced& placed : grid.placed) {
+      double cells = 1;
+      for (size_t axis = 0; axis < 3; ++axis) {
+        cells *= static_cast<double>(placed.used.high[axis] - placed.used.low[axis]);
+      }
+      found += cells;
+    }
+    for (const int64_t each : points) whole *= static_cast<double>(each - 1);
+    if (found >= whole) return;
+    open_.notes.push_back(fmt::format(
+        "the pieces have {:.0f} of the {:.0f} cells of the whole grid: the others are left out",
+        found, whole));
   }
 
   Result<void> choose(const VtkXmlFile& file, const VtkXmlPiece& piece) {
@@ -225,6 +246,14 @@ bool is_vtk_mesh(const FileHead& head) {
 
 Result<OpenMesh> open_vtk_mesh(const Path& path, const ImportOptions& options,
                                uint64_t memory_bytes) {
+  const auto head = read_head(path);
+  if (!head) return tl::unexpected(head.error());
+  if (head->packing != Packing::none) {
+    return fail(Status::unsupported_format,
+                path.string() +
+                    ": expected a mesh, found one that is compressed as a whole: decompress it "
+                    "first (gunzip, unzstd, …), or save it with VTK's own compression");
+  }
   return Reader(path, options, memory_bytes).read();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "shared/core/grid/grid.h"
 #include "shared/import/geometry/even_axis.h"
@@ -18,6 +19,7 @@ Result<VtkXmlAxes> vtk_xml_axes(const VtkXmlPieces& grid, const std::array<int64
   for (size_t axis = 0; axis < 3; ++axis) {
     std::vector<double> all(static_cast<size_t>(points[axis]),
                             std::numeric_limits<double>::quiet_NaN());
+    std::vector<bool> is_known(all.size());
     for (const VtkXmlPlaced& placed : grid.placed) {
       const VtkXmlPiece& piece = grid.piece(placed);
       const VtkXmlFile& file = grid.files[placed.file];
@@ -32,11 +34,20 @@ Result<VtkXmlAxes> vtk_xml_axes(const VtkXmlPieces& grid, const std::array<int64
       };
       const auto begin = all.begin() + offset(whole.low[axis], placed.used.low[axis]);
       const auto end = all.begin() + offset(whole.low[axis], placed.used.high[axis] + 1);
-      if (std::none_of(begin, end, [](double each) { return std::isnan(each); })) continue;
+      const auto first = is_known.begin() + (begin - all.begin());
+      if (std::find(first, first + (end - begin), false) == first + (end - begin)) continue;
+      std::fill_n(first, end - begin, true);
       const auto own =
           read_vtk_xml_numbers(file, piece.coordinates[axis], static_cast<uint64_t>(count));
       if (!own) return tl::unexpected(own.error());
       std::copy_n(own->begin() + offset(low, placed.used.low[axis]), end - begin, begin);
+    }
+    const auto missing = std::find(is_known.begin(), is_known.end(), false);
+    if (missing != is_known.end()) {
+      return malformed_vtk_xml(grid.main().path, "expected positions of all " +
+                                                     std::to_string(all.size()) + " points along " +
+                                                     "xyz"[axis] + ", found none of point " +
+                                                     std::to_string(missing - is_known.begin()));
     }
     const auto even = even_axis(all);
     if (!even) {
