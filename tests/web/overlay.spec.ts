@@ -1,5 +1,7 @@
 // The overlays above the picture, and the views along the axes.
+
 import { describe, expect, it } from "vitest";
+import { roundBelow } from "../../web/core/round_below.ts";
 import { axisNames } from "../../web/overlay/axis_names.ts";
 import { boundingBox } from "../../web/overlay/bounding_box.ts";
 import {
@@ -15,7 +17,6 @@ import {
   formatMeasured,
   formatPower,
   formatVolume,
-  roundBelow,
   roundedToVoxel,
   scaleBar,
   ticks,

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { isovalueScale, roundStep, roundToScale } from "../../web/page/panel/isovalue_scale.ts";
+import { isovalueScale, roundToScale } from "../../web/page/panel/isovalue_scale.ts";
 import { withAddedSurface } from "../../web/page/panel/surfaces.ts";
 import {
   formatAxes,
@@ -133,7 +133,8 @@ describe("the isovalue scale", () => {
   it("steps by round numbers through anything else", () => {
     expect(isovalueScale([-1024, 3071], 1).step).toBe(2);
     expect(isovalueScale([0, 1], 1 / 65534).step).toBe(0.0005);
-    expect([0.0037, 0.1, 7, 250].map(roundStep)).toEqual([0.002, 0.1, 5, 200]);
+    const steps = [0.0037, 0.1, 7, 250].map((step) => isovalueScale([0, 2000 * step], 0.1).step);
+    expect(steps).toEqual([0.002, 0.1, 5, 200]);
   });
 
   it("stays within a range that is not a multiple of the step", () => {

@@ -227,6 +227,10 @@ describe("the field that colours show", () => {
     const plain = { ...field, lines: 0 };
     expect(writeUrl({ colourBy: "field", field: plain })).not.toContain("field-lines");
     expect(readUrl(writeUrl({ colourBy: "field", field: plain })).field).toEqual(plain);
+    for (const lines of [Number.POSITIVE_INFINITY, Number.NaN, -1]) {
+      const none = { ...field, lines };
+      expect(writeUrl({ colourBy: "field", field: none })).not.toContain("field-lines");
+    }
   });
 
   it("has no contour lines at intervals that are none", () => {

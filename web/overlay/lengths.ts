@@ -1,3 +1,4 @@
+import { roundBelow } from "../core/round_below.ts";
 import { grouped, localized } from "../texts/numbers.ts";
 import { overlayTexts } from "../texts/overlay.ts";
 import type { LengthUnit } from "./length_unit.ts";
@@ -51,15 +52,6 @@ export function formatVolume(mm3: number): string {
   const unit = units.find((each) => mm3 >= least(each)) ?? units[units.length - 1];
   if (mm3 === 0 || !unit) return "0 mm³";
   return `${grouped(Number((mm3 / unit.mm ** 3).toPrecision(4)))} ${unit.name}³`;
-}
-
-/** The largest number of the form 1, 2, 5 · 10ⁿ that is not larger. */
-export function roundBelow(value: number): number {
-  const power = 10 ** Math.floor(Math.log10(value));
-  const digit = value / power;
-  // A quotient such as 4.999… is treated as 5.
-  const round = digit > 5 - 1e-9 ? 5 : digit > 2 - 1e-9 ? 2 : 1;
-  return Number((round * power).toPrecision(12));
 }
 
 /** A scale bar of at most `mostPixels`: its length in mm, and in pixels. */

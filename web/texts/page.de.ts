@@ -77,7 +77,8 @@ export const page: typeof English = {
   isColours: "Farben wie d9ccb3",
   isColour: "eine Farbe wie ffffff",
   linesEvery: (interval) => `Linien alle ${interval}`,
-  decades: (count) => `${count} Dekaden`,
+  linesPerDecades: (count, isOne) =>
+    isOne ? "Linien jede Dekade" : `Linien alle ${count} Dekaden`,
   logarithmic: (quantity) => `${quantity}, logarithmisch`,
   noFieldValue: (field) => `${field}: kein Wert`,
   isFieldName: "der Name eines Feldes",

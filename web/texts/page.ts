@@ -74,7 +74,8 @@ export const pageTexts = part("page", {
   isColours: "colours such as d9ccb3",
   isColour: "a colour such as ffffff",
   linesEvery: (interval: string) => `Lines every ${interval}`,
-  decades: (count: string) => `${count} decades`,
+  linesPerDecades: (count: string, isOne: boolean) =>
+    isOne ? "Lines every decade" : `Lines every ${count} decades`,
   logarithmic: (quantity: string) => `${quantity}, logarithmic`,
   noFieldValue: (field: string) => `${field}: no value`,
   isFieldName: "the name of a field",

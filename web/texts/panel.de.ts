@@ -78,9 +78,10 @@ export const panel: typeof English = {
   continuous: "Stufenlos",
   colourSteps: (n) => `${n} Farben`,
   contourLines: "Isolinien",
-  contourLinesTitle: "Linien auf der Fläche, wo das Feld ein Vielfaches des Abstands ist",
-  lineInterval: "Abstand",
-  lineDecades: "Abstand in Dekaden",
+  contourLinesTitle:
+    "Linien auf der Fläche, wo das Feld ein Vielfaches des Linienabstands ist; bei logarithmischer Skala, wo sein Logarithmus zur Basis 10 es ist",
+  lineInterval: "Linienabstand",
+  lineDecades: "Linienabstand in Dekaden",
   colourMap: "Farbskala",
   background: "Hintergrund",
   theme: "Wie die Seite",

@@ -77,7 +77,8 @@ export const panelTexts = part("panel", {
   continuous: "Continuous",
   colourSteps: (n: string) => `${n} colours`,
   contourLines: "Contour lines",
-  contourLinesTitle: "Lines on the surface where the field is a multiple of the interval",
+  contourLinesTitle:
+    "Lines on the surface where the field is a multiple of the interval; with a logarithmic scale, where its logarithm to base 10 is",
   lineInterval: "Interval",
   lineDecades: "Interval in decades",
   colourMap: "Colour map",

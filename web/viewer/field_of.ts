@@ -1,9 +1,15 @@
 import type { FieldInfo, StoreInfo } from "../core/types.ts";
-import type { FieldScale } from "./types.ts";
+import type { FieldLook, FieldScale } from "./types.ts";
 
 /** The field of a store with this name. */
 export function fieldOf({ fields }: StoreInfo, name: string): FieldInfo | null {
   return fields.find((field) => field.name === name) ?? null;
+}
+
+/** A look that can be drawn: without contour lines, unless their distance is a number above 0. */
+export function usableField(field: FieldLook): FieldLook {
+  const { lines } = field;
+  return lines === 0 || (Number.isFinite(lines) && lines > 0) ? field : { ...field, lines: 0 };
 }
 
 /** The range; if both ends are the same value, a range around it. */

@@ -1,7 +1,7 @@
 import type { FieldInfo, StoreInfo } from "../core/types.ts";
 import type { ShownField } from "../stream/session.ts";
 import { wholeVolume } from "./clipping.ts";
-import { lineTicks } from "./field_lines.ts";
+import { hasLines, lineTicks } from "./field_lines.ts";
 import { shownRange } from "./field_of.ts";
 import { greyRange } from "./grey_range.ts";
 import type { RendererModule } from "./renderer_module.ts";
@@ -94,11 +94,14 @@ export class PictureSettings {
       legend.range = range;
       const { hasMissing } = shown.info.mapping;
       legend.field = { name, ...(units && { units }), scale, ...(hasMissing && { hasMissing }) };
-      if (lines > 0) {
-        const along = renderer.picture.colours(colourMap, 256);
-        legend.lines = { interval: lines, ticks: lineTicks(range, scale, lines, along) };
+      const isStepped = steps > 1;
+      const along =
+        isStepped || lines > 0 ? renderer.picture.colours(colourMap, isStepped ? steps : 256) : [];
+      if (hasLines(lines, scale, shown.info.mapping.scale)) {
+        const ticks = lineTicks(range, scale, lines, along, steps);
+        legend.lines = { interval: lines, ticks };
       }
-      if (steps > 1) legend.colours = stepped(renderer.picture.colours(colourMap, steps));
+      if (isStepped) legend.colours = stepped(along);
     }
     if (slices) legend.slices = slices;
     if (slices && colourBy !== "isovalue") legend.ofSlices = ofSlices;

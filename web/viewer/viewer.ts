@@ -6,6 +6,7 @@ import type { Progress } from "../stream/types.ts";
 import { CanvasSize } from "./canvas_size.ts";
 import { attachControls, type CameraActions } from "./controls.ts";
 import { Emitter } from "./emitter.ts";
+import { usableField } from "./field_of.ts";
 import { FrameScheduler } from "./frame_scheduler.ts";
 import type { Layer } from "./layer.ts";
 import type { StepSources } from "./layer_steps.ts";
@@ -235,7 +236,7 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   }
 
   setLook({ field, ...change }: LookChange): void {
-    const shown = field ? { ...defaultLook.field, ...field } : this.look.field;
+    const shown = field ? usableField({ ...defaultLook.field, ...field }) : this.look.field;
     this.#settings.look = { ...this.look, ...change, field: shown };
     this.#layers.applySettings();
     // Dragging a slider counts as motion: otherwise pictures with and without occlusion would

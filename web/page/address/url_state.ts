@@ -340,7 +340,7 @@ export function writeUrl(state: UrlState): string {
     add("field-range", range?.join(","));
     if (scale !== "linear") add("field-scale", scale);
     if (steps > 0) add("field-steps", String(steps));
-    if (lines > 0) add("field-lines", String(lines));
+    if (lines > 0 && Number.isFinite(lines)) add("field-lines", String(lines));
   }
   add("map", state.colourMap);
   add("background", state.background?.slice(1));

@@ -5,12 +5,19 @@ import { distinct, fieldOf } from "../../viewer/field_of.ts";
 import { turnedLight } from "../../viewer/light.ts";
 import { sameValue } from "../../viewer/same_value.ts";
 import { noSlices } from "../../viewer/slices.ts";
-import { type Clip, defaultLook, type FieldScale, type Look } from "../../viewer/types.ts";
+import {
+  type Clip,
+  defaultLook,
+  type FieldLook,
+  type FieldScale,
+  type Look,
+} from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { AddressState, OpenedPicture } from "../address/page_address.ts";
 import type { UrlState } from "../address/url_state.ts";
 import { theme, themeBackground } from "../shell/theme.ts";
 import type { PageActions, PageState, PictureActions, PictureState } from "./panel_state.ts";
+import { withFollowingLines } from "./proposed_lines.ts";
 
 /**
  * The settings of the picture and its overlays: appearance, clipping, slices, parts of the overlay.
@@ -28,11 +35,14 @@ export class DisplaySettings {
     slices: noSlices,
   };
   #show: ReadonlySet<OverlayPart>;
+  /** The field in the address that was opened. */
+  readonly #ofUrl: FieldLook | undefined;
 
   constructor(viewer: Viewer, url: UrlState, changed: () => void) {
     this.#viewer = viewer;
     this.#changed = changed;
     this.#isThemeBackground = url.background === undefined;
+    this.#ofUrl = url.field;
     viewer.setLook({
       kind: url.kind ?? defaultLook.kind,
       shading: url.shading ?? defaultLook.shading,
@@ -61,11 +71,14 @@ export class DisplaySettings {
     const { state } = progress ?? {};
     const isComplete = state === "complete" || state === "limited";
     if (look.colourBy !== "field" || look.field.range || !isComplete) return false;
-    const [whole] = layers.flatMap(({ info }) => (info && fieldOf(info, look.field.name)) ?? []);
-    const found = fieldRange ? roundedRange(fieldRange, look.field.scale) : whole?.range;
+    const whole = this.#wholeRange(look.field.name);
+    const found = fieldRange ? roundedRange(fieldRange, look.field.scale) : whole;
     const { look: opened } = this.#opened;
     if (found) {
-      const field = { ...look.field, range: distinct(found) };
+      const fitted = { ...look.field, range: distinct(found) };
+      const isOpened = sameValue(look.field, opened.field) || sameValue(look.field, this.#ofUrl);
+      // An address or a scene states its interval.
+      const field = isOpened || !whole ? fitted : withFollowingLines(fitted, look.field, whole);
       // The range is not a choice of the visitor: the address does not have it.
       if (sameValue(look.field, opened.field)) this.#opened.look = { ...opened, field };
       this.#viewer.setLook({ field });
@@ -162,8 +175,17 @@ export class DisplaySettings {
     this.#changed();
   }
 
+  /** That of the field of the first layer that has it. */
+  #wholeRange(name: string): [number, number] | undefined {
+    const { layers } = this.#viewer;
+    return layers.flatMap(({ info }) => (info && fieldOf(info, name)) ?? [])[0]?.range;
+  }
+
   #changeLook(change: Partial<Look>): void {
-    this.#viewer.setLook(change);
+    const { field } = change;
+    const whole = field && this.#wholeRange(field.name);
+    const following = field && whole && withFollowingLines(field, this.#viewer.look.field, whole);
+    this.#viewer.setLook(following ? { ...change, field: following } : change);
     this.#fitField();
     this.#changed();
   }

@@ -1,12 +1,12 @@
 import { html, nothing, svg, type TemplateResult } from "lit";
 import type { Bins, FieldInfo } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
-import { fittingInterval } from "../../viewer/field_lines.ts";
-import { distinct, shownRange } from "../../viewer/field_of.ts";
+import { distinct } from "../../viewer/field_of.ts";
 import type { FieldLook, FieldScale } from "../../viewer/types.ts";
 import { formatValue, parseValue } from "../shell/format.ts";
 import { select } from "./form_elements.ts";
 import type { PictureActions } from "./panel_state.ts";
+import { proposedLines } from "./proposed_lines.ts";
 
 /** Numbers of colours to choose from. */
 const steps = ["0", "4", "6", "8", "10", "12"];
@@ -62,18 +62,10 @@ export function fieldPart(
       </button>
     </div>
     ${select(panelTexts.fieldScale, look.scale, panelTexts.fieldScales, (chosen) => {
-      const scale = chosen as FieldScale;
-      // The interval of a logarithmic scale has another meaning.
-      const keeps = (scale === "logarithmic") === (look.scale === "logarithmic");
-      const lines = keeps || look.lines === 0 ? look.lines : fitted(range, scale);
-      change({ scale, lines });
+      change({ scale: chosen as FieldScale });
     })}
     ${select(panelTexts.fieldSteps, String(look.steps), stepTexts, (n) => change({ steps: Number(n) }))}
     ${linesPart(look, range, (lines) => change({ lines }))}`;
-}
-
-function fitted(range: readonly [number, number], scale: FieldScale): number {
-  return fittingInterval(shownRange(range, scale), scale);
 }
 
 /** The contour lines: a switch, and their distance. */
@@ -94,7 +86,7 @@ function linesPart(
       class="chip"
       title=${panelTexts.contourLinesTitle}
       aria-pressed=${lines > 0}
-      @click=${() => change(lines > 0 ? 0 : fitted(range, scale))}
+      @click=${() => change(lines > 0 ? 0 : proposedLines(range, scale))}
     >
       ${panelTexts.contourLines}
     </button>

@@ -1,3 +1,4 @@
+import { roundBelow } from "../../core/round_below.ts";
 import type { StoreInfo } from "../../core/types.ts";
 
 /** The isovalues that the slider of a volume can have. */
@@ -11,15 +12,6 @@ export interface IsovalueScale {
   step: number;
 }
 
-/** The largest number of the form 1, 2, 5 · 10ⁿ that does not exceed `step`: 0.0037 → 0.002. */
-export function roundStep(step: number): number {
-  const power = 10 ** Math.floor(Math.log10(step));
-  const digit = step / power;
-  const round = digit >= 5 ? 5 : digit >= 2 ? 2 : 1;
-  // Uses the decimal form, which gives 0.1 and not 0.1000…01.
-  return Number((round * power).toPrecision(12));
-}
-
 export function isovalueScale(
   range: readonly [number, number],
   quantizationStep: number,
@@ -28,7 +20,7 @@ export function isovalueScale(
   const span = high - low;
   if (!(span > 0)) return { low, high: low + 1, step: 1 };
   const isWhole = quantizationStep === 1 && Number.isInteger(low);
-  const step = isWhole && span <= 1000 ? 0.5 : roundStep(span / 2000);
+  const step = isWhole && span <= 1000 ? 0.5 : roundBelow(span / 2000);
   return { low, high, step };
 }
 

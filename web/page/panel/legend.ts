@@ -64,8 +64,11 @@ export function fieldNotes({ lines, field }: Legend): string[] {
   if (lines && field) {
     const interval = formatValue(lines.interval);
     const isLogarithmic = field.scale === "logarithmic";
-    const said = isLogarithmic ? pageTexts.decades(interval) : `${interval} ${field.units ?? ""}`;
-    notes.push(pageTexts.linesEvery(said.trim()));
+    notes.push(
+      isLogarithmic
+        ? pageTexts.linesPerDecades(interval, lines.interval === 1)
+        : pageTexts.linesEvery(`${interval} ${field.units ?? ""}`.trim()),
+    );
   }
   if (field?.hasMissing) notes.push(panelTexts.fieldMissing);
   return notes;
