@@ -216,6 +216,7 @@ test("a link has contour lines, and none at an interval that is too small, or no
     await complete(page);
     await settled(page);
     await expect(page.locator(".legend-colours i")).toHaveCount(interval === "300" ? 4 : 0);
+    await expect(page.getByText("Lines every")).toHaveCount(interval === "300" ? 1 : 0);
     counts.push(await linesAcross(page));
   }
   const [lines = 0, tooSmall = 0, none] = counts;
