@@ -134,8 +134,8 @@ def run_build(
 def _states_place(volume: Any) -> bool:
     """Whether an array or image states another geometry than the default one."""
     found = placed(volume, None, None, None)
-    default = (1, 1, 1), (0, 0, 0), (1, 0, 0, 0, 1, 0, 0, 0, 1)
-    return tuple(map(tuple, (found.spacing, found.origin, found.direction))) != default
+    place = (*found.spacing, *found.origin, *found.direction)
+    return place != (1, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1)
 
 
 def _field_call(name: str, field: Any, z_is_fastest: bool, is_placed: bool) -> _core.FieldCall:
