@@ -4,6 +4,9 @@ import { launchOptions } from "./tests/browser/support/chromium.ts";
 /** Most of their time passes until a fault ends: `npm test` runs them beside other tests. */
 const faults = /(chaos|errors|faults)\.browser\.ts$/;
 
+// A thumbnail takes longer than building a small volume.
+process.env.ISOSPLAT_NO_THUMBNAIL = "1";
+
 /**
  * Tests in Debian's Chromium: tests/browser/*.browser.ts and tests/packages. Each starts the real
  * server on a free port. llvmpipe draws WebGL, with the same pixels as native EGL. Chromium may silently

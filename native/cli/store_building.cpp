@@ -101,9 +101,11 @@ void StoreFlags::add_to(CLI::App& command) {
   command.add_flag("-q,--quiet", quiet, "Print nothing on success");
   command.add_flag("--force", force,
                    "Replace the output file even if it is a store of another volume, or no store");
-  command.add_flag(
-      "--no-thumbnail", no_thumbnail,
-      "Do not draw the thumbnail, STORE.webp beside the store, which lists of volumes show");
+  command
+      .add_flag(
+          "--no-thumbnail", no_thumbnail,
+          "Do not draw the thumbnail, STORE.webp beside the store, which lists of volumes show")
+      ->envname("ISOSPLAT_NO_THUMBNAIL");
   build_flags.add_to(command);
   volume_flags.add_to(command);
 }

@@ -29,15 +29,17 @@ async function open(page: Page, html: string): Promise<void> {
   await page.evaluate(() => customElements.whenDefined("isosplat-viewer"));
 }
 
-/** Waits until this many elements have reported a complete picture. */
+/** Waits until this many elements have reported a complete picture: their pictures are drawn in turn. */
 const completed = (page: Page, count: number) =>
   expect
-    .poll(() =>
-      page.evaluate(
-        () =>
-          [...document.querySelectorAll("isosplat-viewer")].filter((e) => e.progress?.complete)
-            .length,
-      ),
+    .poll(
+      () =>
+        page.evaluate(
+          () =>
+            [...document.querySelectorAll("isosplat-viewer")].filter((e) => e.progress?.complete)
+              .length,
+        ),
+      { timeout: 10_000 * (1 + count) },
     )
     .toBe(count);
 
@@ -332,6 +334,7 @@ test("settings that are made while a volume opens are shown", async ({ page }) =
 test("four of many views have a WebGL context, the others a picture until they are used", async ({
   page,
 }) => {
+  test.slow();
   const six = Array.from({ length: 6 }, () => element("bucky", 'isovalue="100"', "width: 150px"));
   await open(page, six.join(""));
   await completed(page, 6);

@@ -8,6 +8,8 @@ foreach(mode package folder)
     -DGENERATOR=${CMAKE_GENERATOR} -P ${PROJECT_SOURCE_DIR}/tests/install/run.cmake)
   set_tests_properties(install_${mode} PROPERTIES LABELS install TIMEOUT 900)
 endforeach()
+# It compiles the whole library again.
+set_tests_properties(install_folder PROPERTIES LABELS "install;release")
 add_test(NAME install_recipes COMMAND ${CMAKE_COMMAND}
   -DSOURCE=${PROJECT_SOURCE_DIR} -DWORK=${PROJECT_BINARY_DIR}/tests/install/recipes
   -DCOMPILER=${CMAKE_CXX_COMPILER} -DLAUNCHER=${ISOSPLAT_CCACHE_PROGRAM}

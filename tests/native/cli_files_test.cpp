@@ -207,8 +207,9 @@ TEST(CliFiles, ProgramsThatWriteOneFileDoNotCollide) {
   write_file(folder / "p.ply.part", "somebody's own");
   std::vector<pid_t> builds;
   for (int i = 0; i < 4; ++i) {
-    builds.push_back(test::start(Call{.arguments = {"build", volume, "--force", "-q"}},
-                                 printed / std::to_string(i), printed / std::to_string(i)));
+    builds.push_back(
+        test::start(Call{.arguments = {"build", volume, "--force", "-q"}, .draws_thumbnails = true},
+                    printed / std::to_string(i), printed / std::to_string(i)));
   }
   for (const pid_t build : builds) {
     EXPECT_EQ(test::wait_for(build, printed / "0", printed / "0").exit_code, 0);

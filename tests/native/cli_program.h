@@ -26,9 +26,10 @@ struct Ended {
 
 struct Call {
   std::vector<std::string> arguments;
-  uint64_t file_limit = 0;      ///< largest file that it may write, in bytes; 0: no limit
-  std::string cache{};          ///< XDG_CACHE_HOME
-  bool ignores_hangup = false;  ///< as after nohup
+  uint64_t file_limit = 0;        ///< largest file that it may write, in bytes; 0: no limit
+  std::string cache{};            ///< XDG_CACHE_HOME
+  bool ignores_hangup = false;    ///< as after nohup
+  bool draws_thumbnails = false;  ///< which takes longer than building a small volume
   std::string program = ISOSPLAT_PROGRAM;
 };
 
@@ -46,6 +47,7 @@ inline pid_t start(const Call& call, const std::string& out, const std::string& 
     setrlimit(RLIMIT_FSIZE, &limit);
   }
   if (call.ignores_hangup) ::signal(SIGHUP, SIG_IGN);
+  if (!call.draws_thumbnails) setenv("ISOSPLAT_NO_THUMBNAIL", "1", 1);
   if (!call.cache.empty()) setenv("XDG_CACHE_HOME", call.cache.c_str(), 1);
   std::vector<char*> arguments;
   std::string program = call.program;

@@ -245,7 +245,7 @@ TEST_F(CliScene, DamagedBundlesAreErrors) {
   const std::string whole = read_file(bundle_file);
   const auto damaged = folder / "damaged.isobundle";
   std::mt19937 random(11);
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 24; ++i) {
     std::string bytes = whole;
     if (i % 4 == 0) {
       bytes.resize(random() % bytes.size());

@@ -126,7 +126,8 @@ TEST(Cli, FailuresPrintOneLineAndExitWithOne) {
 TEST(Cli, BuildsInspectsVerifiesAndExtracts) {
   const TempFolder folder;
   const std::string volume = write_ball(folder, 40), store = folder / "ball.isosplat";
-  const Ended built = run({"build", volume, "--name", "A ball", "--units", "HU"});
+  const Ended built = run(Call{.arguments = {"build", volume, "--name", "A ball", "--units", "HU"},
+                               .draws_thumbnails = true});
   EXPECT_EQ(built.exit_code, 0) << built.err;
   EXPECT_NE(built.out.find("40 × 40 × 40 voxels"), std::string::npos) << built.out;
   EXPECT_NE(built.err.find("Building ball.isosplat: "), std::string::npos) << "plain progress";

@@ -15,10 +15,13 @@ namespace {
 
 using test::Ended;
 using test::read_file;
-using test::run;
 using test::TempFolder;
 using test::write_ball;
 using test::write_file;
+
+Ended run(std::vector<std::string> arguments) {
+  return test::run(test::Call{.arguments = std::move(arguments), .draws_thumbnails = true});
+}
 
 /// The content id in the chunk that follows VP8X.
 std::string content_of(const std::string& webp) {
@@ -179,6 +182,12 @@ TEST_F(CliThumbnail, InfoDrawsTheSuggestedIsovalues) {
 TEST_F(CliThumbnail, NoThumbnailLeavesItOut) {
   ASSERT_EQ(build({"--no-thumbnail"}).exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(picture));
+  const TemporaryVariable none("ISOSPLAT_NO_THUMBNAIL", "1");
+  ASSERT_EQ(build().exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(picture)) << "the environment applies to all builds";
+  const TemporaryVariable some("ISOSPLAT_NO_THUMBNAIL", "0");
+  ASSERT_EQ(build().exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
 TEST_F(CliThumbnail, KeepsTheUsersPictureUntilTheContentChanges) {

@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 os.environ["PYTHONPATH"] = os.pathsep.join(
     os.path.abspath(path) for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path
 )
+# A thumbnail takes longer than building a small volume.
+os.environ["ISOSPLAT_NO_THUMBNAIL"] = "1"
 PROGRAM = Path(os.environ.get("ISOSPLAT_PROGRAM", ROOT / "build/release/native/cli/isosplat"))
 
 
