@@ -10,14 +10,25 @@ import { fakeClock } from "./fake_clock.ts";
 describe("the cost of an isovalue", () => {
   const info = {
     metadata: { active_cells: { low: -0.5, high: 3.5, counts: [10, 2000, 300, 4] } },
+    mapping: { scale: 1 },
   } as unknown as StoreInfo;
 
-  it("is the number of active cells in its bin", () => {
-    expect([-0.5, 0, 0.5, 1.4, 2.4, 3.5].map((value) => activeCellsAt(info, value))).toEqual([
-      10, 10, 2000, 2000, 300, 4,
-    ]);
-    expect(activeCellsAt(info, 4)).toBeUndefined();
-    expect(activeCellsAt({ metadata: {} } as StoreInfo, 1)).toBeUndefined();
+  it("is the number of active cells of the value at or below it", () => {
+    expect(
+      [0, 0.5, 0.99, 1, 1.5, 2.4, 2.5, 3, 3.5].map((value) => activeCellsAt(info, value)),
+    ).toEqual([10, 10, 10, 2000, 2000, 300, 300, 4, 4]);
+    expect([-0.5, -0.1, 4, 5].map((value) => activeCellsAt(info, value))).toEqual(
+      Array(4).fill(undefined),
+    );
+    expect(activeCellsAt({ metadata: {}, mapping: { scale: 1 } } as StoreInfo, 1)).toBeUndefined();
+  });
+
+  it("is that of the bin, if bins have several values", () => {
+    const mapping = { scale: 0.1 };
+    const metadata = { active_cells: { low: 0.95, high: 1.55, counts: [7, 8] } };
+    const wide = { metadata, mapping } as unknown as StoreInfo;
+    const found = [1, 1.1, 1.29, 1.3, 1.31, 1.59].map((value) => activeCellsAt(wide, value));
+    expect(found).toEqual([7, 7, 7, 8, 8, 8]);
   });
 
   it("is stated as far as it is known", () => {

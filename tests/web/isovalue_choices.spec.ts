@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 import type { StoreInfo, StoreMetadata } from "../../web/core/types.ts";
 import { isovalueChoices } from "../../web/page/panel/isovalue_choices.ts";
 
-const info = (metadata: StoreMetadata) => ({ metadata }) as StoreInfo;
+const info = (metadata: StoreMetadata) => ({ metadata, mapping: { scale: 1 } }) as StoreInfo;
 const cells = (low: number, high: number, count = 1) => ({
   low,
   high,
