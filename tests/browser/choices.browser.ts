@@ -1,5 +1,7 @@
 // Files with several volumes: the page asks which one to open. Tests mouse and keys, a phone, and
 // German.
+
+import { gzipSync } from "node:zlib";
 import { expect, type Page, test } from "@playwright/test";
 import { dicomSegmentation } from "../support/dicom_files.ts";
 import { tiffOf } from "../support/tiff_files.ts";
@@ -113,10 +115,33 @@ test("a truncated file is read on request", async ({ page }) => {
   const header = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${size} ${size} ${size}\nspacings: 1 1 1\nencoding: raw\n\n`;
   const content = Buffer.concat([Buffer.from(header), Buffer.from(slices(9).flat())]);
   await choose(page, "cut.nrrd", content.subarray(0, content.length - 100));
-  await expect(dialog(page)).toContainText("--allow-truncated");
+  await expect(dialog(page)).toContainText("The file is incomplete, or its header is wrong.");
+  await expect(dialog(page)).toContainText(`expected ${size ** 3} bytes of voxels`);
+  expect(await dialog(page).textContent()).not.toContain("--");
   await page.keyboard.press("Escape");
-  await expect(page.locator(".task-card [role=alert]")).toContainText("--allow-truncated");
+  const message = page.locator(".task-card [role=alert]");
+  await expect(message).toContainText("The file is incomplete.");
+  expect(await message.textContent()).not.toContain("--");
   await choose(page, "cut.nrrd", content.subarray(0, content.length - 100));
   await page.getByRole("button", { name: "Read it: missing voxels have no value" }).click();
   await complete(page);
+});
+
+test("a compressed file that is cut says so in German, without options of the program", async ({
+  page,
+}) => {
+  const header = `NRRD0004\ntype: uint8\ndimension: 3\nsizes: ${size} ${size} ${size}\nspacings: 1 1 1\nencoding: gzip\n\n`;
+  const voxels = gzipSync(Buffer.from(slices(9).flat()));
+  const content = Buffer.concat([Buffer.from(header), voxels.subarray(0, voxels.length / 2)]);
+  await choose(page, "cut.nrrd", content, "?lang=de");
+  const shown = page.locator("wa-dialog[open], .task-card [role=alert]");
+  await expect(shown).toContainText("unvollständig");
+  expect(await shown.textContent()).not.toContain("--");
+});
+
+test("a text with the name of a volume is named as text", async ({ page }) => {
+  await choose(page, "notes.nrrd", Buffer.from("Notes of the scan\nFirst line\n"));
+  await expect(page.locator(".task-card [role=alert]")).toContainText(
+    "notes.nrrd is not NRRD, as its name says: it contains text, which begins with “Notes of the scan…”",
+  );
 });

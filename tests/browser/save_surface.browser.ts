@@ -1,6 +1,6 @@
 // The dialog that saves the surface of the page as triangles.
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { expect, type Page, test } from "@playwright/test";
@@ -12,13 +12,34 @@ import { complete, settled } from "./support/view.ts";
 let server: RunningServer;
 let folder: string;
 test.beforeAll(async () => {
-  server = await serve([demoFolder]);
   folder = mkdtempSync(join(tmpdir(), "isosplat-surface-"));
+  server = await serve([demoFolder]);
 });
 test.afterAll(async () => {
   await server.stop();
   rmSync(folder, { recursive: true, force: true });
 });
+
+/** A cube in a raw file, which states no spacing. */
+function buildUnspaced(path: string): void {
+  const size = 32;
+  const voxels = new Uint8Array(size ** 3);
+  for (let z = 8; z < 24; ++z) {
+    for (let y = 8; y < 24; ++y)
+      voxels.fill(200, (z * size + y) * size + 8, (z * size + y) * size + 24);
+  }
+  writeFileSync(`${path}.raw`, voxels);
+  const layout = ["--dims", "32x32x32", "--type", "u8"];
+  execFileSync(program, [
+    "build",
+    `${path}.raw`,
+    "-q",
+    "--no-thumbnail",
+    ...layout,
+    "-o",
+    `${path}.isosplat`,
+  ]);
+}
 
 /** The triangles of an STL file: all but its comment. */
 const triangles = (path: string) => readFileSync(path).subarray(80);
@@ -106,4 +127,41 @@ test("can be cancelled, and then started again", async ({ page }) => {
   await expect(page.getByText("Cancelled")).toBeVisible();
   release();
   expect((await save(page)).equals(extracted())).toBe(true);
+});
+
+test("states lengths in voxels if the spacing is unknown, and offers to enter it", async ({
+  page,
+}) => {
+  buildUnspaced(join(folder, "unspaced"));
+  const other = await serve([join(folder, "unspaced.isosplat")]);
+  await page.goto(`${other.url}?volume=unspaced&isovalue=100`);
+  await complete(page);
+  await page.getByRole("button", { name: "Save the surface" }).click();
+  const dialog = page.locator("wa-dialog[open]");
+  for (const [format, words] of [
+    ["stl", "lengths are in voxels"],
+    ["ply", "lengths are in voxels"],
+    ["glb", "a voxel has 1 mm in this file"],
+  ] as const) {
+    await page.getByLabel("Format").selectOption(format);
+    await expect(dialog).toContainText(words);
+    await expect(dialog).not.toContainText("millimetres");
+  }
+  await dialog.getByRole("button", { name: "Enter" }).click();
+  await expect(page.getByRole("spinbutton").first()).toBeVisible();
+  await other.stop();
+});
+
+test("says why the surface is open at less than full detail", async ({ page }) => {
+  await openDialog(page);
+  const closed = page.getByLabel("Closed");
+  await expect(closed).toBeChecked();
+  await page.getByLabel("Detail").selectOption("1");
+  await expect(closed).not.toBeChecked();
+  await expect(page.getByText("At less than full detail the surface is saved open")).toBeVisible();
+  await closed.check();
+  await expect(page.getByText("Closing may need full detail")).toBeVisible();
+  const box = await closed.boundingBox();
+  expect(Math.min(box?.width ?? 0, box?.height ?? 0)).toBeGreaterThanOrEqual(18);
+  expect(await page.locator("wa-dialog[open] .empty").count()).toBe(0);
 });

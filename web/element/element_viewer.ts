@@ -3,6 +3,7 @@ import type { SceneSource } from "../scene/scene_source.ts";
 import { faults, slowWait } from "../stream/faults.ts";
 import type { Source } from "../stream/source.ts";
 import { type Progress, StreamError } from "../stream/types.ts";
+import { withoutOptions } from "../texts/without_options.ts";
 import { RendererError } from "../viewer/renderer_error.ts";
 import { compiledRenderer } from "../viewer/renderer_program.ts";
 import { Viewer } from "../viewer/viewer.ts";
@@ -387,7 +388,7 @@ export class ElementViewer {
 /** The message for visitors: what happened, then what was expected and found. */
 function wordsOf({ kind, message }: StreamError | RendererError): string {
   const isOfAttribute = kind === "bad-address" || kind === "internal";
-  return isOfAttribute ? message : `${faults[kind].title}: ${message}`;
+  return isOfAttribute ? message : `${faults[kind].title}: ${withoutOptions(message)}`;
 }
 
 function faultOf(error: unknown): StreamError | RendererError {

@@ -64,6 +64,15 @@ export const device: typeof English = {
   removed: "Die Isosplat-Datei wurde von diesem Gerät entfernt: Öffnen Sie ihr Volumen noch einmal",
   cutOff: (host) =>
     `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an andere Sites: Laden Sie die Seite neu, um mehr vom Volumen auf ${host} zu sehen.`,
+  wrongContent: (path, format, found) =>
+    format === undefined
+      ? `${path} ist kein Volumen, sondern enthält ${found}.`
+      : `${path} ist kein ${format}, wie der Name sagt, sondern enthält ${found}. Wählen Sie die Datei des Volumens selbst.`,
+  contents: {
+    empty: "nichts",
+    webPage: "eine Webseite",
+    text: (beginning) => `Text, der mit „${beginning}“ beginnt`,
+  },
   noFiles: "keine Dateien",
   nothingFound: (found) =>
     `Erwartet wird eine Isosplat-Datei (.isosplat) oder ein Volumen (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr oder roh), gefunden: ${found}.`,
@@ -92,6 +101,15 @@ export const device: typeof English = {
     surplus: "Ohne die überzähligen Voxel lesen",
     unplaced: "Die Schichten in der Reihenfolge ihrer Nummern lesen",
     frames: "Zeiten oder Kanäle als Schichten lesen",
+  },
+  faulty: {
+    gaps: "Schichten fehlen, sind nicht lesbar oder haben ungleiche Abstände.",
+    truncated:
+      "Die Datei ist unvollständig, oder ihr Kopf ist falsch. Kopieren oder laden Sie sie noch einmal, wenn Sie können.",
+    surplus: "Die Datei hat mehr Voxel, als ihr Kopf angibt.",
+    unplaced:
+      "Die Schichten geben ihre Lage nicht an. Exportieren Sie sie noch einmal, wenn Sie können.",
+    frames: "Die Datei hat Zeiten oder Kanäle einer einzigen Schicht.",
   },
   whichScale: "Welche Auflösung?",
   tooLarge: (count) => `(${count} weitere zu groß für den Browser)`,

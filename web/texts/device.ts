@@ -68,6 +68,16 @@ export const deviceTexts = part("device", {
   cutOff: (host: string) =>
     `Files of this device were read, so this tab makes no requests to other sites: load the page again for more of the volume on ${host}.`,
   noFiles: "no files",
+  /** format: that of the name, if it states one. */
+  wrongContent: (path: string, format: string | undefined, found: string) =>
+    format === undefined
+      ? `${path} is not a volume: it contains ${found}.`
+      : `${path} is not ${format}, as its name says: it contains ${found}. Choose the file of the volume itself.`,
+  contents: {
+    empty: "nothing",
+    webPage: "a web page",
+    text: (beginning: string) => `text, which begins with “${beginning}”`,
+  },
   nothingFound: (found: string) =>
     `Expected a store (.isosplat) or a volume (NRRD, MetaImage, NIfTI, MGH, MRC, NumPy, HDF5, netCDF, DICOM, TIFF, VTK, cube, VASP, XSF, OpenDX, OME-Zarr or raw), found ${found}.`,
 
@@ -98,6 +108,15 @@ export const deviceTexts = part("device", {
     surplus: "Read it without the extra voxels",
     unplaced: "Read the slices in the order of their numbers",
     frames: "Read times or channels as slices",
+  },
+  /** What these faults are. */
+  faulty: {
+    gaps: "Slices are missing, cannot be read, or are unevenly spaced.",
+    truncated:
+      "The file is incomplete, or its header is wrong. Copy or download it again, if you can.",
+    surplus: "The file has more voxels than its header states.",
+    unplaced: "The slices do not state their positions. Export them again, if you can.",
+    frames: "The file has times or channels of a single slice.",
   },
   whichScale: "Which scale?",
   tooLarge: (count: number) => `(${count} more too large for the browser)`,

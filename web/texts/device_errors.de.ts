@@ -27,6 +27,18 @@ export const deviceError: typeof English = {
     `Erwartet werden ${needed} Platz für diese Website auf diesem Gerät, gefunden ${found}: Entfernen Sie andere Volumen von diesem Gerät, oder speichern Sie dieses in eine Datei.`,
   less: "weniger",
 
+  causes: {
+    truncated: "Die Datei ist unvollständig.",
+    malformed_volume: "Der Kopf der Datei und ihre Daten passen nicht zusammen.",
+    unsupported_format: "Isosplat kann diese Datei nicht lesen.",
+    unsupported_type: "Isosplat kann Voxel dieser Art nicht lesen.",
+    no_cells: "Ein Volumen braucht mindestens zwei Voxel entlang jeder Achse.",
+    volume_too_large: "Das Volumen hat zu viele Voxel.",
+    out_of_memory: "Der Arbeitsspeicher des Browsers ist zu klein.",
+    io_error: "Der Browser konnte die Datei nicht lesen.",
+    worker_lost: "Der Browser hat das Lesen beendet.",
+  },
+
   noPageFiles: (status) =>
     `files.json: Erwartet wird die Liste der Dateien dieser Seite, gefunden Status ${status}: Laden Sie die Seite neu`,
   noPageFile: (name, status) =>

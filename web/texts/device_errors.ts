@@ -26,6 +26,19 @@ export const deviceErrorTexts = part("deviceError", {
     `Expected ${needed} of room for this site on this device, found ${found}: remove other volumes from this device, or save this one to a file.`,
   less: "less",
 
+  /** Why a volume cannot be read, by the status of the core's error. */
+  causes: {
+    truncated: "The file is incomplete.",
+    malformed_volume: "The file's header and its data do not fit together.",
+    unsupported_format: "Isosplat cannot read this file.",
+    unsupported_type: "Isosplat cannot read voxels of this type.",
+    no_cells: "A volume needs at least two voxels along each axis.",
+    volume_too_large: "The volume has too many voxels.",
+    out_of_memory: "The memory of the browser is too small.",
+    io_error: "The browser could not read the file.",
+    worker_lost: "The browser ended the reading.",
+  },
+
   noPageFiles: (status: number) =>
     `files.json: expected the list of this page's files, found status ${status}: load the page anew`,
   noPageFile: (name: string, status: number) =>

@@ -19,7 +19,28 @@ export const surfaceTexts = part("surface", {
     "Only what is inside of the clipping box, in whole cells: the border has steps of a voxel",
   planesNeedClosed:
     "The file will not be cut by oblique planes, which cut only a closed surface. “Closed” may need full detail.",
-  millimetres: "STL files state no unit: lengths are those of the volume, in millimetres.",
+  openAtLevel:
+    "At less than full detail the surface is saved open, unless you choose “Closed”, for which it may need full detail.",
+  mayNeedFull: "Closing may need full detail: at this level, lost details can leave holes.",
+  holesOfLevel:
+    "Not saved: the surface cannot be closed at this level, where lost details leave holes in it.",
+  holesOfMissing:
+    "Not saved: the surface cannot be closed, because missing voxels leave holes in it.",
+  chooseFull: "Choose full detail",
+  leaveOpen: "Leave it open",
+  /** By the unit of the volume and the format of the file. */
+  lengths: {
+    mm: {
+      stl: "STL files state no unit: lengths are those of the volume, in millimetres.",
+      ply: "PLY files state no unit: lengths are those of the volume, in millimetres.",
+      glb: "Lengths are those of the volume, in metres, as GLB files have them.",
+    },
+    voxel: {
+      stl: "The volume's file states no distance between voxels: lengths are in voxels. Programs for printing take a voxel for 1 mm.",
+      ply: "The volume's file states no distance between voxels: lengths are in voxels.",
+      glb: "The volume's file states no distance between voxels: a voxel has 1 mm in this file.",
+    },
+  },
   saving: "Saving the surface",
   save: "Save",
   cancel: "Cancel",
@@ -27,7 +48,7 @@ export const surfaceTexts = part("surface", {
   saved: (triangles: string, bytes: string) => `Saved: ${triangles} triangles, ${bytes}`,
   leftOpen: "It is open: missing voxels leave holes in it.",
   tooLarge: (millions: number) =>
-    `expected a surface that fits into the browser's memory and into 4 GB, found about ${millions} million cells: choose a coarser level, clip the volume, or use isosplat extract --mesh`,
+    `expected a surface that fits into the browser's memory and into 4 GB, found about ${millions} million cells: choose a coarser level, clip the volume, or use the program isosplat`,
   nothing: "There is no surface here: choose another isovalue or a larger box.",
   about: (triangles: string, bytes: string) => `About ${triangles} triangles, ${bytes}.`,
   atMost: (triangles: string, bytes: string) => `At most about ${triangles} triangles, ${bytes}.`,

@@ -7,6 +7,7 @@ import { pngSequence } from "../../capture/png_sequence.ts";
 import { canEncode } from "../../capture/video_rate.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { formatBytes, formatDuration } from "../shell/format.ts";
@@ -161,7 +162,7 @@ export class CaptureDialog {
       this.#message = `${captureTexts.saved(formatBytes(content.size))} ${shortcoming(this.#host.viewer)}`;
     } catch (error) {
       if (running.signal.aborted) this.#message = captureTexts.cancelled;
-      else this.#message = error instanceof Error ? error.message : String(error);
+      else this.#message = messageOf(error);
     }
     this.#running = null;
     this.#render();

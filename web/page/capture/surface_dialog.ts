@@ -1,28 +1,43 @@
 import "../shell/dialog_form.css";
 import "../shell/components.ts";
 import { html, nothing, render } from "lit";
+import { CoreError } from "../../core/calls.ts";
 import type { SurfaceForecast } from "../../mesh/forecast.ts";
 import { forecastSurface, isClosed, saveSurface } from "../../mesh/save_surface.ts";
 import { SurfaceReader } from "../../mesh/surface_reader.ts";
 import { type MeshFormat, meshFormats } from "../../mesh/types.ts";
+import { unitOf } from "../../overlay/length_unit.ts";
 import type { StoreAccess } from "../../stream/session_parts.ts";
+import { panelTexts } from "../../texts/panel.ts";
 import { surfaceTexts } from "../../texts/surface.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { Clip } from "../../viewer/types.ts";
 import { formatBytes, formatCount, formatValue } from "../shell/format.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
-/**
- * Offers an isosurface of an open volume as a file of triangles. `save` passes the file to the
- * visitor.
- */
+export interface SurfaceDialogHost {
+  /** Passes the file to the visitor. */
+  save(ending: string, file: Blob): void;
+  /** Asks for the distances between voxels, which the volume's file does not state. */
+  enterSpacing?(): void;
+}
+
+interface SurfaceChange {
+  format?: MeshFormat;
+  level?: number;
+  isClipped?: boolean;
+  closed?: boolean;
+}
+
+/** Offers an isosurface of an open volume as a file of triangles. */
 export function openSurfaceDialog(
   access: StoreAccess,
   isovalue: number,
   clip: Clip,
-  save: (ending: string, file: Blob) => void,
+  host: SurfaceDialogHost,
 ): void {
-  new SurfaceDialog(new SurfaceReader(access), isovalue, clip, save).open();
+  new SurfaceDialog(new SurfaceReader(access), isovalue, clip, host).open();
 }
 
 class SurfaceDialog {
@@ -30,7 +45,7 @@ class SurfaceDialog {
   readonly #reader: SurfaceReader;
   readonly #isovalue: number;
   readonly #clip: Clip;
-  readonly #save: (ending: string, file: Blob) => void;
+  readonly #host: SurfaceDialogHost;
   #format: MeshFormat = "stl";
   #level = 0;
   #isClipped: boolean;
@@ -40,19 +55,16 @@ class SurfaceDialog {
   /** Progress while the file is being created, 0 … 1. */
   #share: number | undefined;
   #message = "";
+  /** Whether the last file could not be created because the surface cannot be closed. */
+  #hasHoles = false;
   /** Aborts the forecast, or the creation of the file. */
   #work = new AbortController();
 
-  constructor(
-    reader: SurfaceReader,
-    isovalue: number,
-    clip: Clip,
-    save: (ending: string, file: Blob) => void,
-  ) {
+  constructor(reader: SurfaceReader, isovalue: number, clip: Clip, host: SurfaceDialogHost) {
     this.#reader = reader;
     this.#isovalue = isovalue;
     this.#clip = clip;
-    this.#save = save;
+    this.#host = host;
     this.#isClipped = this.#hasBox || this.#hasPlanes;
   }
 
@@ -78,6 +90,17 @@ class SurfaceDialog {
   /** Whether the planes of the clipping do not cut the surface that will be saved. */
   get #isUncut(): boolean {
     return this.#isClipped && this.#hasPlanes && !this.#isClosed;
+  }
+
+  /** Why the surface cannot be closed. */
+  get #whyOpen(): string {
+    return this.#level > 0 ? surfaceTexts.holesOfLevel : surfaceTexts.holesOfMissing;
+  }
+
+  /** What the visitor should know about closing the surface at this level. */
+  get #closingNote(): string {
+    if (this.#level === 0) return "";
+    return this.#isClosed ? surfaceTexts.mayNeedFull : surfaceTexts.openAtLevel;
   }
 
   get #form() {
@@ -107,13 +130,14 @@ class SurfaceDialog {
     const signal = this.#begin();
     this.#forecast = undefined;
     this.#message = "";
+    this.#hasHoles = false;
     this.#render();
     try {
       const options = { ...this.#options, signal };
       const forecast = await forecastSurface(this.#reader, this.#isovalue, options);
       if (!signal.aborted) this.#forecast = forecast;
     } catch (error) {
-      if (!signal.aborted) this.#message = textOf(error);
+      if (!signal.aborted) this.#message = messageOf(error);
     }
     this.#render();
   }
@@ -121,6 +145,7 @@ class SurfaceDialog {
   async #make(): Promise<void> {
     const signal = this.#begin();
     this.#message = "";
+    this.#hasHoles = false;
     this.#share = 0;
     this.#render();
     try {
@@ -132,25 +157,23 @@ class SurfaceDialog {
           this.#render();
         },
       });
-      if (triangles > 0) this.#save(this.#format, file);
+      if (triangles > 0) this.#host.save(this.#format, file);
       this.#message =
         triangles > 0
           ? surfaceTexts.saved(formatCount(triangles), formatBytes(file.size)) +
             (this.#isClosed && !closed ? ` ${surfaceTexts.leftOpen}` : "")
           : surfaceTexts.nothing;
     } catch (error) {
-      this.#message = signal.aborted ? surfaceTexts.cancelled : textOf(error);
+      this.#hasHoles = !signal.aborted && this.#isClosed && isRefusal(error);
+      if (signal.aborted) this.#message = surfaceTexts.cancelled;
+      else this.#message = this.#hasHoles ? this.#whyOpen : messageOf(error);
     }
     this.#share = undefined;
     this.#render();
   }
 
-  #change(part: {
-    format?: MeshFormat;
-    level?: number;
-    isClipped?: boolean;
-    closed?: boolean;
-  }): void {
+  /** Changes settings, and forecasts the new file. */
+  #change(part: SurfaceChange): void {
     this.#closing = part.closed ?? this.#closing;
     this.#format = part.format ?? this.#format;
     this.#level = part.level ?? this.#level;
@@ -230,6 +253,7 @@ class SurfaceDialog {
             />
             ${surfaceTexts.closed}
           </label>
+          ${this.#closingNote ? html`<p class="quiet closing-note">${this.#closingNote}</p>` : nothing}
           ${
             this.#hasBox || this.#hasPlanes
               ? html`<label class="check">
@@ -248,12 +272,12 @@ class SurfaceDialog {
           }
           ${
             this.#hasPlanes
-              ? html`<p class=${this.#isUncut ? "warning" : "empty"} role="status">
+              ? html`<p class=${this.#isUncut ? "warning" : "visually-hidden"} role="status">
                   ${this.#isUncut ? surfaceTexts.planesNeedClosed : nothing}
                 </p>`
               : nothing
           }
-          ${this.#format === "stl" ? html`<p class="quiet">${surfaceTexts.millimetres}</p>` : nothing}
+          ${this.#lengths()}
           ${
             isRunning
               ? html`<progress
@@ -263,6 +287,7 @@ class SurfaceDialog {
                 ></progress>`
               : html`<p role="status" class=${this.#message ? "" : "quiet"}>${this.#status}</p>`
           }
+          ${this.#hasHoles ? this.#waysOn() : nothing}
           <div class="row">
             <wa-button type="submit" variant="brand" size="s" ?disabled=${!isReady}>${surfaceTexts.save}</wa-button>
             <wa-button
@@ -279,13 +304,45 @@ class SurfaceDialog {
     );
   }
 
+  /** The unit of the file's lengths. */
+  #lengths() {
+    const unit = unitOf(this.#reader.info);
+    const text = surfaceTexts.lengths[unit][this.#format];
+    const { enterSpacing } = this.#host;
+    const isOffered = unit === "voxel" && enterSpacing !== undefined;
+    const enter = () => {
+      this.#end();
+      enterSpacing?.();
+    };
+    return html`<p class="quiet">${text}</p>
+      ${
+        isOffered
+          ? html`<div><button class="chip" type="button" @click=${enter}>${panelTexts.enterSpacing}</button></div>`
+          : nothing
+      }`;
+  }
+
+  /** After a surface could not be closed. */
+  #waysOn() {
+    const way = (text: string, part: SurfaceChange) =>
+      html`<button class="chip" type="button" @click=${() => this.#change(part)}>${text}</button>`;
+    return html`<div class="chips">
+      ${this.#level > 0 ? way(surfaceTexts.chooseFull, { level: 0, closed: true }) : nothing}
+      ${way(surfaceTexts.leaveOpen, { closed: false })}
+    </div>`;
+  }
+
   #closed(event: Event): void {
-    if (event.target !== this.#holder.firstElementChild) return;
+    if (event.target === this.#holder.firstElementChild) this.#end();
+  }
+
+  #end(): void {
     this.#work.abort(new DOMException("the dialog was closed", "AbortError"));
     this.#holder.remove();
   }
 }
 
-function textOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
+/** Whether the program refuses to close the surface, because it has holes. */
+function isRefusal(error: unknown): boolean {
+  return error instanceof CoreError && error.status === "invalid_argument";
 }

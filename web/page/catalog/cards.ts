@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { pageTexts } from "../../texts/page.ts";
 import { startTexts } from "../../texts/start.ts";
+import { withoutOptions } from "../../texts/without_options.ts";
 import { formatBytes, formatCount, formatDims, formatType, formatValue } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";
 import { thumbnail } from "../shell/thumbnails.ts";
@@ -16,7 +17,7 @@ export function volumeCard(
   failed: () => void,
 ): TemplateResult {
   const title = volume.title || volume.name;
-  if (volume.error) return brokenCard(title, volume.error.message);
+  if (volume.error) return brokenCard(title, withoutOptions(volume.error.message));
   const voxels = volume.voxels?.reduce((product, n) => product * n, 1);
   const picture = (volume.contentId && thumbnail(volume.contentId)) || served;
   return html`<a class="card" data-name=${volume.name} href="?volume=${encodeURIComponent(volume.name)}">
@@ -67,7 +68,7 @@ export function sceneCard(
   failed: () => void,
 ): TemplateResult {
   const title = scene.title || scene.name;
-  if (scene.error) return brokenCard(title, scene.error.message);
+  if (scene.error) return brokenCard(title, withoutOptions(scene.error.message));
   const picture = (scene.contentId && thumbnail(scene.contentId)) || served;
   return html`<a class="card" data-scene=${scene.name} href="?scene=${encodeURIComponent(scene.name)}">
     <div class="card-picture">

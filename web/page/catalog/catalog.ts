@@ -227,7 +227,7 @@ export class Catalog {
           ${this.#problem ? problemCard(this.#problem, { retry: () => void this.#load() }) : nothing}
           ${
             this.#all?.keptAt
-              ? html`<p class="empty" role="status">
+              ? html`<p class="list-note" role="status">
                   ${startTexts.keptList(this.#all.keptAt.toLocaleString(document.documentElement.lang))}
                 </p>`
               : nothing
@@ -242,7 +242,7 @@ export class Catalog {
           }
           ${
             this.#shownQuery !== "" && list
-              ? html`<p class="empty" role="status">
+              ? html`<p class=${total === 0 ? "empty" : "list-note"} role="status">
                   ${
                     total === 0
                       ? startTexts.noMatch(this.#shownQuery)

@@ -1,10 +1,13 @@
 import "../shell/dialog_form.css";
-import { html, render, type TemplateResult } from "lit";
+import { html, nothing, render, type TemplateResult } from "lit";
 import type { InputFile } from "../../device/files.ts";
 import type { ReadableVolume } from "../../device/reading.ts";
+import { formatOfName, wrongContent } from "../../device/wrong_content.ts";
 import { isBuildable, openZarrFolder, zarrFolderVolume } from "../../device/zarr_volume.ts";
 import type { VolumeCandidate, VolumeChoice } from "../../import/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { pageTexts } from "../../texts/page.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { ZarrImage, ZarrScale } from "../../zarr/types.ts";
 import { formatBytes, formatDims } from "../shell/format.ts";
 
@@ -48,7 +51,11 @@ export async function chooseInFile(
   const kind = kindOf(first);
   const text = (choice: VolumeChoice) => choiceText(choice, kind);
   if (kind !== "allow" || !problem) return choose(deviceTexts.which[kind], choices, text);
-  const accepted = await choose(deviceTexts.which.allow, choices, text, problem.message);
+  const what = deviceTexts.faulty[first.options.allow?.[0] ?? "gaps"];
+  const accepted = await choose(deviceTexts.which.allow, choices, text, {
+    what,
+    detail: messageOf(problem),
+  });
   if (!accepted) throw problem;
   return accepted;
 }
@@ -108,8 +115,23 @@ export async function chooseInZarr(
   return scale && zarrFolderVolume(image, scale, files);
 }
 
-/** The error for files among which no volume was found. */
-export function nothingFound(files: readonly InputFile[]): string {
+/**
+ * Rejects if no volume was found among the files. Resolves to a single file whose content is not known here:
+ * the error of opening it says more.
+ */
+export async function nothingFound(
+  files: readonly InputFile[],
+): Promise<Pick<VolumeCandidate, "path" | "choice" | "needsDims">> {
+  const [first] = files;
+  if (first && files.length === 1) {
+    const content = await wrongContent(first.file);
+    if (!content) return { path: first.path, needsDims: false };
+    const found =
+      content.kind === "text"
+        ? deviceTexts.contents.text(content.beginning)
+        : deviceTexts.contents[content.kind];
+    throw new Error(deviceTexts.wrongContent(first.path, formatOfName(first.path), found));
+  }
   const names = files
     .slice(0, 3)
     .map(({ path }) => path)
@@ -118,11 +140,17 @@ export function nothingFound(files: readonly InputFile[]): string {
     files.length === 0
       ? deviceTexts.noFiles
       : `${deviceTexts.files(files.length)}: ${names}${files.length > 3 ? ", …" : ""}`;
-  return deviceTexts.nothingFound(found);
+  throw new Error(deviceTexts.nothingFound(found));
 }
 
 /** More choices than this are offered in a drop-down list instead of buttons. */
 const mostButtons = 12;
+
+/** The reason for asking. `detail`: what was expected and found, in English. */
+interface Reason {
+  what: string;
+  detail: string;
+}
 
 /**
  * Asks for one of several choices. `problem`: the reason for asking. Resolves to undefined if the
@@ -132,7 +160,7 @@ async function choose<T>(
   label: string,
   offered: readonly T[],
   text: (each: T) => string,
-  problem = "",
+  problem?: Reason,
 ): Promise<T | undefined> {
   await import("../shell/components.ts");
   const holder = document.createElement("div");
@@ -161,10 +189,10 @@ function buttons<T>(
   offered: readonly T[],
   text: (each: T) => string,
   end: (chosen: T) => void,
-  problem: string,
+  problem: Reason | undefined,
 ): TemplateResult {
   return html`<div class="dialog-form">
-    ${problem && html`<p>${problem}</p>`}
+    ${problem ? html`<p>${problem.what}</p>${details(problem.detail)}` : nothing}
     ${offered.map(
       (each) =>
         html`<wa-button appearance="outlined" size="s" @click=${() => end(each)}
@@ -172,6 +200,13 @@ function buttons<T>(
         >`,
     )}
   </div>`;
+}
+
+function details(detail: string): TemplateResult {
+  return html`<details class="problem-detail">
+    <summary>${pageTexts.details}</summary>
+    <code>${detail}</code>
+  </details>`;
 }
 
 function list<T>(

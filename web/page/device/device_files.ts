@@ -31,6 +31,7 @@ import { contentIdOf } from "../../stream/file_source.ts";
 import { beginsAsStore } from "../../stream/transfer.ts";
 import { StreamError } from "../../stream/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import { addressIn } from "../address/open_target.ts";
 import { deviceAddress, idOnDevice } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
@@ -225,16 +226,15 @@ export class DeviceFiles {
       await work(task);
       if (task.isRunning) task.close();
     } catch (error) {
-      const text = error instanceof Error ? error.message : String(error);
       const cut = this.#shown.page === before ? hostCutOff() : undefined;
       if (cut)
         task.fail(
-          `${task.signal.aborted ? deviceTexts.cancelled : text} ${deviceTexts.cutOff(cut)}`,
+          `${task.signal.aborted ? deviceTexts.cancelled : messageOf(error)} ${deviceTexts.cutOff(cut)}`,
         );
       else if (task.signal.aborted) {
         task.close();
         this.#shown.leaveProvisional();
-      } else task.fail(text);
+      } else task.failed(error);
     } finally {
       releaseView();
     }
@@ -262,8 +262,7 @@ export class DeviceFiles {
       return;
     }
     const volumes = await findVolumes(files, task.signal);
-    const volume = await chooseVolume(volumes);
-    if (volumes.length === 0) throw new Error(nothingFound(files));
+    const volume = volumes.length === 0 ? await nothingFound(files) : await chooseVolume(volumes);
     if (!volume) return;
     const raw = volume.needsDims ? files.find((each) => each.path === volume.path) : undefined;
     const layout = raw && (await askRawLayout(raw));
@@ -347,7 +346,7 @@ export class DeviceFiles {
         await keep(store, blob, signal);
       } catch (error) {
         if (!(error instanceof NotKeptError)) throw error;
-        task.fail(`${error.message} ${deviceTexts.untilClosed}`, deviceTexts.notKept);
+        task.fail(`${messageOf(error)} ${deviceTexts.untilClosed}`, deviceTexts.notKept);
       }
     });
   }

@@ -12,6 +12,7 @@ import {
 } from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { deviceErrorTexts } from "../../texts/device_errors.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import { deviceAddress } from "../address/target.ts";
 import { formatBytes, formatDims, formatType } from "../shell/format.ts";
 import { icon } from "../shell/icons.ts";
@@ -87,8 +88,8 @@ export class DeviceSection {
           </p>
           <p class="quiet">${deviceTexts.dropText}</p>
         </div>
-        ${this.#notice ? html`<p class="empty" role="alert">${this.#notice}</p>` : nothing}
-        ${this.#remains ? html`<p class="empty" role="status">${this.#remains}</p>` : nothing}
+        ${this.#notice ? html`<p class="list-note" role="alert">${this.#notice}</p>` : nothing}
+        ${this.#remains ? html`<p class="list-note" role="status">${this.#remains}</p>` : nothing}
         ${
           stores.length + this.#unreadable.length === 0
             ? nothing
@@ -128,7 +129,7 @@ export class DeviceSection {
     try {
       await remove(id);
     } catch (error) {
-      const reason = error instanceof Error ? error.message : String(error);
+      const reason = messageOf(error);
       this.notice = deviceErrorTexts.notRemoved(name, reason);
       await this.#load();
     }

@@ -2,6 +2,7 @@ import { html, nothing, render } from "lit";
 import type { StoreInfo } from "../../core/types.ts";
 import { type KeptStore, keep, keptBlob } from "../../device/kept_stores.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import { iconButton } from "../shell/chrome.ts";
 import { formatBytes } from "../shell/format.ts";
 import { thumbnail } from "../shell/thumbnails.ts";
@@ -57,7 +58,7 @@ export class SaveButton {
       const { size } = this.#blob;
       this.#bytes = { site: await siteBytes(size), page: await singlePageBytes(size) };
     } catch (error) {
-      this.#message = error instanceof Error ? error.message : String(error);
+      this.#message = messageOf(error);
     }
     this.#render();
   }
@@ -136,7 +137,7 @@ export class SaveButton {
       await action();
       this.#message = deviceTexts.done(title);
     } catch (error) {
-      this.#message = error instanceof Error ? error.message : String(error);
+      this.#message = messageOf(error);
     }
     this.#busy = "";
     this.#render();

@@ -1,7 +1,10 @@
 import { html, nothing, render } from "lit";
 import type { BuildProgress } from "../../builder/types.ts";
+import { CoreError } from "../../core/calls.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { deviceErrorTexts } from "../../texts/device_errors.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import { formatBytes, formatDuration } from "../shell/format.ts";
 
 /** A task for files of this device: a card with its progress, and a button that cancels it. */
@@ -13,6 +16,7 @@ export class Task {
   #fraction: number | undefined;
   #remark = "";
   #error: string | undefined;
+  #cause = "";
   isRunning = true;
 
   constructor(title: string) {
@@ -56,9 +60,18 @@ export class Task {
     this.#render();
   }
 
-  /** Shows the message until the visitor closes it. */
-  fail(message: string, title = deviceTexts.notOpened): void {
+  /** Shows an error until the visitor closes it. */
+  failed(error: unknown): void {
+    this.fail(messageOf(error), deviceTexts.notOpened, causeOf(error));
+  }
+
+  /**
+   * Shows the message until the visitor closes it. `cause`: a sentence before a message that is in English
+   * in every language.
+   */
+  fail(message: string, title = deviceTexts.notOpened, cause = ""): void {
     this.isRunning = false;
+    this.#cause = cause;
     this.#title = title;
     this.#error = message;
     this.#render();
@@ -75,7 +88,8 @@ export class Task {
     render(
       html`<div class="task-text" role=${isFailed ? "alert" : "status"}>
           <strong>${this.#title}</strong>
-          <span class=${isFailed ? "" : "quiet"}>${this.#error ?? this.#text}</span>
+          ${isFailed && this.#cause ? html`<span>${this.#cause}</span>` : nothing}
+          <span class=${isFailed && !this.#cause ? "" : "quiet"}>${this.#error ?? this.#text}</span>
           ${isFailed || !this.#remark ? nothing : html`<span>${this.#remark}</span>`}
         </div>
         ${
@@ -97,4 +111,10 @@ export class Task {
   #stop(): void {
     this.#cancel.abort(new DOMException("cancelled", "AbortError"));
   }
+}
+
+/** The cause of an error of the core, in the page's language. */
+function causeOf(error: unknown): string {
+  const causes: Readonly<Record<string, string>> = deviceErrorTexts.causes;
+  return error instanceof CoreError ? (causes[error.status] ?? "") : "";
 }

@@ -1,6 +1,7 @@
 import "../shell/dialog_form.css";
 import { html, nothing, render, type TemplateResult } from "lit";
 import { layersTexts } from "../../texts/layers.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { LayerPlace } from "../address/layer_address.ts";
 import { formatBytes, formatDims } from "../shell/format.ts";
 import {
@@ -60,7 +61,7 @@ class AddDialog {
       this.#problem = "";
     } catch (error) {
       if (signal.aborted) return;
-      this.#problem = error instanceof Error ? error.message : String(error);
+      this.#problem = messageOf(error);
     }
     this.#render();
   }

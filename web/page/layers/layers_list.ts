@@ -5,6 +5,7 @@ import type { SceneSource } from "../../scene/scene_source.ts";
 import { BlobSource } from "../../stream/blob_source.ts";
 import type { Source } from "../../stream/source.ts";
 import { layersTexts } from "../../texts/layers.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import { isIdentity } from "../../viewer/transform.ts";
 import type { LayerAddress, LayerPlace } from "../address/layer_address.ts";
@@ -99,7 +100,7 @@ export class LayersList {
       if (typeof layers !== "string") return await this.layers.addAll(layers);
       this.#host.note(layers);
     } catch (error) {
-      const reason = error instanceof Error ? error.message : String(error);
+      const reason = messageOf(error);
       this.#host.note(layersTexts.notOpened(name, reason));
     }
     return false;

@@ -1,5 +1,6 @@
 import type { Source } from "../../stream/source.ts";
 import { layersTexts } from "../../texts/layers.ts";
+import { messageOf, withoutOptions } from "../../texts/without_options.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import type { Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
@@ -86,7 +87,7 @@ export class PageLayers {
       this.#changed();
     });
     viewer.on("layererror", ({ layer, error }) => {
-      this.#problems.set(this.#keyOf(layer), error.message);
+      this.#problems.set(this.#keyOf(layer), messageOf(error));
       host.changed();
     });
     // A layer that is shown for the first time has now been opened.
@@ -154,7 +155,7 @@ export class PageLayers {
       const { key } = item;
       const state = isOpening ? item.pending.state : item.layer;
       const [surface] = state.surfaces;
-      const fault = isOpening ? undefined : item.layer.progress?.fault?.message;
+      const { fault } = (!isOpening && item.layer.progress) || {};
       return {
         key,
         title: isOpening ? titleOfState(item.pending.state) : this.titleOf(item.layer),
@@ -165,7 +166,7 @@ export class PageLayers {
         isChosen: !isOpening && item.layer === chosen,
         isFirst: key === this.#firstKey,
         isOpening,
-        problem: fault ?? this.#problems.get(key),
+        problem: (fault && withoutOptions(fault.message)) ?? this.#problems.get(key),
       };
     });
   }
@@ -304,7 +305,7 @@ export class PageLayers {
       });
       return true;
     } catch (error) {
-      const reason = error instanceof Error ? error.message : String(error);
+      const reason = messageOf(error);
       const text = layersTexts.notOpened(titleOfState(state), reason);
       if (!cancel.signal.aborted) this.#host.note(text);
       return false;

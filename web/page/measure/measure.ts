@@ -19,6 +19,7 @@ import {
 import { type Session, writeSession } from "../../measure/session_file.ts";
 import { type LengthUnit, unitOf } from "../../overlay/length_unit.ts";
 import { measureTexts } from "../../texts/measure.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { Layer } from "../../viewer/layer.ts";
 import { sameValue } from "../../viewer/same_value.ts";
 import { identity, scaleOf, volumeScaleOf } from "../../viewer/transform.ts";
@@ -263,7 +264,7 @@ export class Measure {
     } catch (error) {
       if (measuring.signal.aborted) this.#extents = this.#extents.filter(({ extent }) => extent);
       else {
-        const problem = error instanceof Error ? error.message : String(error);
+        const problem = messageOf(error);
         this.#extents = this.#extents.map((each) =>
           each.extent ? each : { isovalue: each.isovalue, problem },
         );

@@ -1,6 +1,7 @@
 import { type FaultKind, faults, type Offer } from "../../stream/faults.ts";
 import { StreamError } from "../../stream/types.ts";
 import { faultTexts } from "../../texts/faults.ts";
+import { messageOf, withoutOptions } from "../../texts/without_options.ts";
 import { RendererError } from "../../viewer/renderer_error.ts";
 import type { IconName } from "./icons.ts";
 import { ApiError } from "./volumes_api.ts";
@@ -24,12 +25,12 @@ export function problemOfFault(kind: FaultKind, what: string, detail?: string): 
     title,
     text: text.replaceAll("NAME", what),
     offers,
-    ...(detail ? { detail } : {}),
+    ...(detail ? { detail: withoutOptions(detail) } : {}),
   };
 }
 
 export function problemOf(error: unknown, what: string): Problem {
-  const detail = error instanceof Error ? error.message : String(error);
+  const detail = messageOf(error);
   return problemOfFault(kindOf(error), what, detail);
 }
 

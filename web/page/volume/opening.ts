@@ -1,6 +1,7 @@
 import type { StoreInfo } from "../../core/types.ts";
 import type { ShownScene } from "../../scene/open_scene.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import type { Camera, Look, Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import type { SceneTarget, StoreTarget, Target } from "../address/target.ts";
@@ -86,10 +87,7 @@ async function openSceneIn(
   const info = viewer.info ?? layers.find((layer) => layer?.info)?.info;
   if (!info) throw new Error(pageTexts.allHidden(target.name));
   const notes = missing.map(({ index, name, error }) =>
-    pageTexts.layerMissing(
-      name || String(index + 1),
-      error instanceof Error ? error.message : String(error),
-    ),
+    pageTexts.layerMissing(name || String(index + 1), messageOf(error)),
   );
   // More sentences would cover the picture.
   return {

@@ -2,6 +2,7 @@ import type { StoreInfo } from "../../core/types.ts";
 import type { Measurement } from "../../measure/measurement.ts";
 import { layersTexts } from "../../texts/layers.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { messageOf } from "../../texts/without_options.ts";
 import { wholeVolume } from "../../viewer/clipping.ts";
 import { identity, isIdentity } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
@@ -90,24 +91,27 @@ export class PageFiles {
       this.save(`${this.#isovalues}.png`, picture);
       this.#toast.done(pageTexts.pictureSaved);
     } catch (error) {
-      this.#toast.note(error instanceof Error ? error.message : pageTexts.noPicture);
+      this.#toast.note(error instanceof Error ? messageOf(error) : pageTexts.noPicture);
     }
   }
 
-  async saveSurface(): Promise<void> {
+  /** `enterSpacing`: asks for the distances between voxels of a volume that is alone in the picture. */
+  async saveSurface(enterSpacing: () => void): Promise<void> {
     const { surfaces, active } = this.#surfaces.state;
     const { isovalue } = surfaces[active] ?? {};
     const access = (this.#layers.chosen ?? this.#viewer).storeAccess;
     if (isovalue === undefined || !access) return;
+    const isAlone = !this.#layers.scene && !this.#layers.chosen;
     try {
       const { openSurfaceDialog } = await import("../capture/surface_dialog.ts");
       // The clip box is a fraction of the first layer.
       const clip = this.#surfaces.subject ? wholeVolume : this.#viewer.clip;
       const { transform = identity } = this.#layers.chosen ?? {};
       if (!isIdentity(transform)) this.#toast.note(pageTexts.savedUnmoved);
-      openSurfaceDialog(access, isovalue, clip, (ending, file) =>
-        this.save(`${isovalue}.${ending}`, file),
-      );
+      openSurfaceDialog(access, isovalue, clip, {
+        save: (ending, file) => this.save(`${isovalue}.${ending}`, file),
+        ...(isAlone && { enterSpacing }),
+      });
     } catch {
       this.#toast.note(pageTexts.noSaving);
     }

@@ -136,8 +136,8 @@ export class VolumeFaults {
     if (this.#rendererError) return { ...problemOf(this.#rendererError, name), isWaiting: false };
     const fault = this.#progress?.fault;
     if (!fault) return null;
-    const isWaiting = faults[fault.kind].retry === "soon";
-    return { ...problemOfFault(fault.kind, name, fault.message), isWaiting };
+    const { kind, message } = fault;
+    return { ...problemOfFault(kind, name, message), isWaiting: faults[kind].retry === "soon" };
   }
 
   /** Stops all further attempts. */

@@ -308,7 +308,7 @@ export class VolumePage {
     },
     openCapture: () => void this.#files.openCapture(),
     saveTransparent: () => void this.#files.saveScreenshot({ transparent: true }),
-    saveSurface: () => void this.#files.saveSurface(),
+    saveSurface: () => void this.#files.saveSurface(() => void this.#spacing.enter()),
     undo: () => this.#restore("undo"),
     redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#camera.lookAlong(view),
