@@ -50,6 +50,30 @@ TEST(CliMesh, LevelsAreOneLayerAndTheErrorIsReported) {
   EXPECT_EQ(run({"verify", output + "scene.json"}).exit_code, 0);
 }
 
+TEST(CliMesh, TheMemoryIsBelowItsLimit) {
+  const TempFolder folder;
+  {
+    UnstructuredMesh mesh;
+    add_block(mesh, kUnit, {40, 40, 40}, Division::tetrahedra);
+    mesh_test::set_values(mesh, [](Vec3d p) { return p.x + std::sin(9 * p.y); });
+    write_file(folder / "a.vtu", vtu_text(mesh));
+  }
+  const auto build = [&](const char* memory) {
+    return run({"build", folder / "a.vtu", "--no-thumbnail", "--force", "--threads", "1",
+                "--memory", memory});
+  };
+  // The program itself, with the pages of its file.
+  constexpr uint64_t kProgram = uint64_t{24} << 20;
+  const auto ended = build("80M");
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("384,000 cells of a mesh"), std::string::npos) << ended.err;
+  EXPECT_LT(ended.peak_bytes, (uint64_t{80} << 20) + kProgram);
+  const auto refused = build("20M");
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.err.find("raise --memory"), std::string::npos) << refused.err;
+  EXPECT_LT(refused.peak_bytes, (uint64_t{20} << 20) + kProgram);
+}
+
 TEST(CliMesh, ABundleBesideTheFileIsTheDefault) {
   const TempFolder folder;
   write_file(folder / "a.vtu", vtu_text(distance_mesh(Division::hexahedra)));

@@ -22,6 +22,7 @@ struct Ended {
   int exit_code = -1;  ///< −1: the program was ended by a signal
   int signal = 0;      ///< the signal that ended it; 0: none
   std::string out, err;
+  uint64_t peak_bytes = 0;  ///< of its memory, or the memory of the test before it
 };
 
 struct Call {
@@ -62,9 +63,10 @@ inline pid_t start(const Call& call, const std::string& out, const std::string& 
 /// Waits for the end of a started program.
 inline Ended wait_for(pid_t child, const std::string& out, const std::string& err) {
   int status = 0;
-  waitpid(child, &status, 0);
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, WIFSIGNALED(status) ? WTERMSIG(status) : 0,
-          read_file(out), read_file(err)};
+          read_file(out), read_file(err), static_cast<uint64_t>(usage.ru_maxrss) * 1024};
 }
 
 inline Ended run(const Call& call) {

@@ -24,15 +24,23 @@ void for_each_value(Index3 low, Index3 size, std::span<const double> values, con
   }
 }
 
-/// Sets the value at a position that has none yet. Returns whether it had none.
-bool set_first(CellBricks& bricks, Index3 at, double value) {
-  CellBrick& brick = bricks.at(at);
+/// Sets the value at a position that has none yet.
+void set_first(CellBrick& brick, Index3 at, double value) {
   const size_t i = CellBricks::index(at);
-  if (brick.states[i] != CellState::none) return false;
+  if (brick.states[i] != CellState::none) return;
   if (brick.values.empty()) brick.values.resize(kBrickVolume);
   brick.values[i] = value;
   brick.states[i] = std::isfinite(value) ? CellState::leaf : CellState::hole;
-  return true;
+}
+
+/// The same for a cell of a grid with values at nodes.
+void set_first_state(CellBrick& brick, Index3 cell, bool has_value) {
+  CellState& state = brick.states[CellBricks::index(cell)];
+  if (state == CellState::none) state = has_value ? CellState::leaf : CellState::hole;
+}
+
+Index3 corner(int32_t octant) {
+  return {octant & 1, octant >> 1 & 1, octant >> 2};
 }
 
 }  // namespace
@@ -84,22 +92,48 @@ bool AdaptiveGrid::is_inside(uint32_t level, Index3 cell) const {
   return cell.x >= 0 && cell.y >= 0 && cell.z >= 0 && cell.x < n.x && cell.y < n.y && cell.z < n.z;
 }
 
-Result<void> AdaptiveGrid::reserve(const CellBricks& bricks, const CellBox& box) {
+Result<void> AdaptiveGrid::reserve(const CellBricks& bricks, const CellBox& box,
+                                   uint64_t brick_bytes) {
   uint64_t needed = 0;
   for (int32_t z = box.low.z & ~7; z < box.high.z; z += kBrickCells) {
     for (int32_t y = box.low.y & ~7; y < box.high.y; y += kBrickCells) {
       for (int32_t x = box.low.x & ~7; x < box.high.x; x += kBrickCells) {
-        if (!bricks.find({x, y, z})) needed += kBrickBytes;
-        if (bytes_ + needed > limit_) {
-          return fail(Status::out_of_memory,
-                      "an adaptive grid: expected patches whose cells need at most " +
-                          std::to_string(limit_ >> 20) +
-                          " MiB of memory, found more: give more memory");
-        }
+        if (!bricks.find({x, y, z})) needed += brick_bytes;
+        if (bytes_ + needed > limit_) return take(needed);
       }
     }
   }
-  bytes_ += needed;
+  return take(needed);
+}
+
+Result<void> AdaptiveGrid::take(uint64_t bytes) {
+  if (bytes_ + bytes > limit_) {
+    return fail(Status::out_of_memory,
+                "an adaptive grid: expected patches whose cells need at most " +
+                    std::to_string(limit_ >> 20) + " MiB of memory, found more: give more memory");
+  }
+  bytes_ += bytes;
+  return {};
+}
+
+/// Adds a cell whose nodes are all in one brick.
+Result<void> AdaptiveGrid::add_cell(Level& to, Index3 cell, std::span<const double> values) {
+  CellBrick* cells = to.cells.find(cell);
+  CellBrick* nodes = to.nodes.find(cell);
+  if (auto fits = take((cells ? 0 : cell_brick_bytes()) + (nodes ? 0 : kBrickBytes)); !fits)
+    return fits;
+  if (!cells) cells = &to.cells.at(cell);
+  if (!nodes) nodes = &to.nodes.at(cell);
+  bool has_all = true;
+  for (int32_t i = 0; i < 8; ++i) {
+    const double value = values[static_cast<size_t>(i)];
+    if (std::isfinite(value)) {
+      set_first(*nodes, cell + corner(i), value);
+    } else {
+      has_all = false;
+    }
+  }
+  set_first_state(*cells, cell, has_all);
   return {};
 }
 
@@ -114,14 +148,19 @@ Result<void> AdaptiveGrid::add(uint32_t level, const CellBox& box, std::span<con
                                               text(box.high - Index3{1, 1, 1}));
   }
   Level& to = levels_[level];
+  const auto is_before_last = [](int32_t at) { return at % kBrickCells < kBrickCells - 1; };
+  if (centring_ == Centring::nodes && box.cells() == 1 && is_before_last(box.low.x) &&
+      is_before_last(box.low.y) && is_before_last(box.low.z)) {
+    return add_cell(to, box.low, values);
+  }
   if (auto fits = reserve(to.cells, box); !fits) return fits;
   if (centring_ == Centring::cells) {
     for_each_value(box.low, size, values,
-                   [&](Index3 cell, double value) { set_first(to.cells, cell, value); });
+                   [&](Index3 cell, double value) { set_first(to.cells.at(cell), cell, value); });
     return {};
   }
   const Index3 nodes = size + Index3{1, 1, 1};
-  if (auto fits = reserve(to.nodes, {box.low, box.low + nodes}); !fits) return fits;
+  if (auto fits = reserve(to.nodes, {box.low, box.low + nodes}, kBrickBytes); !fits) return fits;
   const auto value_at = [&](Index3 node) {
     return values[(static_cast<size_t>(node.z) * static_cast<size_t>(nodes.y) +
                    static_cast<size_t>(node.y)) *
@@ -129,16 +168,20 @@ Result<void> AdaptiveGrid::add(uint32_t level, const CellBox& box, std::span<con
                   static_cast<size_t>(node.x)];
   };
   for_each_value(box.low, nodes, values, [&](Index3 node, double value) {
-    if (std::isfinite(value)) set_first(to.nodes, node, value);
+    if (std::isfinite(value)) set_first(to.nodes.at(node), node, value);
   });
-  const std::vector<double> none(static_cast<size_t>(box.cells()), 0);
-  for_each_value(box.low, size, none, [&](Index3 cell, double) {
-    double sum = 0;  // finite if all eight values are
-    for (int32_t i = 0; i < 8; ++i) {
-      sum += std::abs(value_at(cell - box.low + Index3{i & 1, i >> 1 & 1, i >> 2})) * 0.125;
+  for (int32_t z = box.low.z; z < box.high.z; ++z) {
+    for (int32_t y = box.low.y; y < box.high.y; ++y) {
+      for (int32_t x = box.low.x; x < box.high.x; ++x) {
+        const Index3 cell{x, y, z};
+        bool has_all = true;
+        for (int32_t i = 0; i < 8; ++i) {
+          has_all = has_all && std::isfinite(value_at(cell - box.low + corner(i)));
+        }
+        set_first_state(to.cells.at(cell), cell, has_all);
+      }
     }
-    set_first(to.cells, cell, sum);
-  });
+  }
   return {};
 }
 

@@ -50,9 +50,11 @@ class AdaptiveGrid {
   /// Appends a level without patches.
   void add_level(int32_t ratio);
 
-  /// Counts the memory of the bricks of a box that do not exist in `bricks`, before they are added.
-  /// Errors: out_of_memory.
-  Result<void> reserve(const CellBricks& bricks, const CellBox& box);
+  /// Counts the memory of the bricks of a box that do not exist in `bricks`, those of a level,
+  /// before they are added. Errors: out_of_memory.
+  Result<void> reserve(const CellBricks& bricks, const CellBox& box) {
+    return reserve(bricks, box, cell_brick_bytes());
+  }
 
   uint32_t levels() const { return static_cast<uint32_t>(levels_.size()); }
   /// The ratio of a level to the next finer one.
@@ -63,6 +65,7 @@ class AdaptiveGrid {
   Index3 cells(uint32_t level) const;
   bool is_inside(uint32_t level, Index3 cell) const;
   uint64_t memory_bytes() const { return bytes_; }
+  uint64_t memory_limit() const { return limit_; }
   Centring centring() const { return centring_; }
 
   const CellBricks& bricks(uint32_t level) const { return levels_[level].cells; }
@@ -84,6 +87,13 @@ class AdaptiveGrid {
   };
 
   AdaptiveGrid() = default;
+  /// With Centring::nodes, bricks of cells have no values.
+  uint64_t cell_brick_bytes() const {
+    return centring_ == Centring::cells ? kBrickBytes : kEmptyBrickBytes;
+  }
+  Result<void> reserve(const CellBricks& bricks, const CellBox& box, uint64_t brick_bytes);
+  Result<void> take(uint64_t bytes);
+  Result<void> add_cell(Level& to, Index3 cell, std::span<const double> values);
   Index3 cells_;
   std::vector<int32_t> ratios_;
   std::vector<Level> levels_;

@@ -28,7 +28,7 @@ struct CellBrick {
   Index3 first;  ///< its first cell
   std::array<CellState, kBrickVolume> states{};
   std::bitset<kBrickVolume> drawn;  ///< the cells of the level's lattice (drawn_cells.h)
-  std::vector<double> values;       ///< of its cells; empty: none has a value
+  std::vector<double> values;       ///< of its cells; empty: they have none
   std::vector<uint16_t> covered;    ///< while cells are resolved: their children that are full
   std::bitset<kBrickVolume> has_children;  ///< while cells are resolved
 };
@@ -87,8 +87,9 @@ inline Index3 cell_of(const CellBrick& brick, size_t i) {
   return brick.first + Index3{n & 7, n >> 3 & 7, n >> 6};
 }
 
-/// Memory of a brick with values, with that of the table.
-inline constexpr uint64_t kBrickBytes =
-    sizeof(CellBrick) + kBrickVolume * (sizeof(double) + sizeof(uint16_t)) + 64;
+/// Memory of a brick without values, with that of the table, and of a brick with values.
+inline constexpr uint64_t kEmptyBrickBytes =
+    sizeof(CellBrick) + kBrickVolume * sizeof(uint16_t) + 64;
+inline constexpr uint64_t kBrickBytes = kEmptyBrickBytes + kBrickVolume * sizeof(double);
 
 }  // namespace isosplat

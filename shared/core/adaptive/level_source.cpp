@@ -10,7 +10,7 @@ namespace isosplat {
 namespace {
 
 constexpr uint8_t kDrawn = 1;
-constexpr uint8_t kHasValue = 2;  ///< a leaf cell of a grid with values in cells
+constexpr uint8_t kIsLeaf = 2;
 
 /// The bounding box of the drawn cells. Empty if there are none.
 CellBox drawn_box(const CellBricks& bricks) {
@@ -73,9 +73,9 @@ void LevelSource::read_layer(int32_t z, Layer& layer) const {
           const size_t to = static_cast<size_t>(y - first.y) * static_cast<size_t>(n.x) +
                             static_cast<size_t>(x - first.x);
           if (brick->drawn[i]) layer.flags[to] |= kDrawn;
-          if (!are_cells || brick->states[i] != CellState::leaf) continue;
-          layer.flags[to] |= kHasValue;
-          layer.values[to] = brick->values[i];
+          if (brick->states[i] != CellState::leaf) continue;
+          layer.flags[to] |= kIsLeaf;
+          if (are_cells) layer.values[to] = brick->values[i];
         }
       }
     }
@@ -92,12 +92,13 @@ void LevelSource::read_slice(int32_t z, double* out) {
     }
   }
   if (above_.z != cell) read_layer(cell, above_);
+  const bool are_cells = grid_->centring() == Centring::cells;
   const Index3 n = header_.grid.voxels;
   const auto row = static_cast<size_t>(n.x) + 1;
   for (int32_t y = 0; y < n.y; ++y) {
     for (int32_t x = 0; x < n.x; ++x, ++out) {
       const size_t at = static_cast<size_t>(y) * row + static_cast<size_t>(x);
-      uint8_t any = 0, all = kHasValue;
+      uint8_t any = 0, all = kIsLeaf;
       double sum = 0;
       for (const Layer* const layer : {&below_, &above_}) {
         for (const size_t i : {at, at + 1, at + row, at + row + 1}) {
@@ -108,8 +109,8 @@ void LevelSource::read_slice(int32_t z, double* out) {
       }
       if (!(any & kDrawn)) {
         *out = std::numeric_limits<double>::quiet_NaN();
-      } else if (all & kHasValue) {
-        *out = sum / 8;
+      } else if (all & kIsLeaf) {  // as node_value(), without a search for the cells around
+        *out = are_cells ? sum / 8 : grid_->node_value(level_, low_ + Index3{x, y, z});
       } else {
         *out = node_value(*grid_, level_, low_ + Index3{x, y, z});
       }

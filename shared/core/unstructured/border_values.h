@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
@@ -22,7 +23,11 @@ std::optional<std::array<double, 8>> border_values(
   const Vec3d size = box.high - box.low;
   std::vector<SamplePoint> inside;
   constexpr int32_t kParts = kBorderParts;
+  constexpr size_t kHalf = kParts * kParts * kParts / 2;
+  const bool are_known =
+      std::all_of(corners.begin(), corners.end(), [](const auto& corner) { return !!corner; });
   for (int32_t i = 0; i < kParts * kParts * kParts; ++i) {
+    if (are_known && inside.size() == kHalf) break;  // no other value is needed
     const Vec3d f =
         Vec3d{i % kParts + 0.5, i / kParts % kParts + 0.5, i / (kParts * kParts) + 0.5} *
         (1.0 / kParts);
@@ -30,7 +35,7 @@ std::optional<std::array<double, 8>> border_values(
         find(box.low + Vec3d{size.x * f.x, size.y * f.y, size.z * f.z});
     if (found) inside.push_back({f, *found});
   }
-  if (inside.size() * 2 < kParts * kParts * kParts) return std::nullopt;
+  if (inside.size() < kHalf) return std::nullopt;
   const LinearFunction outside = linear_fit(inside);
   std::array<double, 8> values{};
   for (int32_t i = 0; i < 8; ++i) {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "shared/core/unstructured/cell_bins.h"
+#include "shared/core/unstructured/level_plan.h"
 
 namespace isosplat {
 
@@ -18,6 +18,7 @@ struct FaceCorners {
   size_t count = 3;
 };
 FaceCorners corners_of(const UnstructuredMesh& mesh, const BoundaryFace& face);
+Box box_of(const UnstructuredMesh& mesh, const BoundaryFace& face);
 
 /// The unit normal that points out of the face's cell; 0 for a face without an area.
 Vec3d outward_normal(const UnstructuredMesh& mesh, const BoundaryFace& face);
@@ -26,10 +27,11 @@ Vec3d outward_normal(const UnstructuredMesh& mesh, const BoundaryFace& face);
 /// their corners: two blocks that touch, with points of their own, have no boundary between them.
 /// Of cells that are listed several times, the faces of the first one are found. A face whose
 /// surroundings lie in other cells, such as one with hanging nodes, is none either: 1/1000 of its
-/// size before its centre and its corners. A gap that is thinner than that is not seen. `cells`:
-/// bins of all cells with a size. `sizes`: of each cell. Errors: out_of_memory.
-Result<std::vector<BoundaryFace>> boundary_faces(const UnstructuredMesh& mesh, const Bins& cells,
-                                                 std::span<const float> sizes,
-                                                 uint64_t memory_bytes);
+/// size before its centre and its corners. A gap that is thinner than that is not seen.
+///
+/// Faces are compared with those that have the same first corner, as many at a time as fit into
+/// `memory_bytes`. `survey`: of the mesh. Errors: out_of_memory.
+Result<std::vector<BoundaryFace>> boundary_faces(const UnstructuredMesh& mesh,
+                                                 const MeshSurvey& survey, uint64_t memory_bytes);
 
 }  // namespace isosplat

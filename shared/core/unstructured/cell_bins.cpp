@@ -13,9 +13,8 @@ int32_t index_of(double position, int32_t count) {
 
 /// Calls visit(bin) for the bins that a box overlaps, also those that it only touches.
 template <class Visit>
-void for_each_bin(const BinGrid& grid, Box box, const Visit& visit) {
-  const Vec3d margin = grid.spacing * 1e-5;
-  const Index3 low = grid.bin_of(box.low - margin), high = grid.bin_of(box.high + margin);
+void for_each_bin(const BinGrid& grid, const Box& box, const Visit& visit) {
+  const auto [low, high] = grid.bins_of(box);
   for (int32_t z = low.z; z <= high.z; ++z) {
     for (int32_t y = low.y; y <= high.y; ++y) {
       for (int32_t x = low.x; x <= high.x; ++x) visit(grid.flat({x, y, z}));
@@ -29,6 +28,11 @@ Index3 BinGrid::bin_of(Vec3d point) const {
   const Vec3d p = point - origin;
   return {index_of(p.x / spacing.x, bins.x), index_of(p.y / spacing.y, bins.y),
           index_of(p.z / spacing.z, bins.z)};
+}
+
+std::pair<Index3, Index3> BinGrid::bins_of(const Box& box) const {
+  const Vec3d margin = spacing * 1e-5;
+  return {bin_of(box.low - margin), bin_of(box.high + margin)};
 }
 
 Result<Bins> Bins::create(const BinGrid& grid, size_t items,
@@ -50,9 +54,7 @@ Result<Bins> Bins::create(const BinGrid& grid, size_t items,
   for (size_t i = 0; i < items; ++i) {
     const auto of_item = box(i);
     if (!of_item) continue;
-    const Vec3d margin = grid.spacing * 1e-5;
-    const Index3 low = grid.bin_of(of_item->low - margin),
-                 high = grid.bin_of(of_item->high + margin);
+    const auto [low, high] = grid.bins_of(*of_item);
     total += uint64_t{1} * static_cast<uint64_t>(high.x - low.x + 1) *
              static_cast<uint64_t>(high.y - low.y + 1) * static_cast<uint64_t>(high.z - low.z + 1);
     if (total > left / sizeof(uint32_t)) return too_large();

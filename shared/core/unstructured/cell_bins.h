@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "shared/core/base/status.h"
@@ -23,6 +24,9 @@ struct BinGrid {
   }
   /// The bin of a point; of the nearest bin for points outside.
   Index3 bin_of(Vec3d point) const;
+  /// The first and the last bin along each axis that a box overlaps, also those that it only
+  /// touches.
+  std::pair<Index3, Index3> bins_of(const Box& box) const;
 };
 
 /// For each bin, the items whose boxes overlap it.

@@ -153,7 +153,24 @@ CornerWeights shape_weights(CellShape shape, Vec3d at) {
   return shape_functions(shape, at).at;
 }
 
+std::optional<CornerWeights> weights_in_tetrahedron(const std::array<Vec3d, 4>& corners,
+                                                    Vec3d point) {
+  // Positions are relative to the first corner: large offsets cost no digits. Relative to the
+  // centre, errors are smallest inside.
+  const Vec3d first = corners[0], a = corners[1] - first, b = corners[2] - first,
+              c = corners[3] - first;
+  const Vec3d from = centre(CellShape::tetrahedron);
+  const Vec3d position = a * from.x + b * from.y + c * from.z;
+  const auto change = solve_linear(a, b, c, point - first - position);
+  if (!change || !is_in_shape(CellShape::tetrahedron, from + *change)) return std::nullopt;
+  return shape_weights(CellShape::tetrahedron, from + *change);
+}
+
 std::optional<CornerWeights> weights_in_cell(const CellGeometry& cell, Vec3d point) {
+  if (cell.shape == CellShape::tetrahedron) {
+    return weights_in_tetrahedron(
+        {cell.corners[0], cell.corners[1], cell.corners[2], cell.corners[3]}, point);
+  }
   const Vec3d first =
       cell.corners[0];  // positions are relative to it: large offsets cost no digits
   const Vec3d target = point - first;
@@ -173,8 +190,7 @@ std::optional<CornerWeights> weights_in_cell(const CellGeometry& cell, Vec3d poi
     if (!change) return std::nullopt;
     at = at + *change;
     const double moved = std::max({std::abs(change->x), std::abs(change->y), std::abs(change->z)});
-    // The mapping of a tetrahedron is linear: one step is exact.
-    if (moved < kLastStep || cell.shape == CellShape::tetrahedron) {
+    if (moved < kLastStep) {
       if (!is_in_shape(cell.shape, at)) return std::nullopt;
       return shape_weights(cell.shape, at);
     }

@@ -64,6 +64,10 @@ Vec3d shape_corner(CellShape shape, size_t corner);
 /// mapping folds over may have no solution; then the point is outside).
 std::optional<CornerWeights> weights_in_cell(const CellGeometry& cell, Vec3d point);
 
+/// The same for the corners of a tetrahedron.
+std::optional<CornerWeights> weights_in_tetrahedron(const std::array<Vec3d, 4>& corners,
+                                                    Vec3d point);
+
 /// The volume that the faces enclose, ≥ 0.
 double volume_of(const CellGeometry& cell);
 

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <tuple>
+#include <compare>
 
 namespace isosplat {
 
@@ -13,6 +12,13 @@ CellGeometry UnstructuredMesh::geometry(size_t cell) const {
   const auto from = corners_of(cell);
   for (size_t i = 0; i < from.size(); ++i) geometry.corners[i] = points[from[i]];
   return geometry;
+}
+
+Box UnstructuredMesh::box(size_t cell) const {
+  const auto from = corners_of(cell);
+  Box box{points[from[0]], points[from[0]]};
+  for (size_t i = 1; i < from.size(); ++i) box.add(points[from[i]]);
+  return box;
 }
 
 bool UnstructuredMesh::has_values(size_t cell) const {
@@ -56,20 +62,26 @@ std::vector<uint32_t> first_at_position(const std::vector<Vec3d>& points) {
   Box box{points.front(), points.front()};
   for (const Vec3d point : points) box.add(point);
   const Vec3d extent = box.high - box.low;
-  const double scale = kPositionsPerExtent / std::max({extent.x, extent.y, extent.z, 1e-300});
-  const auto rounded = [&](uint32_t i) {
-    const Vec3d at = (points[i] - box.low) * scale;
-    return std::tuple(std::round(at.x), std::round(at.y), std::round(at.z));
+  const double scale = kPositionsPerExtent / std::max({extent.x, extent.y, extent.z, 1e-290});
+  // Rounded positions are from 0 to kPositionsPerExtent.
+  struct Place {
+    uint64_t xy;
+    uint32_t z, point;
+    auto operator<=>(const Place&) const = default;
   };
-  std::vector<uint32_t> order(points.size()), first(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const auto p = rounded(a), q = rounded(b);
-    return p != q ? p < q : a < b;
-  });
-  for (size_t i = 0; i < order.size(); ++i) {
-    const bool is_same = i > 0 && rounded(order[i]) == rounded(order[i - 1]);
-    first[order[i]] = is_same ? first[order[i - 1]] : order[i];
+  std::vector<Place> places(points.size());
+  const auto rounded = [](double at) { return static_cast<uint32_t>(std::round(at)); };
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Vec3d at = (points[i] - box.low) * scale;
+    places[i] = {uint64_t{rounded(at.x)} << 32 | rounded(at.y), rounded(at.z),
+                 static_cast<uint32_t>(i)};
+  }
+  std::sort(places.begin(), places.end());
+  std::vector<uint32_t> first(points.size());
+  for (size_t i = 0; i < places.size(); ++i) {
+    const bool is_same =
+        i > 0 && places[i].xy == places[i - 1].xy && places[i].z == places[i - 1].z;
+    first[places[i].point] = is_same ? first[places[i - 1].point] : places[i].point;
   }
   return first;
 }

@@ -8,6 +8,21 @@
 
 namespace isosplat {
 
+/// A box that is parallel to the axes.
+struct Box {
+  Vec3d low, high;
+
+  bool overlaps(const Box& other) const {
+    return low.x <= other.high.x && low.y <= other.high.y && low.z <= other.high.z &&
+           other.low.x <= high.x && other.low.y <= high.y && other.low.z <= high.z;
+  }
+  bool contains(Vec3d p) const {
+    return p.x >= low.x && p.y >= low.y && p.z >= low.z && p.x <= high.x && p.y <= high.y &&
+           p.z <= high.z;
+  }
+  void add(Vec3d p);
+};
+
 /// Cells of any shapes, which share points, with a value at each point. A cell with a value that is
 /// not finite is no part of the mesh.
 struct UnstructuredMesh {
@@ -23,6 +38,7 @@ struct UnstructuredMesh {
                                       static_cast<size_t>(corner_count(shapes[cell])));
   }
   CellGeometry geometry(size_t cell) const;
+  Box box(size_t cell) const;  ///< box_of() a cell
   bool has_values(size_t cell) const;
   /// size_of() a cell; 0 for those that are left out: without values, without a volume, or so large
   /// or small that their size is no float.
@@ -30,21 +46,6 @@ struct UnstructuredMesh {
   /// The weighted sum of the values at a cell's corners.
   double value(size_t cell, const CornerWeights& weights) const;
   uint64_t memory_bytes() const;
-};
-
-/// A box that is parallel to the axes.
-struct Box {
-  Vec3d low, high;
-
-  bool overlaps(const Box& other) const {
-    return low.x <= other.high.x && low.y <= other.high.y && low.z <= other.high.z &&
-           other.low.x <= high.x && other.low.y <= high.y && other.low.z <= high.z;
-  }
-  bool contains(Vec3d p) const {
-    return p.x >= low.x && p.y >= low.y && p.z >= low.z && p.x <= high.x && p.y <= high.y &&
-           p.z <= high.z;
-  }
-  void add(Vec3d p);
 };
 
 /// The bounding box of a cell.

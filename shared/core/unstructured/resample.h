@@ -11,8 +11,7 @@ struct ResampleOptions {
   /// in units of the values. 0: kDefaultErrorShare of the range of the values, but at least
   /// 10⁻¹² of the largest one.
   double max_error = 0;
-  /// Limit, without the mesh and without the lists of the cells and faces of the mesh near one grid
-  /// cell of level 0.
+  /// Limit, without the mesh.
   uint64_t memory_bytes = uint64_t{1} << 30;
 };
 
