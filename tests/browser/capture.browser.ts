@@ -58,6 +58,39 @@ test("a picture that is drawn in parts equals the program's picture", async ({ p
   expect(found.differing).toBeLessThan(0.001);
 });
 
+test("Escape keeps a film that is being made; Cancel ends it", async ({ page }) => {
+  await page.setViewportSize({ width: 420, height: 400 });
+  await openDialog(page);
+  await page.getByLabel("What").selectOption({ label: "Film: once around" });
+  const seconds = page.getByLabel("Seconds");
+  await seconds.fill("7,5");
+  await expect(status(page)).toContainText("225 frames");
+  await page.getByLabel("File").selectOption({ label: "PNG files in a ZIP" });
+  const opacity = () => seconds.evaluate((input) => Number(getComputedStyle(input).opacity));
+  expect(await opacity()).toBe(1);
+  await page.getByRole("button", { name: "Save", exact: true }).click();
+  const cancel = page.getByRole("button", { name: "Cancel", exact: true });
+  await expect(cancel).toBeVisible();
+  await expect(seconds).toBeDisabled();
+  expect(await opacity()).toBeLessThan(1);
+  await page.keyboard.press("Escape");
+  await expect(cancel).toBeFocused();
+  await expect(page.getByRole("dialog", { name: "Pictures and films" })).toBeVisible();
+  await expect(status(page)).not.toContainText("Cancelled");
+  const asks = () =>
+    page.evaluate(() => {
+      const event = new Event("beforeunload", { cancelable: true });
+      window.dispatchEvent(event);
+      return event.defaultPrevented;
+    });
+  expect(await asks()).toBe(true);
+  await page.keyboard.press("Enter");
+  await expect(status(page)).toContainText("Cancelled");
+  expect(await asks()).toBe(false);
+  await page.keyboard.press("Escape");
+  await expect(page.getByRole("dialog", { name: "Pictures and films" })).toBeHidden();
+});
+
 test("a picture can be cancelled, and the view stays as it was", { tag: "@slow" }, async ({
   page,
 }) => {

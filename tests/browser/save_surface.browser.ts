@@ -123,7 +123,11 @@ test("can be cancelled, and then started again", async ({ page }) => {
   await saveButton(page).click();
   await expect(page.getByRole("progressbar", { name: "Saving the surface" })).toBeVisible();
   await expect(saveButton(page)).toBeDisabled();
-  await page.getByRole("button", { name: "Cancel", exact: true }).click();
+  const cancel = page.getByRole("button", { name: "Cancel", exact: true });
+  await page.keyboard.press("Escape"); // discards nothing
+  await expect(cancel).toBeFocused();
+  await expect(page.getByRole("progressbar", { name: "Saving the surface" })).toBeVisible();
+  await cancel.click();
   await expect(page.getByText("Cancelled")).toBeVisible();
   release();
   expect((await save(page)).equals(extracted())).toBe(true);

@@ -11,6 +11,7 @@ import { messageOf } from "../../texts/without_options.ts";
 import type { Camera, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { formatBytes, formatDuration } from "../shell/format.ts";
+import { askBeforeLeaving, keepOpen } from "../shell/keep_open.ts";
 import { captureFields, forecast } from "./capture_form.ts";
 import { type CaptureSettings, chosenSize, framesOf, problemOf } from "./capture_settings.ts";
 import { type MarkedPage, offeredMarks, shownMarks } from "./shown_marks.ts";
@@ -85,6 +86,7 @@ export class CaptureDialog {
     render(
       html`<wa-dialog
         label=${captureTexts.title}
+        @wa-hide=${(event: Event) => keepOpen(event, isRunning)}
         @wa-after-hide=${(event: Event) => {
           if (event.target === this.#holder.firstElementChild) this.#running?.abort();
         }}
@@ -113,7 +115,11 @@ export class CaptureDialog {
           <div class="capture-actions">
             ${
               isRunning
-                ? html`<wa-button size="s" appearance="outlined" @click=${() => this.#running?.abort()}
+                ? html`<wa-button
+                    class="cancel"
+                    size="s"
+                    appearance="outlined"
+                    @click=${() => this.#running?.abort()}
                     >${captureTexts.cancel}</wa-button
                   >`
                 : html`<wa-button
@@ -156,6 +162,7 @@ export class CaptureDialog {
     this.#progress = {};
     this.#drawingSince = 0;
     this.#render();
+    const stopAsking = askBeforeLeaving();
     try {
       const { ending, content } = await this.#capture(running.signal);
       this.#host.save(ending, content);
@@ -164,6 +171,7 @@ export class CaptureDialog {
       if (running.signal.aborted) this.#message = captureTexts.cancelled;
       else this.#message = messageOf(error);
     }
+    stopAsking();
     this.#running = null;
     this.#render();
   }

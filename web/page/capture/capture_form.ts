@@ -1,9 +1,9 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { mostPixels } from "../../capture/picture.ts";
 import { bitRate, canEncode } from "../../capture/video_rate.ts";
 import { captureTexts } from "../../texts/capture.ts";
 import type { PictureSize } from "../../viewer/types.ts";
 import { formatBytes } from "../shell/format.ts";
+import { numberField } from "../shell/number_field.ts";
 import {
   type CaptureSettings,
   chosenSize,
@@ -40,8 +40,8 @@ export function captureFields(
     ${
       what === "sweep"
         ? html`<div class="row">
-            ${number(captureTexts.from, from, {}, (value) => change({ from: value }))}
-            ${number(captureTexts.to, to, {}, (value) => change({ to: value }))}
+            ${numberField(captureTexts.from, from, (value) => change({ from: value }))}
+            ${numberField(captureTexts.to, to, (value) => change({ to: value }))}
           </div>`
         : nothing
     }
@@ -65,15 +65,15 @@ export function captureFields(
     ${
       sizeName === "own"
         ? html`<div class="row">
-            ${number(captureTexts.width, own.width, pixels, (width) => change({ own: { ...own, width } }))}
-            ${number(captureTexts.height, own.height, pixels, (height) => change({ own: { ...own, height } }))}
+            ${numberField(captureTexts.width, own.width, (width) => change({ own: { ...own, width } }), whole)}
+            ${numberField(captureTexts.height, own.height, (height) => change({ own: { ...own, height } }), whole)}
           </div>`
         : nothing
     }
     ${
       isFilm
         ? html`<div class="row">
-              ${number(captureTexts.seconds, seconds, { min: 0.1 }, (value) => change({ seconds: value }))}
+              ${numberField(captureTexts.seconds, seconds, (value) => change({ seconds: value }))}
               ${select(captureTexts.framesPerSecond, String(framesPerSecond), rates, (value) =>
                 change({ framesPerSecond: Number(value) }),
               )}
@@ -125,7 +125,7 @@ const pictureFormats = [
   { value: "png", label: "PNG" },
   { value: "svg", label: captureTexts.svg },
 ] as const;
-const pixels = { min: 1, max: mostPixels };
+const whole = { isWhole: true };
 const rates = ["24", "30", "60"].map((value) => ({ value, label: value }));
 function whats(hasTime: boolean): { value: What; label: string }[] {
   const always: What[] = ["picture", "turntable", "sweep", "path"];
@@ -164,25 +164,5 @@ function select<Value extends string>(
           </option>`,
       )}
     </select>
-  </label>`;
-}
-
-function number(
-  label: string,
-  value: number,
-  { min, max }: { min?: number; max?: number },
-  change: (value: number) => void,
-): TemplateResult {
-  return html`<label>
-    ${label}
-    <input
-      type="number"
-      step="any"
-      min=${min ?? nothing}
-      max=${max ?? nothing}
-      inputmode="decimal"
-      .value=${Number.isNaN(value) ? "" : String(value)}
-      @input=${(event: Event) => change((event.currentTarget as HTMLInputElement).valueAsNumber)}
-    />
   </label>`;
 }

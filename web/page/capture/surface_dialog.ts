@@ -13,6 +13,7 @@ import { surfaceTexts } from "../../texts/surface.ts";
 import { messageOf } from "../../texts/without_options.ts";
 import type { Clip } from "../../viewer/types.ts";
 import { formatBytes, formatCount, formatValue } from "../shell/format.ts";
+import { askBeforeLeaving, keepOpen } from "../shell/keep_open.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
@@ -148,6 +149,7 @@ class SurfaceDialog {
     this.#hasHoles = false;
     this.#share = 0;
     this.#render();
+    const stopAsking = askBeforeLeaving();
     try {
       const { file, triangles, closed } = await saveSurface(this.#reader, this.#isovalue, {
         ...this.#options,
@@ -168,6 +170,7 @@ class SurfaceDialog {
       if (signal.aborted) this.#message = surfaceTexts.cancelled;
       else this.#message = this.#hasHoles ? this.#whyOpen : messageOf(error);
     }
+    stopAsking();
     this.#share = undefined;
     this.#render();
   }
@@ -204,6 +207,7 @@ class SurfaceDialog {
     render(
       html`<wa-dialog
         label=${surfaceTexts.title}
+        @wa-hide=${(event: Event) => keepOpen(event, isRunning)}
         @wa-after-hide=${(event: Event) => this.#closed(event)}
       >
         <form
@@ -291,6 +295,7 @@ class SurfaceDialog {
           <div class="row">
             <wa-button type="submit" variant="brand" size="s" ?disabled=${!isReady}>${surfaceTexts.save}</wa-button>
             <wa-button
+              class="cancel"
               size="s"
               appearance="outlined"
               ?disabled=${!isRunning}

@@ -6,6 +6,7 @@ import { guessRaw, type RawLayout, voxelBytes } from "../../device/raw_guess.ts"
 import { layoutProblem } from "../../device/reading.ts";
 import { deviceTexts } from "../../texts/device.ts";
 import { formatBytes, formatType } from "../shell/format.ts";
+import { numberField } from "../shell/number_field.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
@@ -27,20 +28,15 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
       layout = { ...layout, ...part };
       draw();
     };
-    const size = (axis: 0 | 1 | 2) => html`<label>
-      ${deviceTexts.along("xyz".charAt(axis))}
-      <input
-        type="number"
-        min="2"
-        inputmode="numeric"
-        .value=${String(layout.dims[axis] ?? "")}
-        @input=${(event: Event) => {
-          const dims: RawLayout["dims"] = [...layout.dims];
-          dims[axis] = Number((event.currentTarget as HTMLInputElement).value);
-          change({ dims });
-        }}
-      />
-    </label>`;
+    const whole = { isWhole: true };
+    const size = (axis: 0 | 1 | 2) => {
+      const enter = (count: number) => {
+        const dims: RawLayout["dims"] = [...layout.dims];
+        dims[axis] = count;
+        change({ dims });
+      };
+      return numberField(deviceTexts.along("xyz".charAt(axis)), layout.dims[axis], enter, whole);
+    };
     const draw = () => {
       const problem = layoutProblem(layout, file.size);
       render(
@@ -86,16 +82,7 @@ export async function askRawLayout({ path, file }: InputFile): Promise<RawLayout
                 <option value="big" ?selected=${layout.bigEndian}>${deviceTexts.bigEndian}</option>
               </select>
             </label>
-            <label>
-              ${deviceTexts.skip}
-              <input
-                type="number"
-                min="0"
-                .value=${String(layout.skipBytes)}
-                @input=${(event: Event) =>
-                  change({ skipBytes: Number((event.currentTarget as HTMLInputElement).value) })}
-              />
-            </label>
+            ${numberField(deviceTexts.skip, layout.skipBytes, (skipBytes) => change({ skipBytes }), whole)}
             <p role="status" class=${problem ? "" : "quiet"}>
               ${problem ?? deviceTexts.sizeFits}
             </p>
