@@ -230,6 +230,51 @@ test("points are moved along the surface, and measurements repeated", async ({ p
   expect((await measures(page)).map((line) => line.split(",")[0])).toEqual(["distance", "point"]);
 });
 
+test("undo and a reload keep values, normals and all digits; screen readers follow", async ({
+  page,
+}) => {
+  await open(page);
+  await openSection(page, "Measure");
+  const { x, y } = await middle(page);
+  const announced = page.locator(".measure-announced");
+  await page.getByRole("button", { name: "Distance", exact: true }).click();
+  await page.mouse.click(x - 30, y + 5);
+  await expect(announced).toHaveText("1 point set");
+  await page.mouse.click(x + 40, y - 20);
+  await expect(announced).toHaveText(/^Distance: [\d.]+ mm$/);
+  await page.keyboard.press("Escape");
+  const table = async (): Promise<string> => {
+    const [download] = await Promise.all([
+      page.waitForEvent("download"),
+      page.getByRole("button", { name: "CSV", exact: true }).click(),
+    ]);
+    return readFileSync(await download.path(), "utf8");
+  };
+  const before = await table();
+  // Position, voxel, value, normal and level of both points.
+  for (const line of before.split("\r\n").slice(1, 3)) {
+    expect(line.split(",").slice(3, 15).map(Number)).not.toContain(Number.NaN);
+    expect(line.split(",").slice(3, 15)).not.toContain("");
+  }
+  await expect.poll(() => measures(page)).toHaveLength(1);
+  await page.getByRole("button", { name: "Remove all" }).click();
+  await listed(page, 0);
+  await expect(announced).toHaveText("No measurements");
+  await expect.poll(() => measures(page)).toEqual([]);
+  await page.keyboard.press("Control+z");
+  await listed(page, 1);
+  await expect(announced).toHaveText("1 measurement");
+  expect(await table()).toBe(before);
+
+  await settled(page);
+  await page.reload();
+  await complete(page);
+  await openSection(page, "Measure");
+  await listed(page, 1);
+  await expect(announced).toHaveText("");
+  expect(await table()).toBe(before);
+});
+
 test("measures by keyboard, and reports if there is no surface", async ({ page }) => {
   await open(page);
   const picture = page.getByRole("application");

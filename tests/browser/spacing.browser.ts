@@ -43,7 +43,7 @@ test("is entered once; sizes, camera, planes and measurements follow", async ({ 
   await expect(page.getByText("18 voxels", { exact: true })).toBeVisible();
 
   await page.getByRole("button", { name: "Enter…" }).click();
-  const along = (axis: string) => page.getByRole("spinbutton", { name: `Along ${axis}` });
+  const along = (axis: string) => page.getByRole("textbox", { name: `Along ${axis}` });
   const use = page.getByRole("button", { name: "Use these distances" });
   await along("x").fill("0");
   await expect(page.getByText("Each distance is a number above 0.")).toBeVisible();
@@ -70,6 +70,69 @@ test("is entered once; sizes, camera, planes and measurements follow", async ({ 
   await complete(page);
   await settled(page);
   expect(parameter(page, "spacing")).toBe("0.5,0.5,1");
+});
+
+test("can be undone, changed and removed; the whole volume stays in view", async ({ page }) => {
+  await page.goto(`${server.url}?volume=ball&isovalue=100`);
+  await complete(page);
+  await openSection(page, "About this volume");
+  await openSection(page, "View");
+  const undo = page.getByRole("group", { name: "Changes of the view" }).getByText("Undo");
+  await expect(undo).toBeDisabled();
+  expect(await undo.evaluate((chip) => Number(getComputedStyle(chip).opacity))).toBeLessThan(1);
+  await openSection(page, "Measure");
+  await page.getByRole("button", { name: "Point", exact: true }).click();
+  await page.keyboard.press("Enter"); // takes the middle of the picture
+  await page.keyboard.press("Escape");
+  await expect.poll(() => parameter(page, "measure")).not.toBeNull();
+  const before = parameter(page, "measure");
+  const pointFacts = page.locator(".measurement-facts");
+  await expect(pointFacts).toContainText("value 100");
+  const normal = await pointFacts.textContent();
+
+  const dialog = page.locator("wa-dialog");
+  const along = (axis: string) => dialog.getByRole("textbox", { name: `Along ${axis}` });
+  await page.getByRole("button", { name: "Enter…" }).click();
+  await expect(along("x")).toHaveValue("1");
+  await expect(dialog.getByRole("button", { name: "Unknown again" })).toHaveCount(0);
+  await along("x").fill("3000");
+  await along("y").fill("3e3");
+  await along("z").fill("0,9e5");
+  await dialog.getByRole("combobox", { name: "Unit" }).selectOption("Å");
+  await dialog.getByRole("button", { name: "Use these distances" }).click();
+  await expect.poll(() => parameter(page, "spacing")).toBe("0.0003,0.0003,0.009");
+  await complete(page);
+  await settled(page);
+  // The default view, which shows the whole volume.
+  expect(parameter(page, "camera")).toBeNull();
+  const moved = parameter(page, "measure");
+  expect(moved).not.toBe(before);
+  await expect(pointFacts).toContainText("value 100");
+
+  await page.keyboard.press("Control+z");
+  await expect(facts(page)).toContainText("unknown: lengths are in voxels");
+  await expect.poll(() => parameter(page, "spacing")).toBeNull();
+  expect(parameter(page, "measure")).toBe(before);
+  expect(parameter(page, "camera")).toBeNull();
+  await expect(pointFacts).toHaveText(normal ?? "");
+  await page.keyboard.press("Control+z");
+  await expect(pointFacts).toHaveCount(0);
+  await page.keyboard.press("Control+Shift+z");
+  await page.keyboard.press("Control+Shift+z");
+  await expect.poll(() => parameter(page, "spacing")).toBe("0.0003,0.0003,0.009");
+  expect(parameter(page, "measure")).toBe(moved);
+
+  await page.getByRole("button", { name: "Change…" }).click();
+  await expect(along("x")).toHaveValue("3000");
+  await expect(along("z")).toHaveValue("90000");
+  await expect(dialog.getByRole("combobox", { name: "Unit" })).toHaveValue("Å");
+  await dialog.getByRole("button", { name: "Unknown again" }).click();
+  await expect(facts(page)).toContainText("unknown: lengths are in voxels");
+  await expect.poll(() => parameter(page, "spacing")).toBeNull();
+  await page.goto(`${server.url}?volume=ball&isovalue=100`);
+  await complete(page);
+  await openSection(page, "About this volume");
+  await expect(facts(page)).toContainText("unknown: lengths are in voxels");
 });
 
 test("of a link is used; area and volume are in millimetres", async ({ page }) => {

@@ -64,9 +64,12 @@ test("the header describes the volume", () => {
 
 test("a given spacing replaces that of the header", () => {
   const store = whole();
+  const stated = store.info.spacing;
+  store.setSpacing([7, 7, 7]);
   store.setSpacing([0.5, 0.25, 2]);
   expect(store.info.spacing).toEqual([0.5, 0.25, 2]);
   expect(store.info.isSpacingGiven).toBe(true);
+  expect(store.info.statedSpacing).toEqual(stated);
   expect(store.info.voxels).toEqual(voxels);
   for (const wrong of [0, -1, Number.NaN, Number.POSITIVE_INFINITY]) {
     expect(() => store.setSpacing([1, wrong, 1])).toThrow("three numbers above 0");

@@ -43,6 +43,7 @@ const view: AddressState = {
     slices: { along: [null, null, null] },
   },
   measures: null,
+  measurements: null,
   layers: null,
 };
 

@@ -1,7 +1,8 @@
 // What lies in the world of a volume moves along with its voxels when their distances change.
 import { expect, test } from "vitest";
 import type { Triple } from "../../web/core/types.ts";
-import { voxelOf } from "../../web/measure/measurement.ts";
+import { type Measurement, voxelOf } from "../../web/measure/measurement.ts";
+import { movedMeasurement } from "../../web/measure/moved_measurement.ts";
 import { respacing } from "../../web/viewer/respacing.ts";
 import type { Camera } from "../../web/viewer/types.ts";
 
@@ -66,4 +67,31 @@ test("the camera looks at the same voxel, from a distance that grows with the vo
   const uniform = respacing(straight, [0.25, 0.25, 0.25]).camera(camera);
   expect(uniform).toEqual({ ...camera, target: [4.75, -0.5, 5], distance: 20 });
   expect(respacing(straight, [1, 2, 4]).camera(camera).distance).toBeCloseTo(160, 10);
+});
+
+test("a measurement keeps its values; its normals stay perpendicular to the surface", () => {
+  const length = Math.hypot(1, 1);
+  const measurement: Measurement = {
+    kind: "point",
+    points: [
+      {
+        position: [10, 4, -1],
+        value: 60.5,
+        normal: [1 / length, 1 / length, 0],
+        level: 2,
+        voxel: [7, 6, -8],
+      },
+      { position: [0, 0, 0] },
+    ],
+    text: "a",
+  };
+  const change = respacing(straight, [1, 3, 1]);
+  const [point, bare] = movedMeasurement(measurement, change).points;
+  expect(point).toMatchObject({ position: [10, 16, -1], value: 60.5, level: 2, voxel: [7, 6, -8] });
+  const [x = 0, y = 0, z] = point?.normal ?? [];
+  // The tangent (1, −1, 0) has become (1, −3, 0).
+  expect(x - 3 * y).toBeCloseTo(0, 12);
+  expect(Math.hypot(x, y)).toBeCloseTo(1, 12);
+  expect(z).toBe(0);
+  expect(bare).toEqual({ position: [0, 4, 0] });
 });

@@ -26,6 +26,17 @@ it("takes no step to a view that replaces the present one", () => {
   expect([history.undo(), history.undo(), history.redo()]).toEqual([1, undefined, 3]);
 });
 
+it("keeps the newest of views that are the same", () => {
+  const history = new ViewHistory<string>();
+  history.rested("1", "rounded");
+  history.rested("1", "with all digits");
+  history.rested("2", "other");
+  expect(history.undo()).toBe("with all digits");
+  // That it rests does not end redo.
+  history.rested("1", "again");
+  expect([history.redo(), history.undo()]).toEqual(["other", "again"]);
+});
+
 it("keeps the last hundred", () => {
   const history = new ViewHistory<number>();
   for (let view = 0; view < 500; ++view) history.rested(String(view), view);

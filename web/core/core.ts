@@ -204,7 +204,8 @@ export class Store {
   setSpacing([x, y, z]: Triple): void {
     const calls = this.#calls;
     calls.check(this.#module._isosplat_core_set_spacing(calls.core, x, y, z));
-    this.#info = { ...readInfoOf(this.#module, calls), isSpacingGiven: true };
+    const { statedSpacing = this.#info.spacing } = this.#info;
+    this.#info = { ...readInfoOf(this.#module, calls), isSpacingGiven: true, statedSpacing };
   }
 
   /** The isovalue on the scale of the quantized values, in single precision. */

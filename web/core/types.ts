@@ -10,6 +10,8 @@ export interface StoreInfo {
   spacing: Triple;
   /** Whether `spacing` is not that of the header: Store.setSpacing. */
   isSpacingGiven?: true;
+  /** The spacing of the header, if `spacing` is not. */
+  statedSpacing?: Triple;
   /** World position of the centre of voxel (0, 0, 0). */
   origin: Triple;
   /**

@@ -1,4 +1,7 @@
 import type { measureTexts as English } from "./measure.ts";
+import { plurals } from "./numbers.ts";
+
+const plural = plurals("de");
 
 export const measure: typeof English = {
   kinds: {
@@ -35,6 +38,13 @@ export const measure: typeof English = {
   normal: (normal) => `Normale ${normal}`,
   onLayers: (layers) => `auf ${layers}`,
   ofLevel: (level) => `aus Zellen der Stufe ${level}: Gehen Sie näher heran, um genau zu messen`,
+  pointsSet: (n) =>
+    n === 0
+      ? "Kein Punkt gesetzt"
+      : plural(n, { one: `${n} Punkt gesetzt`, other: `${n} Punkte gesetzt` }),
+  count: (n) =>
+    n === 0 ? "Keine Messungen" : plural(n, { one: `${n} Messung`, other: `${n} Messungen` }),
+  isRemoved: (name) => `${name} entfernt`,
   again: "Neu",
   againNamed: (name) => `${name} neu messen`,
   againTitle: "Misst neu und behält den Text. Punkte im Bild lassen sich auch ziehen.",

@@ -1,4 +1,7 @@
+import { plurals } from "./numbers.ts";
 import { part } from "./part.ts";
+
+const plural = plurals("en");
 
 /** Measuring: the section of the panel, and what lies above the picture. */
 export const measureTexts = part("measure", {
@@ -30,6 +33,13 @@ export const measureTexts = part("measure", {
   normal: (normal: string) => `normal ${normal}`,
   onLayers: (layers: string) => `on ${layers}`,
   ofLevel: (level: number) => `from cells of level ${level}: come closer to measure exactly`,
+  pointsSet: (n: number) =>
+    n === 0 ? "No point set" : plural(n, { one: `${n} point set`, other: `${n} points set` }),
+  count: (n: number) =>
+    n === 0
+      ? "No measurements"
+      : plural(n, { one: `${n} measurement`, other: `${n} measurements` }),
+  isRemoved: (name: string) => `${name} removed`,
   again: "Again",
   againNamed: (name: string) => `Measure ${name} again`,
   againTitle: "Measures it again, with its text. Points in the picture can also be dragged.",

@@ -147,11 +147,13 @@ export const panel: typeof English = {
   unknownSpacing: "unbekannt: Längen sind in Voxeln",
   givenSpacing: (lengths: string) => `${lengths} (eingegeben)`,
   enterSpacing: "Eingeben…",
+  changeSpacing: "Ändern…",
   spacingText:
     "Die Datei nennt keine Abstände zwischen den Voxeln. Was Sie eingeben, steht im Link und bleibt auf diesem Gerät.",
   spacingAlong: (axis: string) => `Entlang ${axis}`,
   spacingAboveZero: "Jeder Abstand ist eine Zahl über 0.",
   useSpacing: "Diese Abstände verwenden",
+  forgetSpacing: "Wieder unbekannt",
   unit: "Einheit",
   type: "Typ",
   values: "Werte",

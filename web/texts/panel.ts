@@ -146,11 +146,13 @@ export const panelTexts = part("panel", {
   unknownSpacing: "unknown: lengths are in voxels",
   givenSpacing: (lengths: string) => `${lengths} (entered)`,
   enterSpacing: "Enter…",
+  changeSpacing: "Change…",
   spacingText:
     "The file states no distances between voxels. Those that you enter are kept in the link, and on this device.",
   spacingAlong: (axis: string) => `Along ${axis}`,
   spacingAboveZero: "Each distance is a number above 0.",
   useSpacing: "Use these distances",
+  forgetSpacing: "Unknown again",
   unit: "Unit",
   type: "Type",
   values: "Values",

@@ -1,4 +1,5 @@
 import type { Triple } from "../../core/types.ts";
+import type { Measurement } from "../../measure/measurement.ts";
 import { defaultParts, type OverlayPart, overlayParts } from "../../overlay/parts.ts";
 import { sameValue } from "../../viewer/same_value.ts";
 import { surfaceColours } from "../../viewer/surfaces.ts";
@@ -44,6 +45,8 @@ export interface AddressState {
   isDefaultCamera: boolean;
   /** Null if they are those of the scene, or if there are none. */
   measures: readonly string[] | null;
+  /** All measurements with what the address has no space for, for undo; null until they are loaded. */
+  measurements: readonly Measurement[] | null;
   /** Null if there is only the page's volume, with its default settings. */
   layers: LayersView | null;
 }

@@ -20,18 +20,13 @@ export class ViewHistory<View> {
     return this.#future.length > 0;
   }
 
-  /** Adds the view that has come to rest. */
+  /** Adds the view that has come to rest. If it has the key of the present one, it replaces it without a step. */
   rested(key: string, view: View): void {
-    if (this.#present?.key === key) return;
-    if (this.#present) this.#past = [...this.#past, this.#present].slice(-most);
+    const isSame = this.#present?.key === key;
+    const before = isSame ? null : this.#present;
     this.#present = { key, view };
-    this.#future = [];
-  }
-
-  /** Forgets all views: there is nothing to undo. */
-  forget(): void {
-    this.#past = [];
-    this.#present = null;
+    if (isSame) return;
+    if (before) this.#past = [...this.#past, before].slice(-most);
     this.#future = [];
   }
 

@@ -16,15 +16,18 @@ import {
   toCsv,
   writeMeasurement,
 } from "../../measure/measurement_text.ts";
+import { movedMeasurement } from "../../measure/moved_measurement.ts";
 import { type Session, writeSession } from "../../measure/session_file.ts";
 import { type LengthUnit, unitOf } from "../../overlay/length_unit.ts";
 import { measureTexts } from "../../texts/measure.ts";
 import { messageOf } from "../../texts/without_options.ts";
 import type { Layer } from "../../viewer/layer.ts";
+import type { Respacing } from "../../viewer/respacing.ts";
 import { sameValue } from "../../viewer/same_value.ts";
 import { identity, scaleOf, volumeScaleOf } from "../../viewer/transform.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { forgetSession, keepSession, keptSession } from "../address/open_session.ts";
+import { announcementOf, type Measured } from "./announcement.ts";
 import { measureBar } from "./measure_bar.ts";
 import { type ExtentState, type LengthScale, measureSection, resultOf } from "./measure_section.ts";
 
@@ -60,9 +63,9 @@ export class Measure {
   readonly #layer: MeasureLayer;
   readonly #viewer: Viewer;
   readonly #host: MeasureHost;
-  #announced = "";
-  /** The number of measurements before the last change. */
-  #count = 0;
+  /** The text for screen readers; undefined until the page's first measurements are shown. */
+  #announced: string | undefined;
+  #before: Measured = { measurements: [], draft: [] };
   #extents: readonly ExtentState[] = [];
   /** The volume that `#extents` are of. */
   #extentsOf: StoreInfo | null = null;
@@ -104,7 +107,7 @@ export class Measure {
       viewer,
       this.tool,
       (measurement) => resultOf(measurement, this.#scale),
-      () => measureBar(this.tool, viewer.canvas, this.#announced),
+      () => measureBar(this.tool, viewer.canvas, this.#announced ?? ""),
     );
     const kept = keptSession(search);
     const shown = ofScene.map(withShortText);
@@ -117,18 +120,20 @@ export class Measure {
     }
     this.#measured = kept?.contentId;
     if (known.length > 0) this.tool.set(known);
+    this.#announced = "";
     if (viewer.info) this.#opened(viewer.info);
     viewer.on("opened", (info) => this.#opened(info));
   }
 
-  /** Speaks the result of a measurement that the visitor has completed. */
   #announce(): void {
-    const { kind, measurements } = this.tool;
-    const last = measurements.at(-1);
-    const isAdded = measurements.length === this.#count + 1;
-    this.#count = measurements.length;
-    if (kind === null || !isAdded || !last) return;
-    this.#announced = `${measureTexts.kinds[last.kind]}: ${resultOf(last, this.#scale)}`;
+    const before = this.#before;
+    const { measurements, draft } = this.tool;
+    this.#before = { measurements, draft };
+    if (this.#announced === undefined) return;
+    const text = announcementOf(before, this.#before, (each) => resultOf(each, this.#scale));
+    if (text === undefined) return;
+    // Screen readers speak a text only if it differs from the one before.
+    this.#announced = text === this.#announced ? `${text}\u00a0` : text;
   }
 
   /** The element over the canvas. */
@@ -146,15 +151,32 @@ export class Measure {
 
   /** The measurements in the form of the address; null if they are those of the scene. */
   get lines(): readonly string[] | null {
-    const lines = this.tool.measurements.map(writeMeasurement);
+    const lines = this.#linesOfTool;
     return sameValue(lines, this.#ofScene) ? null : lines;
   }
 
-  /** Shows the measurements of an earlier view: see `lines`. */
-  restore(lines: readonly string[] | null): void {
-    if (sameValue(lines, this.lines)) return;
-    const read = (lines ?? this.#ofScene).map(readMeasurement);
-    this.tool.set(read.filter((each) => each !== undefined));
+  get #linesOfTool(): string[] {
+    return this.tool.measurements.map(writeMeasurement);
+  }
+
+  /** Shows the measurements of an earlier view: `known`, or if it is null, those of `lines` (see there). */
+  restore(lines: readonly string[] | null, known: readonly Measurement[] | null): void {
+    if (known ? sameValue(known, this.tool.measurements) : sameValue(lines, this.lines)) return;
+    const read = known ?? (lines ?? this.#ofScene).map(readMeasurement);
+    this.#setSilently(read.filter((each) => each !== undefined));
+    this.#announced = measureTexts.count(this.tool.measurements.length);
+  }
+
+  /** The voxels have moved, and the measurements move along with them. */
+  respace(change: Respacing): void {
+    this.#setSilently(this.tool.measurements.map((each) => movedMeasurement(each, change)));
+    this.#announced = "";
+  }
+
+  /** Without results: the unit of lengths may be about to change. */
+  #setSilently(measurements: readonly Measurement[]): void {
+    this.#announced = undefined;
+    this.tool.set(measurements);
   }
 
   /** A volume was opened, which may be another version of the measured one. */
@@ -175,10 +197,15 @@ export class Measure {
     return this.tool.measurements.length > 0 && this.#measured !== this.#shown;
   }
 
-  /** The address was written, with all measurements or with none. */
+  /**
+   * The address was written, with all measurements or with none. Values and normals are not in the address: this tab
+   * keeps them, so that they are there after a reload.
+   */
   rested(isInAddress: boolean): void {
-    if (isInAddress) forgetSession();
-    else if (!keepSession(location.search, this.#session()) || this.#isInAddress) {
+    if (isInAddress) {
+      const isWhole = sameValue(this.tool.measurements, this.#linesOfTool.map(readMeasurement));
+      if (isWhole || !keepSession(location.search, this.#session())) forgetSession();
+    } else if (!keepSession(location.search, this.#session()) || this.#isInAddress) {
       this.#host.note(measureTexts.notInAddress);
     }
     this.#isInAddress = isInAddress;

@@ -1,44 +1,35 @@
 import "../shell/dialog_form.css";
 import { html, nothing, render } from "lit";
-import type { StoreInfo, Triple } from "../../core/types.ts";
+import type { Triple } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
+import { numberField } from "../shell/number_field.ts";
+import { type SpacingUnit, spacingUnits, type UnitSpacing } from "./spacing_units.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 
-/** Units that can be entered, in millimetres. */
-const units = { mm: 1, µm: 1e-3, nm: 1e-6, Å: 1e-7, cm: 10, m: 1000 };
-type Unit = keyof typeof units;
-
-/** Asks for the distances between voxels (mm). Resolves to undefined if the visitor cancels. */
-export async function askSpacing(info: StoreInfo): Promise<Triple | undefined> {
+/**
+ * Asks for the distances between voxels. `shown`: those that the dialog shows first. `isEntered`: whether they can be
+ * removed. Resolves to "unknown" if they are to be removed, and to undefined if the visitor cancels.
+ */
+export async function askSpacing(
+  shown: UnitSpacing,
+  isEntered: boolean,
+): Promise<UnitSpacing | "unknown" | undefined> {
   await import("../shell/components.ts");
-  let lengths: Triple = [...info.spacing];
-  let unit: Unit = "mm";
+  let { lengths, unit } = shown;
   const holder = document.createElement("div");
   document.body.append(holder);
   return new Promise((resolve) => {
-    const end = (result: Triple | undefined) => {
+    const end = (result: UnitSpacing | "unknown" | undefined) => {
       resolve(result);
       holder.remove();
     };
     const isValid = () => lengths.every((length) => length > 0 && Number.isFinite(length));
-    const field = (axis: 0 | 1 | 2) => html`<label>
-      ${panelTexts.spacingAlong("xyz".charAt(axis))}
-      <input
-        type="number"
-        min="0"
-        step="any"
-        required
-        inputmode="decimal"
-        .value=${String(lengths[axis])}
-        @input=${(event: Event) => {
-          const changed: Triple = [...lengths];
-          changed[axis] = (event.currentTarget as HTMLInputElement).valueAsNumber;
-          lengths = changed;
-          draw();
-        }}
-      />
-    </label>`;
+    const field = (axis: 0 | 1 | 2) =>
+      numberField(panelTexts.spacingAlong("xyz".charAt(axis)), lengths[axis], (length) => {
+        lengths = lengths.with(axis, length) as Triple;
+        draw();
+      });
     const draw = () => {
       render(
         html`<wa-dialog
@@ -52,7 +43,7 @@ export async function askSpacing(info: StoreInfo): Promise<Triple | undefined> {
             class="dialog-form"
             @submit=${(event: Event) => {
               event.preventDefault();
-              if (isValid()) end(lengths.map((length) => length * units[unit]) as Triple);
+              if (isValid()) end({ lengths, unit });
             }}
           >
             <p>${panelTexts.spacingText}</p>
@@ -61,16 +52,26 @@ export async function askSpacing(info: StoreInfo): Promise<Triple | undefined> {
               ${panelTexts.unit}
               <select
                 @change=${(event: Event) => {
-                  unit = (event.currentTarget as HTMLSelectElement).value as Unit;
+                  unit = (event.currentTarget as HTMLSelectElement).value as SpacingUnit;
                 }}
               >
-                ${Object.keys(units).map((name) => html`<option value=${name}>${name}</option>`)}
+                ${spacingUnits.map(
+                  (name) =>
+                    html`<option value=${name} ?selected=${name === shown.unit}>${name}</option>`,
+                )}
               </select>
             </label>
             ${isValid() ? nothing : html`<p role="status">${panelTexts.spacingAboveZero}</p>`}
             <wa-button type="submit" variant="brand" size="s" ?disabled=${!isValid()}
               >${panelTexts.useSpacing}</wa-button
             >
+            ${
+              isEntered
+                ? html`<wa-button size="s" appearance="outlined" @click=${() => end("unknown")}
+                    >${panelTexts.forgetSpacing}</wa-button
+                  >`
+                : nothing
+            }
           </form>
         </wa-dialog>`,
         holder,

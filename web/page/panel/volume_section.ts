@@ -55,5 +55,5 @@ function spacingPart(info: StoreInfo, actions?: PageActions): string | TemplateR
   const text = isUnknown ? panelTexts.unknownSpacing : panelTexts.givenSpacing(lengths);
   if (!actions) return text;
   return html`${text}
-    <button class="chip" type="button" @click=${actions.enterSpacing}>${panelTexts.enterSpacing}</button>`;
+    <button class="chip" type="button" @click=${actions.enterSpacing}>${isUnknown ? panelTexts.enterSpacing : panelTexts.changeSpacing}</button>`;
 }

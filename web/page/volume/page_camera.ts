@@ -90,6 +90,14 @@ export class PageCamera {
     this.to({ ...camera, target, distance });
   }
 
+  /** The volume has changed its size: shows the whole one from the same side, unless the address states a camera. */
+  refit(): void {
+    const { camera, wholeView } = this.#viewer;
+    if (this.#url.camera || !camera || !wholeView) return;
+    const { target, distance } = wholeView;
+    this.#viewer.setCamera({ ...camera, target, distance });
+  }
+
   /** Picks the surface at a position in the window, and makes this point the centre of rotation. */
   centre({ clientX, clientY }: { clientX: number; clientY: number }): void {
     const { camera, canvas } = this.#viewer;

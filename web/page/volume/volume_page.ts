@@ -92,9 +92,11 @@ export class VolumePage {
     },
   );
 
-  readonly #spacing = new EnteredSpacing(this.#viewer, this.#url, this.#parts, () => {
-    this.#history.forget();
-    void this.#open({ keepsView: true });
+  readonly #spacing = new EnteredSpacing(this.#viewer, this.#url, this.#parts, {
+    rest: () => this.#address.write(),
+    reopen: () => this.#open({ keepsView: true }),
+    refit: () => this.#camera.refit(),
+    changed: () => this.#changed(),
   });
 
   #info: StoreInfo | null = null;
@@ -213,9 +215,9 @@ export class VolumePage {
     this.#layout.request(isIsovalueOnly);
   }
 
-  /** The state to write to the address; null while no volume is open. */
+  /** The state to write to the address; null while no volume is open, or its spacing is being changed. */
   #addressState(): AddressState | null {
-    if (!this.#info) return null;
+    if (!this.#info || this.#spacing.isChanging) return null;
     return {
       volume: this.#url.volume,
       scene: this.#url.scene,
@@ -227,6 +229,7 @@ export class VolumePage {
       isDefaultCamera: this.#camera.isDefault,
       time: this.#parts.time.value,
       measures: this.#parts.measures,
+      measurements: this.#parts.measure?.tool.measurements ?? null,
       layers: this.layers.view,
     };
   }
@@ -330,6 +333,7 @@ export class VolumePage {
   };
 
   #restore(step: "undo" | "redo"): void {
+    if (this.#spacing.postpones(() => this.#restore(step))) return;
     this.#address.write(); // a view that has not come to rest is a step as well
     const view = this.#history[step]();
     if (!view) return;
@@ -337,8 +341,10 @@ export class VolumePage {
     this.#surfaces.restore(view.surfaces);
     this.layers.restore(view.layers);
     this.#parts.time.restore(view.time);
-    this.#parts.measure?.restore(view.measures);
-    if (view.camera) this.#camera.to(view.camera);
+    this.#parts.measure?.restore(view.measures, view.measurements);
+    if (view.camera && !this.#spacing.restore(view.spacing, view.camera)) {
+      this.#camera.to(view.camera);
+    }
   }
 
   /** Loads the overlays above the picture, after the first surface. */
