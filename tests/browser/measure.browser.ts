@@ -266,6 +266,14 @@ test("undo and a reload keep values, normals and all digits; screen readers foll
   await expect(announced).toHaveText("1 measurement");
   expect(await table()).toBe(before);
 
+  await page.getByRole("application").press("]");
+  const spoken = page.locator(".announced");
+  await expect(spoken).toHaveText(/^Isovalue 1\d\d/);
+  const isovalue = await spoken.textContent();
+  await page.getByRole("application").press("]");
+  await expect(spoken).not.toHaveText(isovalue ?? "");
+  await expect(spoken).toHaveText(/^Isovalue 1\d\d/);
+
   await settled(page);
   await page.reload();
   await complete(page);

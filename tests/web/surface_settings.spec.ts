@@ -48,6 +48,24 @@ it("leaves typed text unchanged until it is entered", () => {
   expect(settings.surfaces[0]?.isovalue).toBe(7);
 });
 
+it("says the isovalue that a key or undo has set, until it changes otherwise", () => {
+  expect(settings.announced).toBe("");
+  settings.step(1, "step");
+  const stepped = settings.announced;
+  expect(stepped).toBe(`Isovalue ${settings.surfaces[0]?.isovalue}`);
+  settings.step(-1, "hundredth");
+  expect(settings.announced).toBe(`Isovalue ${settings.surfaces[0]?.isovalue}`);
+  expect(settings.announced).not.toBe(stepped);
+  settings.actions.slide(7); // the slider says its value itself
+  expect(settings.announced).toBe("");
+  settings.restore(settings.surfaces.map((surface) => ({ ...surface, isovalue: 8 })));
+  expect(settings.announced).toBe("Isovalue 8");
+  settings.restore(settings.surfaces.map((surface) => ({ ...surface, colour: "#ffffff" })));
+  expect(settings.announced).toBe("Isovalue 8");
+  settings.actions.enter(9);
+  expect(settings.announced).toBe("");
+});
+
 const suggesting = (isovalue: number) =>
   ({ ...info, metadata: { suggested_isovalues: [isovalue] } }) as unknown as StoreInfo;
 

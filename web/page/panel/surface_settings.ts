@@ -1,6 +1,7 @@
 import type { StoreInfo } from "../../core/types.ts";
 import { listed } from "../../texts/numbers.ts";
 import { pageTexts } from "../../texts/page.ts";
+import { panelTexts } from "../../texts/panel.ts";
 import { surfacesAt } from "../../viewer/surfaces.ts";
 import { maxSurfaces, type Surface } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
@@ -46,6 +47,8 @@ export class SurfaceSettings {
   #isLogarithmic = true;
   #sweepSeconds = 10;
   #typed: string | undefined;
+  /** The last isovalue that a key, the wheel, undo or redo has set. */
+  #announced: number | undefined;
   readonly #sweep = new IsovalueSweep((value) =>
     this.#setIsovalue(roundToScale(value, this.#scale)),
   );
@@ -156,6 +159,15 @@ export class SurfaceSettings {
     if (isovalue === undefined) return;
     const width = unit === "step" ? step : Math.max(step, (high - low) / 100);
     this.actions.slide(isovalue + by * width);
+    this.#announced = this.#surfaces[this.#active]?.isovalue;
+  }
+
+  /** What screen readers say of a change that no focused control shows: the isovalue of the active surface. */
+  get announced(): string {
+    const isovalue = this.#surfaces[this.#active]?.isovalue;
+    if (isovalue === undefined || isovalue !== this.#announced) return "";
+    const units = (this.#subject ?? this.#viewer).info?.metadata.units;
+    return [panelTexts.isovalue, formatValue(isovalue), units ?? ""].join(" ").trim();
   }
 
   get state(): Omit<VolumeState, "info" | "histogram" | "bytes" | "fieldBins" | "offered"> {
@@ -178,6 +190,9 @@ export class SurfaceSettings {
     }
     this.#sweep.stop();
     this.#active = Math.max(0, Math.min(this.#active, surfaces.length - 1));
+    const before = this.#surfaces[this.#active]?.isovalue;
+    const isovalue = surfaces[this.#active]?.isovalue;
+    if (isovalue !== before) this.#announced = isovalue;
     this.#setSurfaces(surfaces);
   }
 

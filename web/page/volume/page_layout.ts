@@ -267,6 +267,7 @@ export class PageLayout {
       legend: viewer.legend,
       banner: hasPicture ? bannerOf(fault) : null,
       toast: toast.message,
+      announced: this.#page.surfaces.announced,
       isOpening: !hasPicture && !faults.isSettled,
       isSheetOpen: this.#isSheetOpen,
       isPanelHidden: this.#isPanelHidden,

@@ -47,6 +47,8 @@ export interface LayoutState {
   legend: Legend | null;
   banner: Banner | null;
   toast: ToastMessage | null;
+  /** For screen readers: what a key has changed. */
+  announced: string;
   /** Whether there is no picture yet, but the volume is loading. */
   isOpening: boolean;
   isSheetOpen: boolean;
@@ -111,6 +113,7 @@ export function volumeLayout(state: LayoutState, actions: LayoutActions): Templa
       }
       ${state.legend && !state.problem ? legendPart(state.legend, panel?.info.metadata.units) : nothing}
       ${state.status}
+      <div class="visually-hidden announced" role="status">${state.announced}</div>
     </main>
     ${state.timeBar}
     ${
