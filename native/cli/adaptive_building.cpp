@@ -13,12 +13,12 @@
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
+#include "native/cli/told_notes.h"
 #include "native/scene/layer_surfaces.h"
 #include "native/scene/scene_output.h"
 #include "shared/core/adaptive/drawn_cells.h"
 #include "shared/core/adaptive/level_source.h"
 #include "shared/core/unstructured/resample.h"
-#include "shared/import/codecs/file_head.h"
 #include "shared/import/vtk_amr/vtk_amr.h"
 #include "shared/import/vtk_mesh/vtk_mesh.h"
 #include "shared/system/store_file/store_file.h"
@@ -27,12 +27,6 @@ namespace isosplat::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Of files for which is_adaptive() is true.
-bool is_mesh(const fs::path& path) {
-  const auto head = import::read_head(path);
-  return head && !import::is_vtk_amr(head->bytes());
-}
 
 class AdaptiveBuild {
  public:
@@ -45,7 +39,6 @@ class AdaptiveBuild {
   Result<import::OpenAdaptiveGrid> open();
   Result<import::OpenAdaptiveGrid> open_mesh();
   uint64_t grid_memory() const;
-  void tell(const std::string& text);
   Result<void> scan();
   Result<void> build(size_t number);
   Scene scene(std::optional<double> isovalue) const;
@@ -63,6 +56,7 @@ class AdaptiveBuild {
   std::vector<double> fetch_weights_;
   std::optional<SceneOutput> output_;
   std::optional<ProgressLine> progress_;
+  ToldNotes notes_;
   ClampedVoxels clamped_;
   SceneReport report_;
 };
@@ -121,23 +115,19 @@ uint64_t AdaptiveBuild::grid_memory() const {
   return build_.memory_bytes / 2 / (1 + options_.fields.size());
 }
 
-void AdaptiveBuild::tell(const std::string& text) {
-  progress_->clear();
-  note(text);
-}
-
 Result<import::OpenAdaptiveGrid> AdaptiveBuild::open() {
-  auto opened = is_mesh(volume_) ? open_mesh()
-                                 : import::open_vtk_amr(volume_, options_.import, grid_memory());
+  auto opened = options_.kind == GridKind::unstructured
+                    ? open_mesh()
+                    : import::open_vtk_amr(volume_, options_.import, grid_memory());
   if (!opened) return opened;
   if (auto other = check_not_input(output_path_, opened->files); !other) {
     return tl::unexpected(other.error());
   }
-  for (const std::string& text : opened->notes) tell(text);
+  for (const std::string& text : opened->notes) notes_.tell(text, *progress_);
   const size_t fields = options_.fields.size();
-  auto opened_fields =
-      open_adaptive_fields(options_.fields, volume_, opened->grid, opened->header, output_path_,
-                           grid_memory() * fields, [&](const std::string& text) { tell(text); });
+  auto opened_fields = open_adaptive_fields(
+      options_.fields, options_.kind, opened->grid, opened->header, output_path_,
+      grid_memory() * fields, [&](const std::string& text) { notes_.tell(text, *progress_); });
   if (!opened_fields) return tl::unexpected(opened_fields.error());
   fields_ = std::move(opened_fields->fields);
   if (auto drawn = choose_drawn_cells(opened->grid); !drawn) return tl::unexpected(drawn.error());
@@ -221,9 +211,10 @@ Result<std::optional<double>> AdaptiveBuild::isovalue() const {
 Result<SceneReport> AdaptiveBuild::run() {
   const auto begin = std::chrono::steady_clock::now();
   if (options_.import.time_step.value_or(0) != 0) {
-    return fail(Status::invalid_argument,
-                fmt::format("{}: {} has no time steps: remove --time-step", volume_.string(),
-                            is_mesh(volume_) ? "a mesh" : "an adaptive grid"));
+    return fail(
+        Status::invalid_argument,
+        fmt::format("{}: {} has no time steps: remove --time-step", volume_.string(),
+                    options_.kind == GridKind::unstructured ? "a mesh" : "an adaptive grid"));
   }
   progress_.emplace(fmt::format("Building {}", output_path_.string()));
   progress_->show(0, "reading the grid");
@@ -263,11 +254,6 @@ Result<SceneReport> AdaptiveBuild::run() {
 }
 
 }  // namespace
-
-bool is_adaptive(const fs::path& path) {
-  const auto head = import::read_head(path);
-  return head && (import::is_vtk_amr(head->bytes()) || import::is_vtk_mesh(*head));
-}
 
 Result<SceneReport> build_adaptive(const fs::path& volume, const fs::path& output,
                                    const AdaptiveBuildOptions& options) {

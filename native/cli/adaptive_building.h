@@ -3,19 +3,18 @@
 #include <filesystem>
 
 #include "native/cli/field_inputs.h"
+#include "native/cli/grid_kind.h"
 #include "native/cli/scene_building.h"
 #include "shared/import/volume/import_options.h"
 
 namespace isosplat::cli {
 
 struct AdaptiveBuildOptions {
+  GridKind kind = GridKind::adaptive;  ///< of the volume: not regular
   SceneBuildOptions scene;
   import::ImportOptions import;
   std::vector<FieldFile> fields = {};  ///< of the stores of all levels
 };
-
-/// Whether a file is an adaptive or unstructured grid, which build_adaptive() builds.
-bool is_adaptive(const std::filesystem::path& path);
 
 /// Builds a scene of an adaptive grid, or of an unstructured one, which is resampled to an adaptive
 /// grid (shared/core/unstructured): a bundle or a folder (SceneOutput) with a layer and a store

@@ -6,13 +6,11 @@
 
 #include "native/builder/field_place.h"
 #include "native/builder/source_path.h"
-#include "native/cli/adaptive_building.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "shared/core/adaptive/drawn_cells.h"
 #include "shared/core/adaptive/level_source.h"
 #include "shared/core/unstructured/values_on_leaves.h"
-#include "shared/import/codecs/file_head.h"
 #include "shared/import/vtk_amr/vtk_amr.h"
 #include "shared/import/vtk_mesh/vtk_mesh.h"
 
@@ -20,11 +18,6 @@ namespace isosplat::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_amr(const fs::path& path) {
-  const auto head = import::read_head(path);
-  return head && import::is_vtk_amr(head->bytes());
-}
 
 /// The values of a mesh at the leaf cells of a grid.
 Result<import::OpenAdaptiveGrid> open_mesh_field(const FieldFile& file, const AdaptiveGrid& grid,
@@ -107,31 +100,31 @@ FieldInput AdaptiveField::input(uint32_t level, const VolumeGrid& lattice) const
           }};
 }
 
-Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files,
-                                            const fs::path& volume, const AdaptiveGrid& grid,
-                                            const VolumeHeader& header, const fs::path& target,
-                                            uint64_t memory_bytes,
+Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files, GridKind kind,
+                                            const AdaptiveGrid& grid, const VolumeHeader& header,
+                                            const fs::path& target, uint64_t memory_bytes,
                                             const std::function<void(const std::string&)>& tell) {
   AdaptiveFields opened_fields;
   for (const FieldFile& file : files) {
-    if (!is_adaptive(file.file)) {
+    const GridKind found = grid_kind(file.file);
+    if (found == GridKind::regular) {
       VolumeGrid nodes = header.grid;
       nodes.voxels = grid.cells(0) + Index3{1, 1, 1};
       auto placed = place_fields({&file, 1}, nodes, {.target = target, .has_place = true}, tell);
       if (!placed) return tl::unexpected(placed.error());
+      opened_fields.version += placed->front().version;
       opened_fields.fields.emplace_back(std::move(placed->front()));
-      opened_fields.version += field_version(file);
       continue;
     }
-    if (is_amr(file.file) != is_amr(volume)) {
+    if (found != kind) {
       return fail(Status::invalid_argument,
                   fmt::format("field '{}': expected a regular volume or a grid of the same kind as "
                               "the volume, found {}",
                               file.name, file.file.string()));
     }
     const uint64_t memory = memory_bytes / files.size();
-    auto opened = is_amr(volume) ? import::open_vtk_amr(file.file, file.options, memory)
-                                 : open_mesh_field(file, grid, header, memory);
+    auto opened = kind == GridKind::adaptive ? import::open_vtk_amr(file.file, file.options, memory)
+                                             : open_mesh_field(file, grid, header, memory);
     if (!opened) return tl::unexpected(opened.error());
     if (auto other = check_not_input(target, opened->files); !other) {
       return tl::unexpected(other.error());

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "native/cli/field_inputs.h"
+#include "native/cli/grid_kind.h"
 #include "shared/core/adaptive/adaptive_grid.h"
 
 // The fields of the stores of an adaptive grid.
@@ -35,17 +36,16 @@ class AdaptiveField {
 /// The fields of an adaptive grid.
 struct AdaptiveFields {
   std::vector<AdaptiveField> fields;
-  std::string version;  ///< as field_version(), of all
+  std::string version;  ///< as PlacedField has it, of all
 };
 
 /// Opens fields for an adaptive grid, which is resolved: regular volumes, or grids of the same
-/// kind, usually other arrays of its own file. `volume`: the grid's file. `memory_bytes`: limit of
+/// kind, usually other arrays of its own file. `kind`: the grid's. `memory_bytes`: limit of
 /// the memory of all. Calls `tell` with each note, also about leaf cells that a field does not
 /// have. Errors: those of place_fields, open_vtk_amr, open_vtk_mesh, values_on_leaves and
 /// check_not_input; invalid_argument for other kinds of grids, and for a field without any of the
 /// leaf cells.
-Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files,
-                                            const std::filesystem::path& volume,
+Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files, GridKind kind,
                                             const AdaptiveGrid& grid, const VolumeHeader& header,
                                             const std::filesystem::path& target,
                                             uint64_t memory_bytes,

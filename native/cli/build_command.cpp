@@ -158,7 +158,7 @@ int run_labels(const BuildCall& call, const import::ImportOptions& import_option
 }
 
 /// Builds a scene with a layer for each refinement level of an adaptive or unstructured grid.
-int run_adaptive(const BuildCall& call, const import::ImportOptions& import_options,
+int run_adaptive(const BuildCall& call, GridKind kind, const import::ImportOptions& import_options,
                  const BuildOptions& build_options) {
   const auto output = scene_output(call, "an adaptive or unstructured grid");
   if (!output) return report(output.error());
@@ -166,7 +166,7 @@ int run_adaptive(const BuildCall& call, const import::ImportOptions& import_opti
   if (!fields) return report(fields.error());
   const auto built = build_adaptive(
       call.volumes.front(), *output,
-      {scene_options(call, *output, build_options), import_options, std::move(*fields)});
+      {kind, scene_options(call, *output, build_options), import_options, std::move(*fields)});
   if (!built) return report(built.error());
   return finish_scene(call, *output, *built, counted(built->layers, "refinement level"));
 }
@@ -194,7 +194,8 @@ int build_locally(BuildCall& call) {
   auto store = call.store_call();
   if (!store) return report(store.error());
   const bool has_steps = call.volumes.size() != 1;
-  const bool is_adaptive_grid = !has_steps && is_adaptive(call.volumes.front());
+  const GridKind kind = has_steps ? GridKind::regular : grid_kind(call.volumes.front());
+  const bool is_adaptive_grid = kind != GridKind::regular;
   const bool is_scene = !call.store.empty() &&
                         (SceneOutput::is_scene(call.store) || (has_steps && is_folder(call.store)));
   if (call.volumes.empty() == call.steps.empty()) {
@@ -212,8 +213,8 @@ int build_locally(BuildCall& call) {
                    "--field: expected a volume that is built at once, found --resume or --part"});
   }
   if (has_steps) {
-    const auto grid =
-        std::ranges::find_if(call.volumes, [](const auto& v) { return is_adaptive(v); });
+    const auto grid = std::ranges::find_if(
+        call.volumes, [](const auto& v) { return grid_kind(v) != GridKind::regular; });
     if (grid != call.volumes.end()) {
       return report({Status::invalid_argument,
                      fmt::format("{}: expected one adaptive or unstructured grid, found {} files: "
@@ -222,7 +223,7 @@ int build_locally(BuildCall& call) {
     }
   }
   if (call.has_labels) return run_labels(call, store->import, store->build);
-  if (is_adaptive_grid) return run_adaptive(call, store->import, store->build);
+  if (is_adaptive_grid) return run_adaptive(call, kind, store->import, store->build);
   if (is_scene) return run_scene(call, store->import, store->build);
   if (has_steps) {
     return report({Status::invalid_argument,

@@ -12,7 +12,6 @@
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
 #include "shared/core/unstructured/cell_points.h"
-#include "shared/import/codecs/file_head.h"
 #include "shared/import/vtk_mesh/vtk_mesh.h"
 
 namespace isosplat::cli {
@@ -184,11 +183,6 @@ Result<void> extract(const ExtractCall& call) {
 }
 
 }  // namespace
-
-bool is_mesh_file(const std::filesystem::path& path) {
-  const auto head = import::read_head(path);
-  return head && import::is_vtk_mesh(*head);
-}
 
 int extract_cells(const ExtractCall& call) {
   const auto done = extract(call);

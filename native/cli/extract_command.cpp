@@ -7,6 +7,7 @@
 #include "native/cli/extract_cells.h"
 #include "native/cli/extract_options.h"
 #include "native/cli/extract_scene.h"
+#include "native/cli/grid_kind.h"
 #include "native/cli/options.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
@@ -160,7 +161,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
   command->callback([call, &exit_code] {
     const bool is_scene = scene_kind(call->input, call->remote_flags) != SceneKind::none;
     check_arguments(*call, is_scene);
-    if (!is_scene && is_mesh_file(call->input)) {
+    if (!is_scene && grid_kind(call->input) == GridKind::unstructured) {
       exit_code = extract_cells(*call);
       return;
     }

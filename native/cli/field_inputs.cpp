@@ -193,6 +193,12 @@ Result<FieldPlace> place_of(const FieldFile& file, const VolumeGrid& grid, const
   return FieldPlace{grid, true};
 }
 
+std::string version_of(const FieldFile& field, const VolumeSource& source) {
+  return fmt::format(
+      "\n{} {} {} {} {}", field.name, field.options.dataset, field.options.time_step.value_or(-1),
+      field.derived ? static_cast<int>(*field.derived) : -1, input_versions(source.files()));
+}
+
 Result<void> check_memory(const FieldFile& file, const VolumeSource& source) {
   BuildOptions options;
   options.threads = 1;
@@ -214,7 +220,7 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
   const Index3 voxels = opened->source->header().grid.voxels;
   const auto found = place_of(file, grid, opened->source->header().grid, options.has_place);
   if (!found) return tl::unexpected(found.error());
-  PlacedField field{file, found->grid, std::move(opened->notes)};
+  PlacedField field{file, found->grid, version_of(file, *opened->source), std::move(opened->notes)};
   if (found->is_assumed) {
     field.notes.push_back(
         "its file places it elsewhere than the volume; its voxels are taken for those of the "
@@ -287,16 +293,6 @@ Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
     }
   }
   return of_steps;
-}
-
-std::string field_version(const FieldFile& field) {
-  std::string version = fmt::format("\n{} {} {} {} ", field.name, field.options.dataset,
-                                    field.options.time_step.value_or(-1),
-                                    field.derived ? static_cast<int>(*field.derived) : -1);
-  if (const auto opened = import::open_volume(field.file, field.options)) {
-    version += input_versions(opened->source->files());
-  }
-  return version;
 }
 
 Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,

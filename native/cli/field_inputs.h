@@ -43,14 +43,13 @@ Result<std::vector<std::vector<FieldFile>>> field_files_of_steps(
     std::span<const std::string> texts, const import::ImportOptions& options,
     const SceneInputs& scene);
 
-/// Identifies the content of a field without reading it, as a part of a key: its name, its choice
-/// of a volume, and the versions of its files.
-std::string field_version(const FieldFile& field);
-
 /// A field and the place of its voxels in the world of a store's volume.
 struct PlacedField {
   FieldFile file;
   VolumeGrid grid;
+  /// Identifies the content of the field without reading it, as a part of a key: its name, its
+  /// choice of a volume, and the versions of its files.
+  std::string version = {};
   std::vector<std::string> notes = {};
   uint64_t memory_bytes = 0;  ///< while the field is read
 };

@@ -8,7 +8,6 @@
 #include <deque>
 #include <mutex>
 #include <numeric>
-#include <set>
 #include <thread>
 
 #include "native/builder/parallel.h"
@@ -17,6 +16,7 @@
 #include "native/cli/label_inputs.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
+#include "native/cli/told_notes.h"
 #include "native/labels/label_colours.h"
 #include "native/scene/scene_output.h"
 
@@ -81,7 +81,6 @@ class LabelBuild {
   unsigned parallel_builds(const LabelGroup& group, uint64_t memory_bytes) const;
   Scene scene() const;
   void show(double of_group, std::string_view detail);
-  void tell(const std::string& text);
 
   const fs::path& volume_;
   const fs::path& output_path_;
@@ -89,9 +88,9 @@ class LabelBuild {
   BuildOptions build_;
   size_t inputs_ = 1;              ///< their number
   std::deque<LabelGroup> groups_;  ///< those that were scanned
-  std::set<std::string> notes_;    ///< those that were printed
   std::optional<SceneOutput> output_;
   std::optional<ProgressLine> progress_;
+  ToldNotes notes_;
   std::mutex mutex_;  ///< of the output, the progress and the report, while labels are built
   size_t built_ = 0;
   uint64_t built_voxels_ = 0, all_voxels_ = 0;  ///< of the group
@@ -103,13 +102,6 @@ void LabelBuild::show(double of_group, std::string_view detail) {
   progress_->show(done / static_cast<double>(inputs_), detail);
 }
 
-/// Prints a note that is new.
-void LabelBuild::tell(const std::string& text) {
-  if (!notes_.insert(text).second) return;
-  progress_->clear();
-  note(text);
-}
-
 Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup& group) {
   auto opened = input.open();
   if (!opened) return opened;
@@ -117,16 +109,16 @@ Result<import::OpenVolume> LabelBuild::open(const LabelInput& input, LabelGroup&
     return tl::unexpected(other.error());
   }
   build_.notes = opened->notes;
-  for (const std::string& text : opened->notes) tell(text);
+  for (const std::string& text : opened->notes) notes_.tell(text, *progress_);
   group.header = opened->source->header();
   group.table = input.table;
   group.key = options_.scene.key +
               (options_.surface == LabelSurface::raw ? "\nraw" : "\nsmooth distances 3");
   group.key += input_versions(opened->source->files());
-  for (const FieldFile& field : options_.fields) group.key += field_version(field);
   auto placed = place_fields(options_.fields, group.header.grid, {.target = output_path_},
-                             [&](const std::string& text) { tell(text); });
+                             [&](const std::string& text) { notes_.tell(text, *progress_); });
   if (!placed) return tl::unexpected(placed.error());
+  for (const PlacedField& field : *placed) group.key += field.version;
   group.fields = std::move(*placed);
   return opened;
 }

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <set>
 
 #include "native/cli/building.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
+#include "native/cli/told_notes.h"
 #include "native/scene/layer_surfaces.h"
 #include "native/scene/scene_output.h"
 #include "shared/core/preprocess/quantization.h"
@@ -43,8 +43,7 @@ class SceneBuild {
   Result<SharedValues> shared_values(size_t layer);
   Result<void> build(const SceneInput& input, const SharedValues& values);
   std::vector<FieldFile> field_files(const SceneInput& input) const;
-  Result<std::vector<FieldInput>> fields(const SceneInput& input, const VolumeGrid& grid);
-  void tell(const std::string& text);
+  Result<std::vector<PlacedField>> fields(const SceneInput& input, const VolumeGrid& grid);
   std::string store_name(const SceneInput& input) const;
   Scene without_surfaces() const;
   std::array<float, 3> layer_colour(size_t layer) const;
@@ -57,7 +56,7 @@ class SceneBuild {
   const SceneBuildOptions& options_;
   std::optional<SceneOutput> output_;
   std::optional<ProgressLine> progress_;
-  std::set<std::string> notes_;
+  ToldNotes notes_;
   size_t built_ = 0;
   ClampedVoxels clamped_;
   SceneReport report_;
@@ -76,15 +75,8 @@ Result<import::OpenVolume> SceneBuild::open(const SceneInput& input) {
   if (auto other = check_not_input(output_path_, opened->source->files()); !other) {
     return tl::unexpected(other.error());
   }
-  for (const std::string& text : opened->notes) tell(text);
+  for (const std::string& text : opened->notes) notes_.tell(text, *progress_);
   return opened;
-}
-
-/// Prints a note that is new.
-void SceneBuild::tell(const std::string& text) {
-  if (!notes_.insert(text).second) return;
-  progress_->clear();
-  note(text);
 }
 
 /// Finds the mapping for all steps of a layer. Reads the headers of all steps, and their voxels
@@ -146,12 +138,10 @@ std::vector<FieldFile> SceneBuild::field_files(const SceneInput& input) const {
   return files;
 }
 
-Result<std::vector<FieldInput>> SceneBuild::fields(const SceneInput& input,
-                                                   const VolumeGrid& grid) {
-  const auto placed = place_fields(field_files(input), grid, {output_path_, input.step == 0},
-                                   [&](const std::string& text) { tell(text); });
-  if (!placed) return tl::unexpected(placed.error());
-  return field_inputs(*placed, grid);
+Result<std::vector<PlacedField>> SceneBuild::fields(const SceneInput& input,
+                                                    const VolumeGrid& grid) {
+  return place_fields(field_files(input), grid, {output_path_, input.step == 0},
+                      [&](const std::string& text) { notes_.tell(text, *progress_); });
 }
 
 Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& values) {
@@ -166,7 +156,10 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
   if (!opened) return tl::unexpected(opened.error());
   std::string key = options_.key + input_versions(opened->source->files());
   key += fmt::format("\n{} {}\n{}", input.layer, input.step, values.key);
-  for (const FieldFile& field : field_files(input)) key += field_version(field);
+  const VolumeGrid grid = opened->source->header().grid;
+  const auto fields = this->fields(input, grid);
+  if (!fields) return tl::unexpected(fields.error());
+  for (const PlacedField& field : *fields) key += field.version;
   if (output_->has(name, key)) {
     ++report_.kept;
   } else {
@@ -177,10 +170,8 @@ Result<void> SceneBuild::build(const SceneInput& input, const SharedValues& valu
     build.progress = [&](const BuildProgress& progress) { show(progress.fraction, ""); };
     ClampedVoxels clamped;
     build.clamped = &clamped;
-    const auto fields = this->fields(input, opened->source->header().grid);
-    if (!fields) return tl::unexpected(fields.error());
-    const auto built =
-        build_with_fields(*opened->source, *fields, output_->store_file(name), build);
+    const auto inputs = field_inputs(*fields, grid);
+    const auto built = build_with_fields(*opened->source, inputs, output_->store_file(name), build);
     if (!built) return tl::unexpected(built.error());
     clamped_.below += clamped.below;
     clamped_.above += clamped.above;
