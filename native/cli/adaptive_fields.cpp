@@ -116,6 +116,11 @@ Result<AdaptiveFields> open_adaptive_fields(std::span<const FieldFile> files, Gr
       opened_fields.fields.emplace_back(std::move(placed->front()));
       continue;
     }
+    if (!file.function.empty()) {
+      return fail(Status::invalid_argument,
+                  fmt::format("field '{}': @{}: expected a regular volume, found the grid {}",
+                              file.name, file.function, file.file.string()));
+    }
     if (found != kind) {
       return fail(Status::invalid_argument,
                   fmt::format("field '{}': expected a regular volume or a grid of the same kind as "

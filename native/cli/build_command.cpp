@@ -326,7 +326,10 @@ void add_build_command(CLI::App& program, int& exit_code) {
                    "a dataset of HDF5 or an array of .npz. For time steps: NAME=PATTERN with *, a "
                    "list as for --steps (.txt), a file with time steps, or one volume for all "
                    "steps. NAME=@gradient is the magnitude of the volume's gradient, and "
-                   "NAME=@curvature the mean curvature of its isosurfaces. The option can be "
+                   "NAME=@curvature the mean curvature of its isosurfaces. "
+                   "NAME=@distance(FILE) is the distance from the labels of a volume, negative "
+                   "inside; @distance(FILE,3,5): from the labels 3 and 5. "
+                   "The option can be "
                    "repeated")
       ->type_name("NAME=FILE")
       ->allow_extra_args(false);

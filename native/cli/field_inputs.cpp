@@ -12,7 +12,6 @@
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
-#include "shared/core/store/field_sections.h"
 #include "shared/core/store/format.h"
 #include "shared/import/slices/slice_files.h"
 
@@ -21,56 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sets the derived field that a text such as "@gradient" names.
-Result<void> set_derived(const std::string& text, FieldFile& field) {
-  field.derived = derived_of(text.substr(1));
-  if (field.derived) return {};
-  return fail(
-      Status::invalid_argument,
-      fmt::format("field '{}': expected @gradient or @curvature, found '{}'", field.name, text));
-}
-
-/// Sets the file and its dataset, as "t.h5#/temperature" names them.
-void set_file(std::string file, const import::ImportOptions& options, FieldFile& field) {
-  std::error_code ignored;
-  const size_t hash = file.rfind('#');
-  if (hash != file.npos && !fs::exists(file, ignored)) {
-    field.options.dataset = file.substr(hash + 1);
-    file.resize(hash);
-  }
-  field.file = file;
-  if (import::format_of_file(field.file) != "raw") return;
-  field.options.dims = options.dims;
-  field.options.type = options.type;
-  field.options.big_endian = options.big_endian;
-  field.options.skip_bytes = options.skip_bytes;
-}
-
-Result<FieldFile> parse(const std::string& text, const import::ImportOptions& options) {
-  const size_t equals = text.find('=');
-  if (equals == text.npos || equals + 1 == text.size()) {
-    return fail(Status::invalid_argument,
-                fmt::format("--field: expected a name and a volume, such as "
-                            "temperature=temperature.nrrd, found '{}'",
-                            text));
-  }
-  FieldFile field{text.substr(0, equals), {}, {}};
-  FieldInfo info;
-  info.name = field.name;
-  if (auto checked = check_field(info); !checked) return tl::unexpected(checked.error());
-  field.options.time_step = options.time_step;
-  field.options.memory_bytes = options.memory_bytes;
-  field.options.allowed = options.allowed;
-  field.takes_voxels = options.spacing.has_value();
-  const std::string file = text.substr(equals + 1);
-  if (file.front() == '@') {
-    if (auto set = set_derived(file, field); !set) return tl::unexpected(set.error());
-  } else {
-    set_file(file, options, field);
-  }
-  return field;
-}
-
 /// Parses texts, whose names must be different. Derived fields are those of `volume`.
 Result<std::vector<FieldFile>> parse_all(std::span<const std::string> texts,
                                          const import::ImportOptions& options,
@@ -78,7 +27,7 @@ Result<std::vector<FieldFile>> parse_all(std::span<const std::string> texts,
   std::vector<FieldFile> fields;
   std::set<std::string> names;
   for (const std::string& text : texts) {
-    auto field = parse(text, options);
+    auto field = parse_field_file(text, options);
     if (!field) return tl::unexpected(field.error());
     if (!names.insert(field->name).second || names.size() > kMaxFields) {
       return fail(
@@ -175,15 +124,6 @@ Result<std::vector<SceneInput>> volumes_of_field(const FieldFile& field, const S
   return std::move(volumes->volumes);
 }
 
-Result<import::OpenVolume> open_file(const FieldFile& file) {
-  auto opened = import::open_volume(file.file, file.options);
-  if (opened && file.derived) {
-    opened->source = std::make_unique<DerivedSource>(std::move(opened->source), *file.derived);
-    opened->notes.clear();  // those of the volume itself
-  }
-  return opened;
-}
-
 /// Finds the place of a field, and a note about it.
 Result<FieldPlace> place_of(const FieldFile& file, const VolumeGrid& grid, const VolumeGrid& found,
                             bool has_place) {
@@ -194,9 +134,9 @@ Result<FieldPlace> place_of(const FieldFile& file, const VolumeGrid& grid, const
 }
 
 std::string version_of(const FieldFile& field, const VolumeSource& source) {
-  return fmt::format(
-      "\n{} {} {} {} {}", field.name, field.options.dataset, field.options.time_step.value_or(-1),
-      field.derived ? static_cast<int>(*field.derived) : -1, input_versions(source.files()));
+  return fmt::format("\n{} {} {} {} {}", field.name, field.options.dataset,
+                     field.options.time_step.value_or(-1), field.function,
+                     input_versions(source.files()));
 }
 
 Result<void> check_memory(const FieldFile& file, const VolumeSource& source) {
@@ -212,7 +152,7 @@ Result<void> check_memory(const FieldFile& file, const VolumeSource& source) {
 
 Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
                           const PlaceOptions& options) {
-  auto opened = open_file(file);
+  auto opened = open_field_file(file);
   if (!opened) return tl::unexpected(opened.error());
   if (auto other = check_not_input(options.target, opened->source->files()); !other) {
     return tl::unexpected(other.error());
@@ -241,7 +181,7 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
 
 Result<std::unique_ptr<VolumeSource>> open(const PlacedField& field, const VolumeGrid& to,
                                            const ResamplingReach& reach) {
-  auto opened = open_file(field.file);
+  auto opened = open_field_file(field.file);
   if (!opened) return tl::unexpected(opened.error());
   return field_at_voxels(field.file.name, std::move(opened->source), field.grid, to,
                          field.file.options.memory_bytes, reach);

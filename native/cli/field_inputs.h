@@ -5,30 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "native/builder/derived_source.h"
 #include "native/builder/resampled_source.h"
 #include "native/builder/store_with_fields.h"
+#include "native/cli/field_file.h"
 #include "native/cli/scene_inputs.h"
 #include "shared/import/open_volume.h"
 
 // The fields of a build: --field temperature=t.nrrd.
 namespace isosplat::cli {
 
-/// A volume that becomes a field.
-struct FieldFile {
-  std::string name;
-  std::filesystem::path file;
-  import::ImportOptions options;        ///< which of its volumes
-  std::optional<Derived> derived = {};  ///< the field follows from this volume
-  /// Its voxels are taken for those of the volume, whatever the file states: --spacing changes the
-  /// place of the volume, but not that of the field.
-  bool takes_voxels = false;
-};
-
-/// The fields that texts such as "temperature=t.nrrd" name. "name=file.h5#/path" names a dataset of
-/// a file, "name=@gradient" and "name=@curvature" derive a field of `volume`, if it is not empty.
-/// Of the import options, the time step, the memory and the allowances apply to files; to raw files
-/// also their size and type. Errors: invalid_argument.
+/// The fields that texts name (parse_field_file), with different names. Those that follow from the
+/// volume itself have this `volume`, if it is not empty. Errors: invalid_argument.
 Result<std::vector<FieldFile>> field_files(std::span<const std::string> texts,
                                            const import::ImportOptions& options,
                                            const std::filesystem::path& volume = {});

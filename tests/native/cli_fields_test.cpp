@@ -140,10 +140,52 @@ TEST_F(CliFields, AreDerivedFromTheVolumeItself) {
   }
   const Ended unknown =
       run({"build", distance, "-o", store, "--no-thumbnail", "--field", "g=@torsion"});
-  EXPECT_NE(unknown.err.find("expected @gradient or @curvature"), std::string::npos) << unknown.err;
+  EXPECT_NE(unknown.err.find("expected @gradient, @curvature or @distance(FILE)"),
+            std::string::npos)
+      << unknown.err;
   const Ended labels = run({"build", volume, "--labels", "-o", folder / "l.isobundle",
                             "--no-thumbnail", "--field", "g=@gradient"});
   EXPECT_NE(labels.err.find("nothing can be derived from labels"), std::string::npos) << labels.err;
+}
+
+TEST_F(CliFields, AreDistancesFromLabels) {
+  // Label 1 begins at x = 16, label 2 at x = 21, on other voxels than the volume.
+  const std::string labels = folder / "labels.nrrd";
+  test::write_file(labels,
+                   "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\n"
+                   "sizes: 12 12 12\nspace directions: (2.5,0,0) (0,2.5,0) (0,0,2.5)\n"
+                   "space origin: (4.75,4,4)\nencoding: raw\n\n" +
+                       test::cube<uint8_t>(12, [](int i) {
+                         return i % 12 < 5 ? 0 : i % 12 < 7 ? 1 : 2;
+                       }));
+  const std::string density = test::write_ramp(folder, "density.nrrd", 24, 1, "5");
+  const auto built_with = [&](const std::string& text) {
+    return run({"build", density, "-o", store, "--no-thumbnail", "--field", text});
+  };
+  const std::string ply = folder / "a.ply";
+  for (const bool is_of_one : {false, true}) {
+    const Ended built = built_with("d=@distance(" + labels + (is_of_one ? ",2)" : ")"));
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_NE(built.err.find("field 'd': resampled from 12 × 12 × 12"), std::string::npos)
+        << built.err;
+    ASSERT_EQ(run({"extract", store, "-i", "151", "--mesh", "--force", "--field", "d", "-o", ply})
+                  .exit_code,
+              0);
+    const auto vertices = test::vertices_of(ply);
+    ASSERT_GT(vertices.size(), 400u);
+    // The isosurface is at one x.
+    const double border = is_of_one ? 21 : 16;
+    for (const auto& vertex : vertices) ASSERT_NEAR(vertex[6], border - vertex[0], 0.01);
+  }
+  for (const auto& [text, message] :
+       {std::pair{"d=@distance(" + labels + ",7)", "without the labels"},
+        {std::string("d=@distance"), "found '@distance'"},
+        {std::string("d=@distance(,3)"), "found '@distance(,3)'"},
+        {"d=@distance(" + labels, "found '@distance("}}) {
+    const Ended refused = built_with(text);
+    EXPECT_NE(refused.exit_code, 0) << text;
+    EXPECT_NE(refused.err.find(message), std::string::npos) << refused.err;
+  }
 }
 
 TEST_F(CliFields, OfLabelsAreTheirPartsOfTheVolume) {

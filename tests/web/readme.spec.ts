@@ -75,7 +75,10 @@ function writeMesh(folder: string): void {
 
 const readme = readFileSync(join(root, "README.md"), "utf8");
 const commands = [...readme.matchAll(/^isosplat ([^#\n]*)/gm)].map((match) =>
-  (match[1] ?? "").trim().split(/\s+/),
+  (match[1] ?? "")
+    .trim()
+    .split(/\s+/)
+    .map((word) => word.replace(/^'(.*)'$/, "$1")),
 );
 
 describe("the README's commands", () => {
