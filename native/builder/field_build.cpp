@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -12,7 +13,9 @@
 #include "native/builder/thread_executor.h"
 #include "shared/core/builder/metadata.h"
 #include "shared/core/preprocess/coarsen.h"
+#include "shared/core/preprocess/picked_levels.h"
 #include "shared/core/store/field_sections.h"
+#include "shared/core/store/format.h"
 
 namespace isosplat {
 namespace {
@@ -130,18 +133,26 @@ Result<void> encode_layers(StoreBuild& build, const StoreFile& store, unsigned t
   }
 }
 
-/// The metadata of a volume without what concerns its isosurfaces.
-std::string field_metadata(const std::string& of_volume) {
+/// The metadata of a volume without what concerns its isosurfaces, and with categories.
+std::string field_metadata(const std::string& of_volume, const std::string& categories) {
   auto json = nlohmann::ordered_json::parse(of_volume, nullptr, false);
   if (!json.is_object()) return "{}";
   json.erase("suggested_isovalues");
   json.erase("active_cells");
+  if (!categories.empty()) {
+    json.erase("histogram");
+    json["categories"] = nlohmann::ordered_json::parse(categories);
+  }
+  std::string text = json.dump(-1, ' ', true);
+  if (text.size() <= kMaxMetadataBytes) return text;
+  json.erase("notes");
   return json.dump(-1, ' ', true);
 }
 
 Result<FieldInfo> build_on_threads(const StoreFile& store, const std::string& name,
                                    VolumeSource& source, ByteSink& sink,
-                                   const BuildOptions& options) {
+                                   const BuildOptions& options,
+                                   std::span<const Category> categories) {
   StoreInfo info = store.info();
   info.fields.clear();
   info.field.emplace().name = name;
@@ -155,9 +166,15 @@ Result<FieldInfo> build_on_threads(const StoreFile& store, const std::string& na
   of_field.memory_bytes = options.memory_bytes;
   of_field.notes = options.notes;
   of_field.source_file = options.source_file;
+  static const PickedLevels kPicked;
+  if (!categories.empty()) of_field.coarse_levels = &kPicked;
   of_field.progress = options.progress;
-  auto writer = StoreWriter::create(info.grid.voxels, metadata_limit(header, of_field), sink,
-                                    field_sections_bytes(info));
+  const std::string categories_text = categories.empty() ? "" : categories_json(categories);
+  constexpr size_t kKey = sizeof R"(,"categories":)";
+  const size_t metadata_bytes =
+      std::min(kMaxMetadataBytes, metadata_limit(header, of_field) + kKey + categories_text.size());
+  auto writer =
+      StoreWriter::create(info.grid.voxels, metadata_bytes, sink, field_sections_bytes(info));
   if (!writer) return tl::unexpected(writer.error());
   ThreadExecutor executor(thread_count(options));
   FileSliceStorage storage(options.temporary_folder.empty() ? std::filesystem::temp_directory_path()
@@ -169,7 +186,7 @@ Result<FieldInfo> build_on_threads(const StoreFile& store, const std::string& na
   if (!encoded) return tl::unexpected(encoded.error());
   const auto built = build.finish(VolumeStatistics());
   if (!built) return tl::unexpected(built.error());
-  info.metadata = field_metadata(built->info.metadata);
+  info.metadata = field_metadata(built->info.metadata, categories_text);
   info.field = {name, built->info.mapping, built->info.range, built->info.missing_voxels};
   auto finished = writer->finish(info);
   if (!finished) return tl::unexpected(finished.error());
@@ -187,8 +204,10 @@ Result<void> check_field_grid(const std::string& name, Index3 store, Index3 fiel
 }
 
 Result<FieldInfo> build_field(const StoreFile& store, const std::string& name, VolumeSource& source,
-                              ByteSink& sink, const BuildOptions& options) {
-  return with_refusals([&] { return build_on_threads(store, name, source, sink, options); });
+                              ByteSink& sink, const BuildOptions& options,
+                              std::span<const Category> categories) {
+  return with_refusals(
+      [&] { return build_on_threads(store, name, source, sink, options, categories); });
 }
 
 }  // namespace isosplat

@@ -87,9 +87,9 @@ Result<std::unique_ptr<VolumeSource>> field_at_voxels(const std::string& name,
                                                       std::unique_ptr<VolumeSource> field,
                                                       const VolumeGrid& from, const VolumeGrid& to,
                                                       uint64_t memory_bytes,
-                                                      const ResamplingReach& reach) {
+                                                      const ResamplingOptions& options) {
   if (is_same(from, to)) return field;
-  auto resampled = ResampledSource::create(name, std::move(field), from, to, memory_bytes, reach);
+  auto resampled = ResampledSource::create(name, std::move(field), from, to, memory_bytes, options);
   if (!resampled) return tl::unexpected(resampled.error());
   return std::move(*resampled);
 }

@@ -28,7 +28,7 @@ Result<std::unique_ptr<VolumeSource>> field_at_voxels(const std::string& name,
                                                       std::unique_ptr<VolumeSource> field,
                                                       const VolumeGrid& from, const VolumeGrid& to,
                                                       uint64_t memory_bytes,
-                                                      const ResamplingReach& reach = {});
+                                                      const ResamplingOptions& options = {});
 
 /// States how a field that was resampled from so many voxels differs from it. Errors: those of
 /// ResampledSource::measure().

@@ -53,8 +53,11 @@ double weight_at(double part, bool is_high) {
 }  // namespace
 
 ResampledSource::ResampledSource(std::unique_ptr<VolumeSource> volume, const VolumeGrid& from,
-                                 const VolumeGrid& to, const ResamplingReach& reach)
-    : volume_(std::move(volume)), header_(volume_->header()), window_(*volume_) {
+                                 const VolumeGrid& to, const ResamplingOptions& options)
+    : volume_(std::move(volume)),
+      header_(volume_->header()),
+      nearest_(options.nearest),
+      window_(*volume_) {
   const Matrix3d inverse = from.dual_edges(), edges = to.cell_edges();
   Vec3d columns[3];
   for (size_t i = 0; i < 3; ++i) columns[i] = multiply_transposed(inverse, column(edges, i));
@@ -64,7 +67,7 @@ ResampledSource::ResampledSource(std::unique_ptr<VolumeSource> volume, const Vol
   const auto beyond = [&](size_t row) {
     const double grid_voxel =
         std::abs(to_volume_[row]) + std::abs(to_volume_[row + 1]) + std::abs(to_volume_[row + 2]);
-    return reach.voxels + reach.grid_voxels * grid_voxel + kRounding;
+    return options.voxels + options.grid_voxels * grid_voxel + kRounding;
   };
   reach_ = {beyond(0), beyond(3), beyond(6)};
   header_.grid = to;
@@ -75,8 +78,9 @@ ResampledSource::ResampledSource(std::unique_ptr<VolumeSource> volume, const Vol
 
 Result<std::unique_ptr<ResampledSource>> ResampledSource::create(
     const std::string& name, std::unique_ptr<VolumeSource> volume, const VolumeGrid& from,
-    const VolumeGrid& to, uint64_t memory_bytes, const ResamplingReach& reach) {
-  std::unique_ptr<ResampledSource> source(new ResampledSource(std::move(volume), from, to, reach));
+    const VolumeGrid& to, uint64_t memory_bytes, const ResamplingOptions& options) {
+  std::unique_ptr<ResampledSource> source(
+      new ResampledSource(std::move(volume), from, to, options));
   const double last_row = to.voxels.y - 1.0;
   for (int32_t z = 0; z < to.voxels.z; ++z) {
     const int32_t slices = source->crossed(z, z, 0, last_row).count();
@@ -140,6 +144,12 @@ double ResampledSource::value(Vec3d index) const {
     return kNoValue;
   }
   const AxisPosition x(at.x, n.x), y(at.y, n.y), z(at.z, n.z);
+  if (nearest_) {
+    const auto nearest = [](const AxisPosition& along) {
+      return along.low + (along.part >= 0.5 ? 1 : 0);
+    };
+    return window_.at(nearest(x), nearest(y), nearest(z));
+  }
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;

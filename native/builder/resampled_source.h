@@ -14,14 +14,16 @@ struct ResamplingError {
   double outside = 0;       ///< share of the points that have no value
 };
 
-/// Where a resampled volume has values beyond its outermost voxels: theirs.
-struct ResamplingReach {
+struct ResamplingOptions {
+  /// How far beyond its outermost voxels a resampled volume has values, theirs:
   double voxels = 0.5;     ///< up to this many of the volume's voxels,
   double grid_voxels = 0;  ///< and this many of the new grid's
+  bool nearest = false;    ///< the values of the nearest voxels, such as labels
 };
 
-/// A volume at the voxels of another grid, by trilinear interpolation. Beyond the reach, and where
-/// one of the voxels around has no value, it has none. Its voxels are of type f64.
+/// A volume at the voxels of another grid, by trilinear interpolation or by the nearest voxel.
+/// Beyond the reach, and where one of the voxels around has no value, it has none. Its voxels are
+/// of type f64.
 class ResampledSource : public VolumeSource {
  public:
   /// From the volume's voxels at `from`, which has as many voxels as the volume, to those of `to`.
@@ -31,7 +33,7 @@ class ResampledSource : public VolumeSource {
   /// slices that one crosses take more than half of `memory_bytes`.
   static Result<std::unique_ptr<ResampledSource>> create(
       const std::string& name, std::unique_ptr<VolumeSource> volume, const VolumeGrid& from,
-      const VolumeGrid& to, uint64_t memory_bytes, const ResamplingReach& reach = {});
+      const VolumeGrid& to, uint64_t memory_bytes, const ResamplingOptions& options = {});
 
   const VolumeHeader& header() const override { return header_; }
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override {
@@ -47,7 +49,7 @@ class ResampledSource : public VolumeSource {
 
  private:
   ResampledSource(std::unique_ptr<VolumeSource> volume, const VolumeGrid& from,
-                  const VolumeGrid& to, const ResamplingReach& reach);
+                  const VolumeGrid& to, const ResamplingOptions& options);
 
   /// A position in voxels of the volume.
   Vec3d in_volume(Vec3d index) const { return multiply(to_volume_, index) + offset_; }
@@ -65,6 +67,7 @@ class ResampledSource : public VolumeSource {
   Vec3d reach_;              ///< beyond the outermost voxels, in voxels of the volume
   Slices all_;               ///< that the grid crosses, if all are held; else none
   int32_t most_slices_ = 0;  ///< that one slice of the grid crosses
+  bool nearest_;
   SliceWindow window_;
 };
 

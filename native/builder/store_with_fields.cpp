@@ -189,7 +189,7 @@ Result<BuildReport> build_store_with_fields(VolumeSource& source,
     of_field.notes = field.notes;
     of_field.source_file = field.source_file;
     of_field.progress = progress_of_stage(options.progress, i + 1, fields.size() + 1);
-    auto written = build_field(**store, field.name, **opened, *file, of_field);
+    auto written = build_field(**store, field.name, **opened, *file, of_field, field.categories);
     if (!written) return tl::unexpected(written.error());
     built.push_back(file->parts());
   }

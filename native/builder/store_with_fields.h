@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "native/builder/builder.h"
+#include "shared/core/categories/categories.h"
 #include "shared/system/posix_file/file_parts.h"
 
 namespace isosplat {
@@ -18,6 +19,7 @@ struct FieldInput {
   std::string source_file;  ///< for the field's metadata
   std::function<Result<std::unique_ptr<VolumeSource>>()> open;
   std::vector<std::string> notes = {};
+  std::vector<Category> categories = {};  ///< if its values are labels
 };
 
 /// Writes a store with these fields (StoreKind::field), in this order: the fields, the chunks of

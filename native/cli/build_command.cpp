@@ -329,7 +329,8 @@ void add_build_command(CLI::App& program, int& exit_code) {
                    "NAME=@curvature the mean curvature of its isosurfaces. "
                    "NAME=@distance(FILE) is the distance from the labels of a volume, negative "
                    "inside; @distance(FILE,3,5): from the labels 3 and 5. "
-                   "The option can be "
+                   "NAME=@labels(FILE) is a volume of labels, each of which gets a colour of its "
+                   "own; @labels(FILE,TABLE): with a table as for --label-table. The option can be "
                    "repeated")
       ->type_name("NAME=FILE")
       ->allow_extra_args(false);

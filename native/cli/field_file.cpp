@@ -65,6 +65,21 @@ void set_distance(std::string file, const import::ImportOptions& options, FieldF
   set_file(file, options, field);
 }
 
+/// "labels(atlas.nii.gz,table.csv)".
+void set_labels(std::string file, const import::ImportOptions& options, FieldFile& field) {
+  std::error_code ignored;
+  const size_t comma = file.rfind(',');
+  if (comma != file.npos && !fs::exists(file, ignored)) {
+    field.table = file.substr(comma + 1);
+    file.resize(comma);
+  }
+  field.function = "labels";
+  field.is_labels = true;
+  // Labels are not measured values: none of them means "no value".
+  field.options.finds_missing_values = false;
+  set_file(file, options, field);
+}
+
 /// Sets what a text such as "@gradient" or "@distance(seg.nrrd)" names.
 Result<void> set_function(const std::string& text, const import::ImportOptions& options,
                           FieldFile& field) {
@@ -76,11 +91,12 @@ Result<void> set_function(const std::string& text, const import::ImportOptions& 
   }
   if (call && call->argument) {
     if (call->name == "distance") set_distance(*call->argument, options, field);
+    if (call->name == "labels") set_labels(*call->argument, options, field);
     if (!field.file.empty()) return {};
   }
   return fail(Status::invalid_argument,
-              fmt::format("field '{}': expected @gradient, @curvature or @distance(FILE), found "
-                          "'{}'",
+              fmt::format("field '{}': expected @gradient, @curvature, @distance(FILE) or "
+                          "@labels(FILE), found '{}'",
                           field.name, text));
 }
 

@@ -9,6 +9,7 @@
 #include "native/builder/field_build.h"
 #include "native/builder/field_place.h"
 #include "native/builder/source_path.h"
+#include "native/cli/field_categories.h"
 #include "native/cli/input_version.h"
 #include "native/cli/outputs.h"
 #include "native/cli/terminal.h"
@@ -134,9 +135,10 @@ Result<FieldPlace> place_of(const FieldFile& file, const VolumeGrid& grid, const
 }
 
 std::string version_of(const FieldFile& field, const VolumeSource& source) {
+  std::vector<fs::path> files = source.files();
+  if (!field.table.empty()) files.push_back(field.table);
   return fmt::format("\n{} {} {} {} {}", field.name, field.options.dataset,
-                     field.options.time_step.value_or(-1), field.function,
-                     input_versions(source.files()));
+                     field.options.time_step.value_or(-1), field.function, input_versions(files));
 }
 
 Result<void> check_memory(const FieldFile& file, const VolumeSource& source) {
@@ -157,22 +159,35 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
   if (auto other = check_not_input(options.target, opened->source->files()); !other) {
     return tl::unexpected(other.error());
   }
+  std::vector<Category> categories;
+  if (file.is_labels) {
+    auto found = field_categories(file, *opened->source);
+    if (!found) return tl::unexpected(found.error());
+    categories = std::move(*found);
+  }
   const Index3 voxels = opened->source->header().grid.voxels;
   const auto found = place_of(file, grid, opened->source->header().grid, options.has_place);
   if (!found) return tl::unexpected(found.error());
   PlacedField field{file, found->grid, version_of(file, *opened->source), std::move(opened->notes)};
+  field.categories = std::move(categories);
   if (found->is_assumed) {
     field.notes.push_back(
         "its file places it elsewhere than the volume; its voxels are taken for those of the "
         "volume");
   }
   const auto source = field_at_voxels(file.name, std::move(opened->source), field.grid, grid,
-                                      file.options.memory_bytes);
+                                      file.options.memory_bytes, {.nearest = file.is_labels});
   if (!source) return tl::unexpected(source.error());
   if (auto fits = check_memory(file, **source); !fits) return tl::unexpected(fits.error());
   field.memory_bytes = (*source)->resident_bytes();
   auto* const resampled = dynamic_cast<ResampledSource*>(source->get());
   if (!options.measures || !resampled) return field;
+  if (file.is_labels) {
+    field.notes.push_back(fmt::format(
+        "of {} × {} × {} voxels: each voxel of the volume has the nearest of its labels", voxels.x,
+        voxels.y, voxels.z));
+    return field;
+  }
   auto text = resampling_note(*resampled, voxels);
   if (!text) return tl::unexpected(text.error());
   field.notes.push_back(std::move(*text));
@@ -180,11 +195,12 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
 }
 
 Result<std::unique_ptr<VolumeSource>> open(const PlacedField& field, const VolumeGrid& to,
-                                           const ResamplingReach& reach) {
+                                           ResamplingOptions options) {
   auto opened = open_field_file(field.file);
   if (!opened) return tl::unexpected(opened.error());
+  options.nearest = field.file.is_labels;
   return field_at_voxels(field.file.name, std::move(opened->source), field.grid, to,
-                         field.file.options.memory_bytes, reach);
+                         field.file.options.memory_bytes, options);
 }
 
 }  // namespace
@@ -251,11 +267,12 @@ Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
 }
 
 std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid,
-                                     const ResamplingReach& reach) {
+                                     const ResamplingOptions& options) {
   std::vector<FieldInput> inputs;
   for (const PlacedField& field : fields) {
     inputs.push_back({field.file.name, field.file.derived ? "" : source_file_name(field.file.file),
-                      [field, grid, reach] { return open(field, grid, reach); }, field.notes});
+                      [field, grid, options] { return open(field, grid, options); }, field.notes,
+                      field.categories});
   }
   return inputs;
 }

@@ -38,7 +38,8 @@ struct PlacedField {
   /// choice of a volume, and the versions of its files.
   std::string version = {};
   std::vector<std::string> notes = {};
-  uint64_t memory_bytes = 0;  ///< while the field is read
+  std::vector<Category> categories = {};  ///< if its values are labels
+  uint64_t memory_bytes = 0;              ///< while the field is read
 };
 
 struct PlaceOptions {
@@ -48,8 +49,8 @@ struct PlaceOptions {
 };
 
 /// Reads the headers of fields for the volume on this grid. Calls `tell` with each note. Errors:
-/// those of open_volume, find_field_place, field_at_voxels and check_not_input; out_of_memory if
-/// the field cannot be built within its memory.
+/// those of open_volume, find_field_place, field_categories, field_at_voxels and check_not_input;
+/// out_of_memory if the field cannot be built within its memory.
 Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
                                               const VolumeGrid& grid, const PlaceOptions& options,
                                               const std::function<void(const std::string&)>& tell);
@@ -57,7 +58,7 @@ Result<std::vector<PlacedField>> place_fields(std::span<const FieldFile> files,
 /// The fields for a store on this grid, which may be a part of the volume's grid, or reach beyond
 /// it. Fields on other voxels are resampled.
 std::vector<FieldInput> field_inputs(std::span<const PlacedField> fields, const VolumeGrid& grid,
-                                     const ResamplingReach& reach = {});
+                                     const ResamplingOptions& options = {});
 
 /// build_store_file, with or without fields.
 Result<BuildReport> build_with_fields(VolumeSource& source, std::span<const FieldInput> fields,

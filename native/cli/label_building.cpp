@@ -186,7 +186,7 @@ Result<void> LabelBuild::build(const LabelGroup& group, const FoundLabel& label,
   build.memory_bytes = memory_bytes;
   // The surface of a label on the border of the volume lies half a voxel outside, in cells whose
   // outer voxels are one outside.
-  constexpr ResamplingReach kOneOutside{.voxels = 0.5, .grid_voxels = 0.5};
+  constexpr ResamplingOptions kOneOutside{.voxels = 0.5, .grid_voxels = 0.5};
   std::vector<PlacedField> placed = group.fields;
   for (PlacedField& field : placed) field.file.options.memory_bytes = memory_bytes;
   const auto fields = field_inputs(placed, source.header().grid, kOneOutside);

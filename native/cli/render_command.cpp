@@ -14,6 +14,7 @@
 #include "native/headless/draw_image.h"
 #include "native/headless/egl_context.h"
 #include "native/headless/scene_picture.h"
+#include "native/headless/show_categories.h"
 #include "native/headless/store_scene.h"
 #include "native/remote/remote_target.h"
 #include "server/catalog/thumbnail.h"
@@ -141,6 +142,15 @@ Result<void> set_field_range(const RenderCall& call, const std::array<double, 2>
   return {};
 }
 
+/// Sets the colours of categories, and prints their number. False if there are none.
+bool set_categories(const RenderCall& call, std::span<const Category> categories,
+                    render::RenderSettings& settings) {
+  show_categories(categories, settings);
+  if (categories.empty()) return false;
+  fmt::print("field {}: {} categories\n", call.field, categories.size());
+  return true;
+}
+
 /// `names`: of the fields that visible layers of the scene have.
 tl::unexpected<Error> no_such_field(const RenderCall& call, std::span<const std::string> names) {
   return fail(
@@ -170,6 +180,9 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
     if (!shown) return tl::unexpected(shown.error());
     if (subject.field) {
       const FieldInfo& field = *subject.field->info().field;
+      if (set_categories(call, categories_of(subject.field->info().metadata), settings)) {
+        return Shown{shown->level, subject.store->info().grid};
+      }
       const std::array all{field.mapping.value(field.range.min),
                            field.mapping.value(field.range.max)};
       const auto set = set_field_range(call, shown->field_range.value_or(all), settings);
@@ -195,7 +208,7 @@ Result<Shown> show_subject(render::Renderer& renderer, const Subject& subject,
   for (const std::string& text : shown->notes) note(text);
   settings.isosurfaces = shown->isosurfaces;
   apply_scene_settings(call, scene, *shown, settings);
-  if (!call.field.empty()) {
+  if (!call.field.empty() && !set_categories(call, shown->categories, settings)) {
     const auto set = set_field_range(call, *shown->field_range, settings);
     if (!set) return tl::unexpected(set.error());
   }

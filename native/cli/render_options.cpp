@@ -66,8 +66,10 @@ void add_field_options(CLI::App* command, RenderCall* call) {
   CLI::Option* colour_by = command->get_option("--colour-by");
   CLI::Option* field =
       command
-          ->add_option("--field", call->field,
-                       "Show the values of this field of the store in the colours of --colour-map")
+          ->add_option(
+              "--field", call->field,
+              "Show the values of this field of the store in the colours of --colour-map, or "
+              "its labels, each in its own colour")
           ->excludes(colour_by);
   command
       ->add_option("--field-range", call->field_range,

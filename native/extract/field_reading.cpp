@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "shared/core/categories/categories.h"
 #include "shared/system/store_file/field_file.h"
 
 namespace isosplat {
@@ -74,7 +75,9 @@ std::vector<FieldColumn> columns_of(const OpenedFields& fields) {
 
 FieldReader::FieldReader(const OpenedFields& fields) : fields_(fields) {
   for (const auto& field : fields) {
-    lattices_.push_back(field ? std::optional<FieldLattice>(field->info().field->mapping)
+    const bool is_category = field && !categories_of(field->info().metadata).empty();
+    lattices_.push_back(field ? std::optional<FieldLattice>(
+                                    std::in_place, field->info().field->mapping, is_category)
                               : std::nullopt);
   }
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "native/headless/scene_picture.h"
+#include "native/headless/show_categories.h"
 
 namespace isosplat {
 namespace {
@@ -67,6 +68,7 @@ void apply_look(const SceneLook& look, const ScenePicture& picture, RenderSettin
   if (picture.first) set_colour_range(*picture.first, settings);
   if (settings.colour_by == ColourBy::field && look.field) {
     apply_field(*look.field, picture.field_range, settings);
+    show_categories(picture.categories, settings);
   }
   apply_light(look.light, settings.light);
   set(settings.eye_dome, look.eye_dome);

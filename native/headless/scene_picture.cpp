@@ -1,5 +1,7 @@
 #include "native/headless/scene_picture.h"
 
+#include "native/headless/show_categories.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,6 +84,8 @@ Result<ScenePicture> show_scene(render::Renderer& renderer, const SceneFile& fil
     const auto shown = show_store(renderer, store, isovalues, level, budget, 0, place);
     if (!shown) return tl::unexpected(with_layer(scene, i, shown.error()));
     if (!picture.field_range) picture.field_range = shown->field_range;
+    if (place.field)
+      add_categories(categories_of(place.field->info().metadata), picture.categories);
     if (place.field && !all_values) {
       const FieldInfo& info = *place.field->info().field;
       all_values = {info.mapping.value(info.range.min), info.mapping.value(info.range.max)};

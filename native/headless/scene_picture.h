@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "native/headless/grey_range.h"
+#include "shared/core/categories/categories.h"
 #include "shared/render/renderer.h"
 #include "shared/system/scene_file/scene_file.h"
 
@@ -30,12 +31,13 @@ struct ScenePicture {
   /// Nothing if no visible layer has the field. The range of all of its values if there are none on
   /// the surfaces.
   std::optional<SceneFieldRange> field_range;
-  std::vector<std::string> fields;  ///< the names of the fields of the visible layers, each once
-  VolumeGrid extent;                ///< a grid around all visible layers, for default_camera()
-  uint64_t samples = 0;             ///< of all layers
-  uint32_t coarsest = 0;            ///< the coarsest of the levels that are drawn
-  uint32_t layers = 0;              ///< number of visible layers
-  std::vector<std::string> notes;   ///< about layers without isosurfaces
+  std::vector<Category> categories;  ///< of the field, of all layers; empty: it has other values
+  std::vector<std::string> fields;   ///< the names of the fields of the visible layers, each once
+  VolumeGrid extent;                 ///< a grid around all visible layers, for default_camera()
+  uint64_t samples = 0;              ///< of all layers
+  uint32_t coarsest = 0;             ///< the coarsest of the levels that are drawn
+  uint32_t layers = 0;               ///< number of visible layers
+  std::vector<std::string> notes;    ///< about layers without isosurfaces
 };
 
 /// Uploads the visible layers of a scene at a step of time: layer i is volume i. The layers share
@@ -54,7 +56,7 @@ render::Camera camera_of(const SceneCamera& camera);
 
 /// Sets clipping, slices, look and background of a scene. Splats of the kind `automatic` are exact,
 /// as in a picture at rest. The colours of a field extend over its range in the scene, or else
-/// over `picture.field_range`, or [0, 1].
+/// over `picture.field_range`, or [0, 1]; categories have their own colours.
 void apply_scene(const Scene& scene, const ScenePicture& picture, render::RenderSettings& settings);
 
 }  // namespace isosplat

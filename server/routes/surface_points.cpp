@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "shared/core/categories/categories.h"
 #include "shared/core/points/chunk_shape.h"
 #include "shared/core/points/field_lattice.h"
 
@@ -86,7 +87,8 @@ SurfacePoints::SurfacePoints(std::shared_ptr<const StoreFile> store, const Point
     : store_(std::move(store)),
       query_(query),
       limits_(limits),
-      quantized_isovalue_(store_->info().mapping.quantized_isovalue(query.isovalue)) {}
+      quantized_isovalue_(store_->info().mapping.quantized_isovalue(query.isovalue)),
+      is_category_(query.field && !categories_of(query.field->info().metadata).empty()) {}
 
 Result<SurfacePoints::Found> SurfacePoints::find(std::shared_ptr<const StoreFile> store,
                                                  const PointQuery& query, const PointLimits& limits,
@@ -286,7 +288,7 @@ Result<void> SurfacePoints::decode_field(const Part& part, Scratch& scratch,
                     chunk_name(part.chunk.block, part.chunk.band), decoded.error().message);
     return decoded;
   }
-  if (!scratch.field) scratch.field.emplace(mapping);
+  if (!scratch.field) scratch.field.emplace(mapping, is_category_);
   scratch.field->set(scratch.cells.cell, scratch.field_corners);
   return {};
 }

@@ -133,6 +133,7 @@ class SurfacePoints {
   PointQuery query_;
   PointLimits limits_;
   float quantized_isovalue_;
+  bool is_category_;         ///< the values of the query's field
   std::vector<Part> parts_;  ///< in raster order of blocks
   std::optional<BlockBorders> borders_;
   uint64_t border_bytes_ = 0;

@@ -319,7 +319,10 @@ Result<std::optional<SurfacePick>> Renderer::pick(double x, double y, int width,
   }
   if (nearest) {
     const Volume& picked = *s.find_volume(s.settings.isosurfaces[nearest->isosurface].volume);
-    if (picked.field) pick_field(picked.chunks, *picked.field, *nearest);
+    if (picked.field) {
+      const bool is_category = !s.settings.field_categories.empty();
+      pick_field(picked.chunks, *picked.field, is_category, *nearest);
+    }
   }
   const Volume* sliced = s.find_volume(s.settings.slice_volume);
   if (!sliced) return nearest;

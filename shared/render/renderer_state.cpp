@@ -319,13 +319,11 @@ void Renderer::State::start_still_programs() {
                      .eye_dome = settings.eye_dome > 0,
                      .still = Lighting::has_occlusion(settings.light),
                      .many_surfaces = settings.isosurfaces.size() > size_t{kMaxIsosurfaces},
-                     .field = shows_fields(),
-                     .lines = shows_lines()});
+                     .field = shown_style()});
   if (lit) {
     const bool clipped = cuts_of(settings) > 0;
-    const bool field = shows_fields(), lines = shows_lines();
-    programs.prepare(
-        SplatVariant{.pass = SplatPass::quad, .clipped = clipped, .field = field, .lines = lines});
+    const FieldStyle field = shown_style();
+    programs.prepare(SplatVariant{.pass = SplatPass::quad, .clipped = clipped, .field = field});
     const auto is_triangles = [&](const DrawItem& item) {
       return is_drawn_as_triangles(item, settings);
     };
@@ -337,8 +335,7 @@ void Renderer::State::start_still_programs() {
                         .clipped = clipped,
                         .smooth = settings.shading == Shading::smooth &&
                                   GradientLattice::has_triangles(context(), each.volume->list),
-                        .field = field,
-                        .lines = lines});
+                        .field = field});
     }
   }
   if (!has_smooth_normals()) return;

@@ -115,10 +115,8 @@ struct Renderer::State {
   SceneExtent scene_extent() const;
   Volume* find_volume(VolumeId id);
   const Volume* find_volume(VolumeId id) const;
-  /// Whether colours show the field of any volume.
-  bool shows_fields() const;
-  /// Whether they also show contour lines of it.
-  bool shows_lines() const { return shows_fields() && has_lines(settings); }
+  /// How colours show the field of any volume; none if no volume has a field.
+  FieldStyle shown_style() const;
   /// Splat programs differ for sheared grids. If any volume has a sheared grid, all volumes use the
   /// programs for sheared grids.
   void choose_programs();
@@ -146,9 +144,8 @@ struct Renderer::State {
 
  private:
   DrawContext context_of(SurfaceTargets& layers_) {
-    return {
-        settings,   layers.isosurfaces, limits,         programs,      layers_,           lighting,
-        statistics, tile.image_height,  shows_fields(), shows_lines(), empty_vertex_array};
+    return {settings,   layers.isosurfaces, limits,        programs,          layers_, lighting,
+            statistics, tile.image_height,  shown_style(), empty_vertex_array};
   }
   bool has_caps() const;
   Result<void> draw_caps();

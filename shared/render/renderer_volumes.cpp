@@ -41,10 +41,11 @@ const Volume* Renderer::State::find_volume(VolumeId id) const {
   return found == volumes.end() ? nullptr : &found->second;
 }
 
-bool Renderer::State::shows_fields() const {
-  return settings.colour_by == ColourBy::field && mesh.is_empty() &&
-         std::any_of(volumes.begin(), volumes.end(),
-                     [](const auto& entry) { return entry.second.field.has_value(); });
+FieldStyle Renderer::State::shown_style() const {
+  const bool has_field = std::any_of(volumes.begin(), volumes.end(), [](const auto& entry) {
+    return entry.second.field.has_value();
+  });
+  return mesh.is_empty() && has_field ? field_style(settings) : FieldStyle::none;
 }
 
 void Renderer::State::choose_programs() {
@@ -124,7 +125,7 @@ SplatFrame Renderer::State::splats_of(DrawnVolume& each) const {
           each.isosurfaces,
           settings.kind,
           lit,
-          volume.field && shows_fields() ? &*volume.field : nullptr};
+          volume.field && shown_style() != FieldStyle::none ? &*volume.field : nullptr};
 }
 
 Result<void> Renderer::State::begin_occlusion_query(const Volume& volume,
@@ -176,8 +177,7 @@ void Renderer::State::start_lit_programs() {
   programs.prepare(SplatVariant{.pass = SplatPass::quad,
                                 .clipped = cuts_of(settings) > 0,
                                 .lit = true,
-                                .field = shows_fields(),
-                                .lines = shows_lines()});
+                                .field = shown_style()});
   if (settings.eye_dome > 0) programs.prepare(ImagePass::darken);
 }
 

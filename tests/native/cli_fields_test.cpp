@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/native/cli_program.h"
 #include "tests/native/field_files.h"
@@ -140,7 +143,7 @@ TEST_F(CliFields, AreDerivedFromTheVolumeItself) {
   }
   const Ended unknown =
       run({"build", distance, "-o", store, "--no-thumbnail", "--field", "g=@torsion"});
-  EXPECT_NE(unknown.err.find("expected @gradient, @curvature or @distance(FILE)"),
+  EXPECT_NE(unknown.err.find("expected @gradient, @curvature, @distance(FILE) or @labels(FILE)"),
             std::string::npos)
       << unknown.err;
   const Ended labels = run({"build", volume, "--labels", "-o", folder / "l.isobundle",
@@ -186,6 +189,65 @@ TEST_F(CliFields, AreDistancesFromLabels) {
     EXPECT_NE(refused.exit_code, 0) << text;
     EXPECT_NE(refused.err.find(message), std::string::npos) << refused.err;
   }
+}
+
+TEST_F(CliFields, CategoriesHaveTheLabelsOfTheNearestVoxels) {
+  const auto label_at = [](int x, int y, int z) {
+    return std::array{0, 7, 9}[size_t(x + y + z) % 3];
+  };
+  const std::string labels = folder / "regions.nrrd", table = folder / "regions.csv";
+  test::write_file(
+      labels,
+      "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\n"
+      "sizes: 12 12 12\nspace directions: (2.5,0,0) (0,2.5,0) (0,0,2.5)\n"
+      "space origin: (4.75,4.25,4.5)\nencoding: raw\n\n" +
+          test::cube<uint8_t>(12, [&](int i) { return label_at(i % 12, i / 12 % 12, i / 144); }));
+  test::write_file(table, "value,name,r,g,b\n7,thalamus,10,20,30\n8,other,1,2,3\n");
+  const std::string density = test::write_ramp(folder, "density.nrrd", 24, 1, "5");
+  const auto built_with = [&](const std::string& text) {
+    return run({"build", density, "-o", store, "--no-thumbnail", "--field", text});
+  };
+  const Ended built = built_with("r=@labels(" + labels + "," + table + ")");
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  EXPECT_NE(built.err.find("each voxel of the volume has the nearest of its labels"),
+            std::string::npos)
+      << built.err;
+  EXPECT_EQ(run({"verify", store}).exit_code, 0);
+  const std::string ply = folder / "a.ply";
+  const auto extract = [&](const char* level) {
+    const Ended done = run({"extract", store, "-i", "151", "--mesh", "--level", level, "--force",
+                            "--field", "r", "-o", ply});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return test::vertices_of(ply);
+  };
+  const auto finest = extract("0");
+  EXPECT_GT(finest.size(), 400u);
+  std::set<double> found;
+  for (const auto& vertex : finest) {
+    std::array<int, 3> label{};
+    const std::array origin{4.75, 4.25, 4.5};
+    for (size_t i = 0; i < 3; ++i) {
+      const double voxel = std::round(double(vertex[i]) - 5);
+      label[i] = static_cast<int>(std::round((voxel + 5 - origin[i]) / 2.5));
+    }
+    ASSERT_EQ(vertex[6], label_at(label[0], label[1], label[2]));
+    found.insert(vertex[6]);
+  }
+  EXPECT_EQ(found, (std::set<double>{0, 7, 9}));
+  // Coarse levels have labels, and no averages.
+  found.clear();
+  for (const auto& vertex : extract("1")) found.insert(vertex[6]);
+  EXPECT_EQ(found, (std::set<double>{0, 7, 9}));
+  const Ended drawn = run({"render", store, "-i", "151", "--field", "r", "--size", "64x64", "-o",
+                           folder / "a.png", "--force"});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_NE(drawn.out.find("field r: 3 categories"), std::string::npos) << drawn.out;
+  const std::string fractions = test::write_cube(
+      folder, "f.nrrd", "float", 24, test::cube<float>(24, [](int i) { return i / 7.0; }));
+  const Ended refused = built_with("r=@labels(" + fractions + ")");
+  EXPECT_NE(refused.err.find("expected labels, which are integers"), std::string::npos)
+      << refused.err;
+  EXPECT_NE(built_with("r=@labels(" + labels + ",none.csv)").exit_code, 0);
 }
 
 TEST_F(CliFields, OfLabelsAreTheirPartsOfTheVolume) {

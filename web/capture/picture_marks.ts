@@ -20,6 +20,8 @@ export interface PictureMarks {
     ends: readonly [string, string];
     ticks?: readonly { at: number; isDark: boolean }[];
     notes?: readonly string[];
+    /** In place of colours and ends: lines of text, each with a colour beside it. */
+    labels?: readonly { text: string; colour?: string }[];
   };
   hasScale?: boolean;
   hasAxes?: boolean;
@@ -96,11 +98,19 @@ function axesMark({ size, screen, info }: MarkedView, pen: MarkPen): string {
 }
 
 function legendMark(
-  { name, colours, ends: [low, high], ticks = [], notes = [] }: NonNullable<PictureMarks["legend"]>,
+  {
+    name,
+    colours,
+    ends: [low, high],
+    ticks = [],
+    notes = [],
+    labels,
+  }: NonNullable<PictureMarks["legend"]>,
   width: number,
   pen: MarkPen,
 ): string {
   const { letter } = pen;
+  if (labels) return labelsMark(name, labels, notes, width, pen);
   const length = Math.min(12 * letter, 0.4 * width);
   const x = width - letter - length;
   const share = (i: number) => round(i / Math.max(1, colours.length - 1));
@@ -118,6 +128,32 @@ function legendMark(
     pen.text(high, x + length, 3.8 * letter, { size: 0.85, anchor: "end" }),
     ...notes.map((note, i) =>
       pen.text(note, x + length, (5 + 1.2 * i) * letter, { size: 0.85, anchor: "end" }),
+    ),
+  ].join("");
+}
+
+/** A legend of labels, whose colours are at the right border. */
+function labelsMark(
+  name: string,
+  labels: readonly { text: string; colour?: string }[],
+  notes: readonly string[],
+  width: number,
+  pen: MarkPen,
+): string {
+  const { letter } = pen;
+  const x = width - letter;
+  const lineAt = (i: number): number => (3 + 1.2 * i) * letter;
+  return [
+    pen.text(name, x, 1.6 * letter, { anchor: "end" }),
+    ...labels.map(({ text, colour }, i) => {
+      const side = round(0.7 * letter);
+      const box = colour
+        ? `<rect x="${round(x - 0.7 * letter)}" y="${round(lineAt(i) - 0.65 * letter)}" width="${side}" height="${side}" fill="${colour}" stroke="${pen.halo}" stroke-width="${round(0.08 * letter)}"/>`
+        : "";
+      return box + pen.text(text, x - letter, lineAt(i), { size: 0.85, anchor: "end" });
+    }),
+    ...notes.map((note, i) =>
+      pen.text(note, x, lineAt(labels.length + i), { size: 0.85, anchor: "end" }),
     ),
   ].join("");
 }

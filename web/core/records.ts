@@ -172,6 +172,14 @@ function isBins(value: unknown): boolean {
   return isNumber(low) && isNumber(high) && low < high && length > 0 && length <= mostBins;
 }
 
+/** kMaxCategories in shared/core/categories/categories.h. */
+const mostCategories = 512;
+
+function isCategory(value: unknown): boolean {
+  if (!Array.isArray(value) || !Number.isSafeInteger(value[0]) || !isText(value[1])) return false;
+  return /^#[0-9a-f]{6}$/.test(value[1]) && (value.length < 3 || isText(value[2]));
+}
+
 const metadataForms = new Map<string, (value: unknown) => boolean>([
   ["name", isText],
   ["title", isText],
@@ -180,6 +188,10 @@ const metadataForms = new Map<string, (value: unknown) => boolean>([
   ["source", isObject],
   ["histogram", isBins],
   ["active_cells", isBins],
+  [
+    "categories",
+    (value) => isListOf(value, isCategory) && (value as unknown[]).length <= mostCategories,
+  ],
   ["suggested_isovalues", (value) => isListOf(value, isNumber)],
   ["notes", (value) => isListOf(value, isText)],
 ]);

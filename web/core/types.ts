@@ -59,6 +59,15 @@ export interface Bins {
   counts: number[];
 }
 
+/** A value of a field whose values are labels. */
+export interface Category {
+  value: number;
+  /** #rrggbb, sRGB. */
+  colour: string;
+  /** May be empty. */
+  name: string;
+}
+
 /** Texts for display. Every field may be missing. */
 export interface StoreMetadata {
   name?: string;
@@ -71,6 +80,8 @@ export interface StoreMetadata {
   /** A table of the same form. The counts are the cells of level 0 that are active at the middle of each bin. */
   active_cells?: Bins;
   suggested_isovalues?: number[];
+  /** Of a field whose values are labels: value, colour (#rrggbb) and name of each. See categoriesOf. */
+  categories?: [number, string, string?][];
   /** The assumptions made when the volume was imported, one sentence each. */
   notes?: string[];
   [key: string]: unknown;

@@ -208,7 +208,8 @@ export class MeasureTool {
     const { look, legend } = this.#viewer;
     if (value === undefined || Number.isNaN(value) || look.colourBy !== "field") return undefined;
     const units = legend?.field?.units;
-    return { name: look.field.name, value, ...(units && { units }) };
+    const label = legend?.categories?.find((each) => each.value === value)?.name;
+    return { name: look.field.name, value, ...(units && { units }), ...(label && { label }) };
   }
 
   #add(kind: MeasurementKind, points: readonly MeasuredPoint[]): void {

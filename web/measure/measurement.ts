@@ -27,6 +27,8 @@ export interface MeasuredField {
   name: string;
   value: number;
   units?: string;
+  /** The name of the value, if values are labels. */
+  label?: string;
 }
 
 export interface Measurement {

@@ -141,11 +141,12 @@ function pointOf(value: unknown, number: number): MeasuredPoint {
 }
 
 function fieldOf(value: unknown): MeasuredField | undefined {
-  const { name, value: found, units } = recordOf(value) ?? {};
+  const { name, value: found, units, label } = recordOf(value) ?? {};
   if (typeof name !== "string" || name.length > longestName) return undefined;
   if (typeof found !== "number" || !Number.isFinite(found)) return undefined;
   const hasUnits = typeof units === "string" && units.length <= longestName;
-  return { name, value: found, ...(hasUnits && { units }) };
+  const hasLabel = typeof label === "string" && label.length <= longestName;
+  return { name, value: found, ...(hasUnits && { units }), ...(hasLabel && { label }) };
 }
 
 function tripleOf(value: unknown): Triple | undefined {

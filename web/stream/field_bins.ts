@@ -6,13 +6,16 @@ const bins = 256;
 export class FieldBins {
   readonly #field: FieldInfo;
   readonly #counts = new Map<number, Uint32Array>();
+  /** The quantized values of each chunk, if they are categories. */
+  readonly #values = new Map<number, ReadonlySet<number>>();
 
   constructor(field: FieldInfo) {
     this.#field = field;
   }
 
-  /** `values`: PackedField of each sample of a chunk. */
-  add(chunk: number, values: Uint32Array): void {
+  /** `values`: PackedField of each sample of a chunk. isCategory: they are labels. */
+  add(chunk: number, values: Uint32Array, isCategory = false): void {
+    if (isCategory) this.#values.set(chunk, distinct(values));
     const counts = new Uint32Array(bins);
     const { quantizedRange, mapping } = this.#field;
     const [low, high] = quantizedRange;
@@ -29,6 +32,18 @@ export class FieldBins {
 
   remove(chunk: number): void {
     this.#counts.delete(chunk);
+    this.#values.delete(chunk);
+  }
+
+  /** The labels that occur in these chunks. */
+  labels(chunks: readonly number[]): Set<number> {
+    const { offset, scale, hasMissing } = this.#field.mapping;
+    const found = new Set<number>();
+    for (const chunk of chunks) {
+      for (const value of this.#values.get(chunk) ?? []) found.add(value);
+    }
+    if (hasMissing) found.delete(65_535);
+    return new Set([...found].map((value) => Math.round(offset + scale * value)));
   }
 
   /** The counts of all these chunks together, from the lowest to the highest value of the field. */
@@ -65,4 +80,17 @@ export class FieldBins {
     const width = (high - low) / bins;
     return [low + first * width, low + (last + 1) * width];
   }
+}
+
+/** The distinct quantized values of PackedFields. */
+function distinct(values: Uint32Array): Set<number> {
+  const found = new Set<number>();
+  let last = -1;
+  for (const word of values) {
+    if (word === last) continue; // neighbours are often equal
+    last = word;
+    found.add(word & 0xffff);
+    found.add(word >>> 16);
+  }
+  return found;
 }

@@ -144,6 +144,11 @@ export class FieldValues {
     return this.#bins?.percentiles([...this.#selection.drawn], share);
   }
 
+  /** The labels around the surfaces that are drawn, if values are categories: FieldBins. */
+  get labels(): ReadonlySet<number> {
+    return this.#bins?.labels([...this.#selection.drawn]) ?? new Set();
+  }
+
   /** How often values occur around the surfaces that are drawn: FieldBins. */
   get histogram(): Bins | undefined {
     return this.#bins?.histogram([...this.#selection.drawn]);
@@ -151,7 +156,7 @@ export class FieldValues {
 
   /** Passes the values of a chunk to the viewer, which has its samples. */
   upload(handle: number, values: Uint32Array): void {
-    this.#bins?.add(handle, values);
+    this.#bins?.add(handle, values, this.metadata?.categories !== undefined);
     this.#present.add(handle);
     this.#viewer.fieldValues?.(handle, values);
     if (!this.#isColoured) this.#events.coloured();

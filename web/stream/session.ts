@@ -206,6 +206,11 @@ export class StreamSession {
     return this.#parts.uploads.fields.surfaceRange(0.01);
   }
 
+  /** The labels around the drawn surfaces, if the values of the shown field are categories. */
+  get fieldLabels(): ReadonlySet<number> {
+    return this.#parts.uploads.fields.labels;
+  }
+
   /** How often the shown field's values occur around the drawn surfaces. */
   get fieldHistogram(): Bins | undefined {
     return this.#parts.uploads.fields.histogram;

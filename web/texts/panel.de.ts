@@ -64,6 +64,8 @@ export const panel: typeof English = {
   },
   noSuchField: (name) => `Diese Ebene hat kein Feld „${name}“`,
   fieldMissing: "Grau: kein Wert",
+  label: (value) => `Label ${value}`,
+  moreLabels: (count) => `und ${count} weitere`,
   fieldHistogram: (low, high) =>
     `Wie oft die Werte von ${low} bis ${high} auf der Fläche vorkommen; die Striche sind die Enden der Farben`,
   coloursFrom: "Farben von",

@@ -63,6 +63,8 @@ export const panelTexts = part("panel", {
   },
   noSuchField: (name: string) => `The store of this layer has no field “${name}”`,
   fieldMissing: "Grey: no value",
+  label: (value: string) => `label ${value}`,
+  moreLabels: (count: string) => `and ${count} more`,
   fieldHistogram: (low: string, high: string) =>
     `How often the values from ${low} to ${high} occur on the surface; the lines are the ends of the colours`,
   coloursFrom: "Colours from",

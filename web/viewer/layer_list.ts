@@ -1,4 +1,5 @@
-import type { FieldInfo, StoreInfo } from "../core/types.ts";
+import { categoriesOf, merged } from "../core/categories.ts";
+import type { Category, FieldInfo, StoreInfo } from "../core/types.ts";
 import type { StreamSession } from "../stream/session.ts";
 import { fieldOf } from "./field_of.ts";
 import type { Layer } from "./layer.ts";
@@ -139,6 +140,17 @@ export class LayerList {
   /** That of the first open layer that shows a field; null if none does. */
   get fieldSession(): StreamSession | null {
     return this.sessions.find(({ shownField }) => shownField !== null) ?? null;
+  }
+
+  /** The categories of the fields that layers show, by value; empty if their values are no labels. */
+  get categories(): Category[] {
+    const shown = this.sessions.flatMap(({ shownField }) => shownField ?? []);
+    return merged(shown.map(({ metadata }) => categoriesOf(metadata)));
+  }
+
+  /** The labels of these around the surfaces that are drawn. */
+  get labels(): ReadonlySet<number> {
+    return new Set(this.sessions.flatMap(({ fieldLabels }) => [...fieldLabels]));
   }
 
   /** The field of the first open layer that has one with this name. */

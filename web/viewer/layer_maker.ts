@@ -16,6 +16,8 @@ export interface LayerMakerHost {
   readonly life: RendererLife;
   scheduler(): FrameScheduler | null;
   startWorkers(): void;
+  /** The description of a field that is shown is known. */
+  fieldOpened(): void;
   sessionOptions(entry: LayerEntry, volume: OpenVolume): Omit<SessionOptions, "events" | "signal">;
   changed(entry: LayerEntry, property: LayerProperty): void;
   remove(entry: LayerEntry): void;
@@ -98,6 +100,7 @@ export class LayerMaker {
           series?.changed();
         },
         uploaded: (id, of) => host.scheduler()?.onUpload({ volume: number, id, of }),
+        fieldOpened: () => host.fieldOpened(),
         valuesChanged: () => host.scheduler()?.onVisibleChange(),
         chunksChanged: () => host.chunksChanged(volume),
         visibleChanged: () => host.visibleChanged(volume),

@@ -162,6 +162,7 @@ export class Layers {
       remove: (entry) => this.#remove(entry),
       opened: (...opened) => this.#opened(...opened),
       chunksChanged: (volume) => volume === this.list.first?.volume && this.#host.chunksChanged(),
+      fieldOpened: () => this.applySettings(),
       visibleChanged: (volume) => {
         this.#host.scheduler()?.onVisibleChange();
         this.#changes.visible(volume);
@@ -221,7 +222,13 @@ export class Layers {
     if (!renderer) return;
     const { shownField } = this.#settings;
     const { firstPlaced, firstNumber } = this.list;
-    this.#settings.apply(renderer, firstPlaced, firstNumber, this.list.fieldNamed(shownField));
+    this.#settings.apply(
+      renderer,
+      firstPlaced,
+      firstNumber,
+      this.list.fieldNamed(shownField),
+      this.list.categories,
+    );
     for (const volume of this.list.entries.flatMap(volumesOf)) volume.showField(shownField);
   }
 

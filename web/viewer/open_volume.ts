@@ -18,6 +18,8 @@ export interface OpenVolumeHost {
   opened(renderer: RendererModule, info: StoreInfo): void;
   /** The samples of a chunk were uploaded, or the values of a field. */
   uploaded(id: number, of: "samples" | "field"): void;
+  /** The first values of a field will be drawn: its description is known. */
+  fieldOpened(): void;
   /** Other values of a field are drawn. */
   valuesChanged(): void;
   /** A chunk was added or removed. */
@@ -56,6 +58,8 @@ export class OpenVolume {
   #progress: Progress | null = null;
   #error: unknown = null;
   #isShown: boolean;
+  /** Whether values of the shown field have arrived. */
+  #hasValues = false;
   #visible: VisibleChunks = nothing;
 
   /** `isShown`: see `isShown`. */
@@ -167,6 +171,10 @@ export class OpenVolume {
         return isTaken || this.#life.isContextLost;
       },
       fieldValues: (id, values) => {
+        if (!this.#hasValues) {
+          this.#hasValues = true;
+          this.#host.fieldOpened();
+        }
         this.#life.guard((renderer) => renderer.volume(number).addField(id, values));
         this.#host.uploaded(id, "field");
         if (this.#isShown) this.#host.valuesChanged();
@@ -209,6 +217,7 @@ export class OpenVolume {
     if (!session || this.#life.isContextLost) return;
     const field = name === null ? null : fieldOf(session.info, name);
     if (field?.name === session.shownField?.info.name) return;
+    this.#hasValues = false;
     this.#life.guard((renderer) => renderer.volume(this.number).setField(field?.mapping ?? null));
     session.showField(field?.name ?? null);
   }

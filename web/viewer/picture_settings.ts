@@ -1,4 +1,4 @@
-import type { FieldInfo, StoreInfo } from "../core/types.ts";
+import type { Category, FieldInfo, StoreInfo } from "../core/types.ts";
 import type { ShownField } from "../stream/session.ts";
 import { wholeVolume } from "./clipping.ts";
 import { hasLines, lineTicks } from "./field_lines.ts";
@@ -35,14 +35,16 @@ export class PictureSettings {
     return hasSlices(this.#slices);
   }
 
-  /** `field`: the shown one, of the first layer that has it. */
+  /** `field`: the shown one, of the first layer that has it. `categories`: if its values are labels. */
   apply(
     renderer: RendererModule,
     info: StoreInfo | null,
     number: number,
     field: FieldInfo | null,
+    categories: readonly Category[],
   ): void {
     renderer.picture.setClip(this.clip);
+    renderer.picture.setCategories(categories);
     this.applyLook(renderer, info, field);
     this.applySlices(renderer, info, number);
   }
@@ -67,15 +69,25 @@ export class PictureSettings {
 
   /**
    * The meaning of colours; null if each surface has its own colour and there are no slices. `shown`: the field,
-   * as the first layer that has it shows it.
+   * as the first layer that has it shows it; `categories`: if its values are labels, those around the surfaces.
    */
-  legend(renderer: RendererModule, info: StoreInfo, shown: ShownField | null): Legend | null {
+  legend(
+    renderer: RendererModule,
+    info: StoreInfo,
+    shown: ShownField | null,
+    categories: readonly Category[] | null = null,
+  ): Legend | null {
     const { colourBy, colourMap } = this.look;
     const slices = this.hasSlices;
     const mapColours = () => renderer.picture.colours(colourMap, 16);
     const ofSlices = {
       range: this.#slices.range ?? greyRange(info),
       colours: this.#slices.mapped ? mapColours() : ["#000", "#fff"],
+    };
+    const withSlices = (legend: Legend): Legend => {
+      if (slices) legend.slices = slices;
+      if (slices && colourBy !== "isovalue") legend.ofSlices = ofSlices;
+      return legend;
     };
     if (colourBy === "isosurface") {
       if (!slices) return null;
@@ -94,6 +106,12 @@ export class PictureSettings {
       legend.range = range;
       const { hasMissing } = shown.info.mapping;
       legend.field = { name, ...(units && { units }), scale, ...(hasMissing && { hasMissing }) };
+      if (categories) {
+        legend.categories = categories;
+        legend.colours = [];
+        legend.range = null;
+        return withSlices(legend);
+      }
       const isStepped = steps > 1;
       const along =
         isStepped || lines > 0 ? renderer.picture.colours(colourMap, isStepped ? steps : 256) : [];
@@ -103,9 +121,7 @@ export class PictureSettings {
       }
       if (isStepped) legend.colours = stepped(along);
     }
-    if (slices) legend.slices = slices;
-    if (slices && colourBy !== "isovalue") legend.ofSlices = ofSlices;
-    return legend;
+    return withSlices(legend);
   }
 
   /** The range shown in the legend; null if it differs from view to view. */

@@ -1,6 +1,8 @@
 import * as layouts from "../../build/wasm/web/layouts.js";
+import type { Category } from "../core/types.ts";
 import { colourChannels } from "./colour_channels.ts";
 import { writeCamera } from "./renderer_camera.ts";
+import { RendererError } from "./renderer_error.ts";
 import type { RendererInstance } from "./renderer_instance.ts";
 import {
   type Camera,
@@ -22,6 +24,7 @@ const missingColour: [number, number, number] = [0.62, 0.62, 0.62];
 /** The picture that a renderer draws: camera, look and light, clipping and slices. */
 export class RendererPicture {
   readonly #instance: RendererInstance;
+  #categories: readonly Category[] = [];
   #splats: Splats = { kind: "ellipse", shading: "smooth" };
 
   constructor(instance: RendererInstance) {
@@ -57,6 +60,25 @@ export class RendererPicture {
     this.#instance.exports._isosplat_renderer_set_appearance(this.#instance.scratch);
     layouts.writeLight(this.#instance.view(), this.#instance.scratch, look.light);
     this.#instance.exports._isosplat_renderer_set_light(this.#instance.scratch);
+  }
+
+  /** The categories of the field that colours show, by value; none: its values are no labels. */
+  setCategories(categories: readonly Category[]): void {
+    if (categories.length === 0 && this.#categories.length === 0) return;
+    this.#categories = categories;
+    const { exports } = this.#instance;
+    const first = categories[0]?.value ?? 0;
+    const count = categories.length > 0 ? (categories.at(-1)?.value ?? 0) - first + 1 : 0;
+    const colours = new Uint8Array(3 * count);
+    for (const { value, colour } of categories) {
+      const channels = colourChannels(colour).map((channel) => Math.round(255 * channel));
+      colours.set(channels, 3 * (value - first));
+    }
+    const at = exports._malloc(Math.max(1, colours.length));
+    if (at === 0) throw new RendererError("no memory for the colours of labels");
+    exports.HEAPU8.set(colours, at);
+    exports._isosplat_renderer_set_categories(first, at, count);
+    exports._free(at);
   }
 
   /** `count` evenly spaced colours of a colour map, from low to high, as CSS colours. */

@@ -41,6 +41,7 @@ export interface RendererExports extends CoreModule {
   _isosplat_renderer_set_isosurfaces(volume: number, isosurfaces: number, count: number): void;
   _isosplat_renderer_set_splats(kind: number, shading: number): void;
   _isosplat_renderer_set_appearance(appearance: number): void;
+  _isosplat_renderer_set_categories(first: number, colours: number, count: number): void;
   _isosplat_renderer_set_light(light: number): void;
   _isosplat_renderer_set_clipping(box: number, planes: number, count: number): void;
   _isosplat_renderer_set_slices(

@@ -1,5 +1,5 @@
 import { maxIsosurfaces } from "../../build/wasm/web/layouts.js";
-import type { Triple } from "../core/types.ts";
+import type { Category, Triple } from "../core/types.ts";
 import { defaultLight, type Light } from "./light.ts";
 
 export const projections = ["perspective", "orthographic"] as const;
@@ -195,6 +195,11 @@ export interface Legend {
   range: readonly [number, number] | null;
   /** The field that colours represent, with the units that its file states. */
   field?: { name: string; units?: string; scale: FieldScale; hasMissing?: true };
+  /**
+   * The values of the field are labels, which have colours of their own: those that occur in the chunks of the drawn
+   * surfaces, by value. Then `colours` is empty, and `range` null.
+   */
+  categories?: readonly Category[];
   /** The contour lines of the field: their distance (FieldLook.lines), and where they are among the colours. */
   lines?: { interval: number; ticks: readonly LineTick[] };
   /** There are slices, which are hatched where no values are loaded. */

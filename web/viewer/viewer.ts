@@ -1,5 +1,5 @@
 import type { Core } from "../core/core.ts";
-import type { Bins, StoreInfo } from "../core/types.ts";
+import type { Bins, Category, StoreInfo } from "../core/types.ts";
 import type { StoreAccess } from "../stream/session_parts.ts";
 import type { Source } from "../stream/source.ts";
 import type { Progress } from "../stream/types.ts";
@@ -248,7 +248,15 @@ export class Viewer extends Emitter<ViewerEvents> implements CameraActions {
   get legend(): Legend | null {
     const { renderer } = this.#life;
     const shown = this.#layers.list.fieldSession?.shownField ?? null;
-    return renderer && this.info && this.#settings.legend(renderer, this.info, shown);
+    return (
+      renderer && this.info && this.#settings.legend(renderer, this.info, shown, this.#categories)
+    );
+  }
+
+  /** Those of the shown field around the drawn surfaces, by value; null if its values are no labels. */
+  get #categories(): Category[] | null {
+    const { categories, labels } = this.#layers.list;
+    return categories.length > 0 ? categories.filter(({ value }) => labels.has(value)) : null;
   }
 
   get clip(): Clip {

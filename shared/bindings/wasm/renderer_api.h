@@ -81,6 +81,8 @@ void isosplat_renderer_set_isosurfaces(uint32_t volume, const IsosplatIsosurface
 /// kind: SplatKind; shading: Shading.
 void isosplat_renderer_set_splats(uint32_t kind, uint32_t shading);
 void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance);
+/// RenderSettings::field_categories: `count` × 3 bytes, sRGB, of the values `first`, + 1, …
+void isosplat_renderer_set_categories(double first, const uint8_t* colours, uint32_t count);
 void isosplat_renderer_set_light(const IsosplatLight* light);
 
 /// The colours of a ColourMap, from low to high: `colourMapColours` × 3 bytes, sRGB. Null if there

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <span>
 #include <vector>
@@ -77,10 +78,21 @@ void isosplat_renderer_set_appearance(const IsosplatAppearance* appearance) {
     settings.field_scale = static_cast<FieldScale>(std::min(appearance->field_scale, kLastScale));
     settings.field_steps = static_cast<int>(std::min(appearance->field_steps, kMostSteps));
     settings.field_lines = appearance->field_lines;
-    if (!has_lines(settings)) settings.field_lines = 0;  // NaN would differ from itself
+    // NaN would differ from itself.
+    if (!std::isfinite(settings.field_lines)) settings.field_lines = 0;
     const float* missing = appearance->field_missing;
     settings.field_missing_colour = {missing[0], missing[1], missing[2]};
     settings.eye_dome = appearance->eye_dome;
+  });
+}
+
+void isosplat_renderer_set_categories(double first, const uint8_t* colours, uint32_t count) {
+  change_settings([&](RenderSettings& settings) {
+    settings.field_first_category = first;
+    settings.field_categories.resize(std::min<size_t>(count, kMaxCategoryColours));
+    for (size_t i = 0; i < settings.field_categories.size(); ++i) {
+      std::copy_n(colours + 3 * i, 3, settings.field_categories[i].begin());
+    }
   });
 }
 

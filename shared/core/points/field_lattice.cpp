@@ -22,8 +22,8 @@ Index3 low_corner_of(uint32_t cell) {
 
 }  // namespace
 
-FieldLattice::FieldLattice(const ValueMapping& mapping)
-    : mapping_(mapping), values_(size_t{kPoints} * kPoints * kPoints) {}
+FieldLattice::FieldLattice(const ValueMapping& mapping, bool is_category)
+    : mapping_(mapping), is_category_(is_category), values_(size_t{kPoints} * kPoints * kPoints) {}
 
 void FieldLattice::set(std::span<const uint32_t> cells, std::span<const CellCorners> corners) {
   for (size_t i = 0; i < corners.size(); ++i) {
@@ -39,11 +39,13 @@ void FieldLattice::set(std::span<const uint32_t> cells, std::span<const CellCorn
 /// weight must have values.
 float FieldLattice::interpolate(Index3 low, Vec3d t, bool needs_all) const {
   constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
+  const auto nearest = [](double part) { return part < 0.5 ? 0.0 : 1.0; };
+  if (is_category_) t = {nearest(t.x), nearest(t.y), nearest(t.z)};
   double sum = 0;
   for (int32_t k = 0; k < 8; ++k) {
     const double weight =
         (k & 1 ? t.x : 1 - t.x) * (k & 2 ? t.y : 1 - t.y) * (k & 4 ? t.z : 1 - t.z);
-    if (weight == 0 && !needs_all) continue;
+    if (weight == 0 && (is_category_ || !needs_all)) continue;
     const QuantizedValue value =
         values_[index_of(low.x + (k & 1), low.y + (k >> 1 & 1), low.z + (k >> 2))];
     if (mapping_.has_missing && value == kMissingVoxel) return kMissing;

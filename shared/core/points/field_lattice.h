@@ -14,7 +14,9 @@ namespace isosplat {
 /// Needs 550 KB.
 class FieldLattice {
  public:
-  explicit FieldLattice(const ValueMapping& mapping);
+  /// `is_category`: instead of interpolating, points have the value of the nearest corner of their
+  /// cell, edge or face; NaN where that is missing.
+  explicit FieldLattice(const ValueMapping& mapping, bool is_category = false);
 
   /// Sets the values at the corners of these cells (ChunkDecoder::decode_field). Others remain.
   void set(std::span<const uint32_t> cells, std::span<const CellCorners> corners);
@@ -32,6 +34,7 @@ class FieldLattice {
   float interpolate(Index3 low, Vec3d t, bool needs_all) const;
 
   ValueMapping mapping_;
+  bool is_category_;
   std::vector<QuantizedValue> values_;
 };
 

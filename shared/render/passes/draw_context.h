@@ -24,8 +24,7 @@ struct DrawContext {
   Lighting& lighting;
   FrameStatistics& statistics;
   int image_height;           ///< of the whole image, of which a tile may be drawn
-  bool shows_fields;          ///< colours show the fields of volumes
-  bool shows_lines;           ///< shows_fields, and has_lines(settings)
+  FieldStyle field_style;     ///< of the settings; none if no volume has a field
   GLuint empty_vertex_array;  ///< for passes whose vertex shader only reads gl_VertexID
 };
 

@@ -26,8 +26,7 @@ Result<void> compose(const DrawContext& context, int layers, GLuint framebuffer,
   const bool is_occluded = still && Lighting::has_occlusion(settings.light);
   const auto linked = context.programs.compose(
       {layers > 1, settings.eye_dome > 0, is_occluded, is_occluded && still->whole,
-       settings.isosurfaces.size() > size_t{kMaxIsosurfaces}, context.shows_fields,
-       context.shows_lines});
+       settings.isosurfaces.size() > size_t{kMaxIsosurfaces}, context.field_style});
   if (!linked) return tl::unexpected(linked.error());
   const GlProgram& program = **linked;
   glUseProgram(program.name());

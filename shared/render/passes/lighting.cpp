@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "shared/core/base/matrix3.h"
 #include "shared/render/passes/accumulation.h"
@@ -39,15 +40,26 @@ double visible_radius(const VolumeGrid& grid, const RenderSettings& settings) {
   return 0.5 * longest_diagonal(scale_columns(grid.cell_edges(), shown));
 }
 
-void Lighting::bind_colour_map(ColourMap map) {
-  const int index = std::clamp(static_cast<int>(map), 0, kColourMaps - 1);
+void Lighting::bind_colour_map(const RenderSettings& settings) {
+  const int index = std::clamp(static_cast<int>(settings.colour_map), 0, kColourMaps - 1);
   if (!colour_map_) glGenTextures(1, &colour_map_);
   glActiveTexture(GL_TEXTURE3);
   glBindTexture(GL_TEXTURE_2D, colour_map_);
-  if (index == loaded_map_) return;
+  std::span<const std::array<uint8_t, 3>> categories;
+  if (field_style(settings) == FieldStyle::categories) categories = settings.field_categories;
+  categories = categories.first(std::min(categories.size(), kMaxCategoryColours));
+  if (index == loaded_map_ && std::equal(categories.begin(), categories.end(),
+                                         loaded_categories_.begin(), loaded_categories_.end())) {
+    return;
+  }
+  loaded_categories_.assign(categories.begin(), categories.end());
+  const size_t rows = 1 + (categories.size() + 255) / 256;
+  std::vector<std::array<uint8_t, 3>> texels(256 * rows);
+  std::memcpy(texels.data(), kColourMapTable[index], sizeof kColourMapTable[index]);
+  std::copy(categories.begin(), categories.end(), texels.begin() + 256);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, 256, 1, 0, GL_RGB, GL_UNSIGNED_BYTE,
-               kColourMapTable[index]);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, 256, static_cast<GLsizei>(rows), 0, GL_RGB,
+               GL_UNSIGNED_BYTE, texels.data());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -73,7 +85,7 @@ void Lighting::bind_colours(std::span<const float> rgba) {
 
 void Lighting::apply(const GlProgram& program, const RenderSettings& settings,
                      std::span<const Isosurface> isosurfaces) {
-  bind_colour_map(settings.colour_map);
+  bind_colour_map(settings);
   // Programs that show fields take their colours from values. Other surfaces have their own
   // colours.
   glUniform1i(program.uniform("u_colour_by"),
@@ -162,6 +174,7 @@ void Lighting::release() {
 void Lighting::abandon() {
   colour_map_ = colours_ = 0;
   loaded_map_ = -1;
+  loaded_categories_.clear();
   loaded_colours_.clear();
 }
 

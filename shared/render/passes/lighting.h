@@ -2,6 +2,7 @@
 
 #include <GLES3/gl3.h>
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -54,11 +55,12 @@ class Lighting {
   void abandon();
 
  private:
-  void bind_colour_map(ColourMap map);
+  void bind_colour_map(const RenderSettings& settings);
   void bind_colours(std::span<const float> rgba);
 
   GLuint colour_map_ = 0;
-  int loaded_map_ = -1;  // index of the ColourMap in the texture; −1: none
+  int loaded_map_ = -1;  // index of the ColourMap in the first row of the texture; −1: none
+  std::vector<std::array<uint8_t, 3>> loaded_categories_;  // in the rows after it
   GLuint colours_ = 0;
   std::vector<float> loaded_colours_;  // RGBA of each isosurface in the texture
 };

@@ -53,7 +53,7 @@ LineWeights line_weights(const RenderSettings& settings, const ValueMapping& fie
   const auto [dark_from, dark_to] = known_dark_lines(settings.colour_map);
   const float steps = settings.field_steps >= 2 ? static_cast<float>(settings.field_steps) : 0;
   const LineWeights none{{0, 0.5f, 0, steps}, {0, dark_from, dark_to}};
-  if (!has_lines(settings)) return none;
+  if (field_style(settings) != FieldStyle::lines) return none;
   const double interval = settings.field_lines;
   // The numbers of lines are relative to the one that is nearest to the low end: floats around 0
   // are exact, while 1 − 1e-9 would be a line.

@@ -1,5 +1,6 @@
 #include "shared/render/passes/scalar_weights.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -29,6 +30,12 @@ std::array<float, 3> scalar_weights(const RenderSettings& settings, const ValueM
 }
 
 std::array<float, 3> field_weights(const RenderSettings& settings, const ValueMapping& field) {
+  if (field_style(settings) == FieldStyle::categories) {
+    const size_t count = std::min(settings.field_categories.size(), kMaxCategoryColours);
+    return {static_cast<float>(field.scale),
+            static_cast<float>(field.offset - settings.field_first_category),
+            static_cast<float>(count)};
+  }
   const auto [low, high] = field_range(settings);
   if (settings.field_scale == FieldScale::logarithmic) {
     // The logarithm of the ratio to the low limit.

@@ -14,9 +14,9 @@ constexpr SplatPass kFirstSplatPasses[] = {SplatPass::exact, SplatPass::ellipse}
 
 /// Indices of variants among those of a camera.
 size_t index_of(const SplatVariant& variant) {
-  return 64 * static_cast<size_t>(variant.pass) + (variant.lines ? 32u : 0u) +
-         (variant.field ? 16u : 0u) + (variant.smooth ? 8u : 0u) + (variant.pulled ? 4u : 0u) +
-         (variant.clipped ? 2u : 0u) + (variant.lit ? 1u : 0u);
+  return 64 * static_cast<size_t>(variant.pass) + 16 * static_cast<size_t>(variant.field) +
+         (variant.smooth ? 8u : 0u) + (variant.pulled ? 4u : 0u) + (variant.clipped ? 2u : 0u) +
+         (variant.lit ? 1u : 0u);
 }
 
 SplatVariant splat_variant(size_t index) {
@@ -25,8 +25,21 @@ SplatVariant splat_variant(size_t index) {
           (index & 2) != 0,
           (index & 1) != 0,
           (index & 8) != 0,
-          (index & 16) != 0,
-          (index & 32) != 0};
+          static_cast<FieldStyle>(index / 16 % 4)};
+}
+
+std::string field_defines(FieldStyle style) {
+  switch (style) {
+    case FieldStyle::none:
+      return {};
+    case FieldStyle::values:
+      break;
+    case FieldStyle::lines:
+      return "#define FIELD\n#define LINES\n";
+    case FieldStyle::categories:
+      return "#define FIELD\n#define CATEGORIES\n";
+  }
+  return "#define FIELD\n";
 }
 
 }  // namespace
@@ -134,8 +147,7 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
   if (variant.clipped) defines += "#define CLIPPED\n";
   if (variant.lit) defines += "#define LIT\n";
   if (variant.smooth) defines += "#define SMOOTH\n";
-  if (variant.field) defines += "#define FIELD\n";
-  if (variant.lines) defines += "#define LINES\n";
+  defines += field_defines(variant.field);
   if (sheared_) defines += "#define SHEARED\n";
   if (orthographic_) defines += kOrthographicDefine;
   if (variant.pass == SplatPass::gradients) {
@@ -161,12 +173,14 @@ GlProgram ShaderPrograms::start(SplatVariant variant) const {
          "slice.glsl", "slice_cells.vert.glsl"},
         {"frame.glsl", "surface_pixel.glsl", "cell.glsl", "slice.glsl", "slice_cells.frag.glsl"});
   }
-  const std::string_view field = variant.field ? "field.glsl" : kNoFile;
-  const std::string_view corners = variant.field ? "field_corners.glsl" : kNoFile;
-  const std::string_view coverage = variant.lines ? "line_coverage.glsl" : kNoFile;
-  const std::string_view lines = variant.lines ? "field_lines.glsl" : kNoFile;
+  const std::string_view field = variant.field != FieldStyle::none ? "field.glsl" : kNoFile;
+  const std::string_view corners =
+      variant.field != FieldStyle::none ? "field_corners.glsl" : kNoFile;
+  const std::string_view coverage =
+      variant.field == FieldStyle::lines ? "line_coverage.glsl" : kNoFile;
+  const std::string_view lines = variant.field == FieldStyle::lines ? "field_lines.glsl" : kNoFile;
   if (variant.pass == SplatPass::triangles) {
-    const auto if_field = [&](std::string_view file) { return variant.field ? file : kNoFile; };
+    const auto if_field = [&](std::string_view file) { return field.empty() ? kNoFile : file; };
     return GlProgram::start(
         defines,
         {"frame.glsl", "gamma.glsl", "light.glsl", "cell.glsl", field, corners, "block.glsl",
@@ -280,8 +294,7 @@ GlProgram ShaderPrograms::start(ComposeVariant variant) const {
   std::string defines = variant.several_layers ? "" : "#define ONE_LAYER\n";
   if (variant.eye_dome) defines += "#define EYE_DOME\n";
   if (variant.many_surfaces) defines += "#define MANY_SURFACES\n";
-  if (variant.field) defines += "#define FIELD\n";
-  if (variant.lines) defines += "#define LINES\n";
+  defines += field_defines(variant.field);
   if (!variant.still) {
     return start_image(defines, {"frame.glsl", "surface_pixel.glsl", "gamma.glsl", "light.glsl",
                                  "depths.glsl", "eye_dome.glsl", "compose.frag.glsl"});

@@ -11,6 +11,7 @@
 
 #include "shared/core/base/status.h"
 #include "shared/render/gl/gl_program.h"
+#include "shared/render/settings/render_settings.h"
 
 namespace isosplat::render {
 
@@ -41,8 +42,7 @@ struct SplatVariant {
   bool clipped = false;  ///< there are clip planes
   bool lit = false;      ///< writes lit colours instead of surface pixels
   bool smooth = false;   ///< triangles: normals from gradients at lattice points
-  bool field = false;    ///< shows the values of the volume's field
-  bool lines = false;    ///< field: with contour lines
+  FieldStyle field = FieldStyle::none;  ///< of the volume's field
 };
 
 /// A program that lights the surface pixels of layers, and blends the layers.
@@ -52,8 +52,7 @@ struct ComposeVariant {
   bool still = false;          ///< ambient occlusion and shadows; writes linear colours
   bool tile = false;           ///< still: reads depths of the whole image where the tile has none
   bool many_surfaces = false;  ///< more than kMaxIsosurfaces: their colours are in a texture
-  bool field = false;          ///< colours show fields
-  bool lines = false;          ///< field: with contour lines
+  FieldStyle field = FieldStyle::none;
 };
 
 /// Other passes over the whole image, and those of the mesh.
@@ -150,10 +149,10 @@ class ShaderPrograms {
   Splat& slot(SplatVariant variant);
   Image& slot(ImagePass pass) { return current().images[static_cast<size_t>(pass)]; }
   Image& slot(ComposeVariant variant) {
-    return current().composes[(variant.lines ? 64u : 0u) + (variant.field ? 32u : 0u) +
-                              (variant.many_surfaces ? 16u : 0u) + (variant.tile ? 8u : 0u) +
-                              (variant.still ? 4u : 0u) + (variant.several_layers ? 2u : 0u) +
-                              (variant.eye_dome ? 1u : 0u)];
+    return current()
+        .composes[32 * static_cast<size_t>(variant.field) + (variant.many_surfaces ? 16u : 0u) +
+                  (variant.tile ? 8u : 0u) + (variant.still ? 4u : 0u) +
+                  (variant.several_layers ? 2u : 0u) + (variant.eye_dome ? 1u : 0u)];
   }
   /// Takes the programs out of an entry that is replaced.
   template <class Entries>

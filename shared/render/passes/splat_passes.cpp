@@ -139,8 +139,9 @@ Result<void> SplatPasses::draw_item(const Pass& pass, ClusterSubset subset, cons
   const bool clipped = pass.splats.frame.clipped() && is_surface;
   const bool smooth = triangles && pass.smooth_triangles;
   const bool field = is_surface && pass.splats.field && chunk.has_field;
-  const auto program = context.programs.splat(
-      {variant, pulled, clipped, pass.splats.lit, smooth, field, field && context.shows_lines});
+  const FieldStyle style = field ? context.field_style : FieldStyle::none;
+  const auto program =
+      context.programs.splat({variant, pulled, clipped, pass.splats.lit, smooth, style});
   if (!program) return tl::unexpected(program.error());
   if (*program != bound.program) {
     const bool depth_tested = subset == ClusterSubset::likely_occluded || is_gradients;

@@ -16,7 +16,8 @@ struct SurfacePixel {
   /// Whether a slice is shown there: one of its values, or its pattern where there are none.
   /// `isosurface` is 0 then.
   enum class Slice : uint8_t { none, values, no_data } slice = Slice::none;
-  float scalar = 0;  ///< position in the colour map, 0 … 1; of slices: by value
+  float scalar = 0;  ///< position in the colour map, 0 … 1; of slices: by value; of
+                     ///< categories: the index of the colour
   /// With ColourBy::field, unless it is a cap or a slice: whether the field has a value there,
   /// which `scalar` shows. none: the chunk has no values, or the volume no field.
   enum class Field : uint8_t { none, missing, value } field = Field::none;

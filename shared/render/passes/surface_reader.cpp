@@ -20,21 +20,23 @@ Vec3f decode_normal(uint32_t bits) {
   return Vec3f{x, y, z} * (1 / length(Vec3f{x, y, z}));
 }
 
-/// The inverse of field_scalar in shaders/field.glsl, or of scalar_with_lines in field_lines.glsl.
-void decode_field(uint32_t code, bool shows_lines, SurfacePixel& pixel) {
+/// The inverse of field_scalar or category_scalar in shaders/field.glsl, or of scalar_with_lines in
+/// field_lines.glsl.
+void decode_field(uint32_t code, FieldStyle style, SurfacePixel& pixel) {
   using Field = SurfacePixel::Field;
   pixel.field = code <= FIELD_HIGHEST   ? Field::value
                 : code == FIELD_MISSING ? Field::missing
                                         : Field::none;
   pixel.scalar = 0;
   if (pixel.field != Field::value) return;
-  pixel.scalar = shows_lines ? static_cast<float>(code / (2 * LINE_TONE)) / LINES_HIGHEST
-                             : static_cast<float>(code) / FIELD_HIGHEST;
+  pixel.scalar = style == FieldStyle::categories ? static_cast<float>(code)
+                 : style == FieldStyle::lines
+                     ? static_cast<float>(code / (2 * LINE_TONE)) / LINES_HIGHEST
+                     : static_cast<float>(code) / FIELD_HIGHEST;
 }
 
 /// From the four words that shaders/read.frag.glsl writes.
-SurfacePixel decode_pixel(const uint32_t* words, float world_unit, bool shows_fields,
-                          bool shows_lines) {
+SurfacePixel decode_pixel(const uint32_t* words, float world_unit, FieldStyle style) {
   SurfacePixel pixel;
   if (words[3] == 0) return pixel;
   pixel.hit = true;
@@ -49,8 +51,8 @@ SurfacePixel decode_pixel(const uint32_t* words, float world_unit, bool shows_fi
     pixel.isosurface = 0;
   }
   pixel.cap = (words[1] >> 16 & 3) == SIDE_CAP;
-  if (shows_fields && !pixel.cap && pixel.slice == SurfacePixel::Slice::none) {
-    decode_field(words[1] & 0xffff, shows_lines, pixel);
+  if (style != FieldStyle::none && !pixel.cap && pixel.slice == SurfacePixel::Slice::none) {
+    decode_field(words[1] & 0xffff, style, pixel);
   }
   return pixel;
 }
@@ -82,7 +84,7 @@ Result<std::vector<SurfacePixel>> read_surface_pixels(const DrawContext& context
   glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, words.data());
   std::vector<SurfacePixel> pixels(words.size() / 4);
   for (size_t i = 0; i < pixels.size(); ++i) {
-    pixels[i] = decode_pixel(&words[4 * i], world_unit, context.shows_fields, context.shows_lines);
+    pixels[i] = decode_pixel(&words[4 * i], world_unit, context.field_style);
   }
   return pixels;
 }

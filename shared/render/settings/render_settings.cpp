@@ -18,8 +18,11 @@ FieldRange field_range(const RenderSettings& settings) {
   return range;
 }
 
-bool has_lines(const RenderSettings& settings) {
-  return std::isfinite(settings.field_lines) && settings.field_lines > 0;
+FieldStyle field_style(const RenderSettings& settings) {
+  if (settings.colour_by != ColourBy::field) return FieldStyle::none;
+  if (!settings.field_categories.empty()) return FieldStyle::categories;
+  const bool has_lines = std::isfinite(settings.field_lines) && settings.field_lines > 0;
+  return has_lines ? FieldStyle::lines : FieldStyle::values;
 }
 
 }  // namespace isosplat::render

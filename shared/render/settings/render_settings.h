@@ -57,6 +57,7 @@ inline constexpr int kMaxIsosurfaces = 8;  ///< of each volume
 inline constexpr int kMaxTranslucent = 8;  ///< of all volumes; more are drawn as opaque
 inline constexpr int kMaxClipPlanes = 6;
 inline constexpr int kMaxSlices = 4;
+inline constexpr size_t kMaxCategoryColours = 65534;
 
 struct Isosurface {
   double isovalue = 0;              ///< in the volume's values
@@ -82,6 +83,12 @@ struct RenderSettings {
   /// With a logarithmic scale it is in decades, and lines are at 10 to the multiples. Unless it is
   /// finite and above 0, there are no lines.
   double field_lines = 0;
+  /// If not empty, the values of the field are categories: sRGB colours of the values
+  /// field_first_category, + 1, + 2 …, at most kMaxCategoryColours; more are ignored. Each point
+  /// shows the category of the nearest voxel, and the range, scale, steps and lines above have no
+  /// effect. Values without a colour here are shown as missing ones.
+  std::vector<std::array<uint8_t, 3>> field_categories;
+  double field_first_category = 0;
   Vec3f field_missing_colour{0.62f, 0.62f, 0.62f};  ///< sRGB, where a field has no value
   std::array<float, 4> background{1, 1, 1, 1};      ///< sRGB, not premultiplied
   LightSettings light;
@@ -120,7 +127,13 @@ struct FieldRange {
 };
 FieldRange field_range(const RenderSettings& settings);
 
-/// Whether the settings state contour lines of fields.
-bool has_lines(const RenderSettings& settings);
+/// How colours show fields.
+enum class FieldStyle : uint8_t {
+  none,        ///< colours show other things
+  values,      ///< by the colour map
+  lines,       ///< the same with contour lines
+  categories,  ///< each with its own colour
+};
+FieldStyle field_style(const RenderSettings& settings);
 
 }  // namespace isosplat::render

@@ -9,6 +9,9 @@ flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 #ifdef FIELD
 flat in vec4 v_field_a, v_field_b;
+#ifdef CATEGORIES
+flat in vec3 v_field_middle;
+#endif
 #ifdef LINES
 flat in float v_least_sine;
 #endif
@@ -60,6 +63,8 @@ void main() {
   vec3 rise = value_and_gradient(field, p + t * along).yzw;
   vec2 change = change_per_px(rise, at.yzw, along, v_place_x, v_place_y, v_least_sine);
   float scalar = scalar_with_lines(field, p + t * along, change);
+#elif defined(CATEGORIES)
+  float scalar = category_scalar(Trilinear(v_field_a, v_field_b), p + t * along, v_field_middle);
 #elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p + t * along);
 #else

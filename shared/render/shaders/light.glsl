@@ -6,7 +6,7 @@ uniform highp sampler2D u_colours;       // of each isosurface; w: opacity
 #else
 uniform vec4 u_colour[MAX_ISOSURFACES];  // w: opacity
 #endif
-uniform sampler2D u_colour_map;          // decodes sRGB
+uniform sampler2D u_colour_map;          // decodes sRGB; the first row; the others: colours of categories
 uniform vec3 u_key_direction;
 uniform float u_roughness_4;             // fourth power of the roughness
 uniform vec3 u_key;
@@ -28,7 +28,8 @@ vec3 colour_of(int colour_by, uint isosurface, float scalar, float z) {
   vec3 colour = surface_colour(isosurface).rgb;
   SKIPPABLE_IF(colour_by != 0) {
     if (colour_by == 2) scalar = (z - u_near_plane) / (u_far_plane - u_near_plane);
-    vec2 place = vec2((clamp(scalar, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5);
+    float row = 0.5 / float(textureSize(u_colour_map, 0).y);
+    vec2 place = vec2((clamp(scalar, 0.0, 1.0) * 255.0 + 0.5) / 256.0, row);
     colour = textureLod(u_colour_map, place, 0.0).rgb;
   }
   return colour;
@@ -39,6 +40,11 @@ uniform float u_field_steps;  // colours of the map; 0: all of them
 
 // scalar: as that of surface pixels, 0 to 1 (field.glsl). Without values it is the isosurface's colour.
 vec3 field_colour(uint isosurface, float scalar) {
+#ifdef CATEGORIES
+  float code = floor(scalar * 65535.0 + 0.5);
+  int index = int(min(code, float(FIELD_HIGHEST)));
+  vec3 mapped = texelFetch(u_colour_map, ivec2(index & 255, 1 + (index >> 8)), 0).rgb;
+#else
 #ifdef LINES
   // The bits of field_lines.glsl.
   float code = floor(scalar * 65535.0 + 0.5), index = floor((code + 0.5) / float(2 * LINE_TONE));
@@ -56,6 +62,7 @@ vec3 field_colour(uint isosurface, float scalar) {
   // Between roots, as encoded colours are: bright lines then look as wide as dark ones.
   vec3 root = mix(sqrt(mapped), vec3(is_dark ? 0.0 : 1.0), float(LINE_OPACITY) * coverage);
   mapped = root * root;
+#endif
 #endif
   return code < float(FIELD_MISSING) - 0.5 ? mapped
          : code < float(FIELD_NO_VALUES) - 0.5 ? u_missing_colour : surface_colour(isosurface).rgb;

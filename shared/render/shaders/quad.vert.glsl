@@ -64,6 +64,8 @@ void draw_square(Cell cell, vec3 size, vec3 centre) {
                                             least_sine_of(cell.interval));
   bool has_lines = field.a.x < MISSING_VALUE && dot(line_per_px, line_per_px) < 1.0;
   v_line = has_lines ? vec3(line.x - floor(line.x + 0.5) - dot(line_per_px, to_px(position, z)), line_per_px) : vec3(0.5, 0.0, 0.0);
+#elif defined(CATEGORIES)
+  float scalar = category_scalar(trilinear_field(fetch_field(sample_index())), displacement / size + 0.5, vec3(0.5));
 #elif defined(FIELD)
   float scalar = field_scalar(trilinear_field(fetch_field(sample_index())), displacement / size + 0.5);
 #else

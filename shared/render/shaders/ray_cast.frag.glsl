@@ -7,6 +7,9 @@ flat in vec3 v_size;
 flat in vec4 v_a, v_b;
 #ifdef FIELD
 flat in vec4 v_field_a, v_field_b;
+#ifdef CATEGORIES
+flat in vec3 v_field_middle;
+#endif
 #ifdef LINES
 flat in float v_least_sine;
 #endif
@@ -53,6 +56,8 @@ void main() {
   vec2 rise = change_per_px(value_and_gradient(field, p).yzw, in_cell, direction, per_px * u_step_right.xyz,
                             per_px * u_step_up.xyz, v_least_sine);
   float scalar = scalar_with_lines(field, p, rise);
+#elif defined(CATEGORIES)
+  float scalar = category_scalar(Trilinear(v_field_a, v_field_b), p, v_field_middle);
 #elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), p);
 #else

@@ -18,6 +18,9 @@ flat out vec3 v_size;           // of the cell, or of the box around the surface
 flat out vec4 v_a, v_b;         // the trilinear interpolant minus the quantized isovalue, in spans
 #ifdef FIELD
 flat out vec4 v_field_a, v_field_b;  // the field's quantized values in the cell, or in the box
+#ifdef CATEGORIES
+flat out vec3 v_field_middle;
+#endif
 #ifdef LINES
 flat out float v_least_sine;
 #endif
@@ -41,6 +44,9 @@ void clear_outputs() {
   v_a = v_b = vec4(0.0);
 #ifdef FIELD
   v_field_a = v_field_b = vec4(0.0);
+#ifdef CATEGORIES
+  v_field_middle = vec3(0.5);
+#endif
 #ifdef LINES
   v_least_sine = 0.0;
 #endif
@@ -175,7 +181,7 @@ void main() {
       bound_thin(cell, centre, size, in_view, normal);
 #ifdef FIELD
       vec3 extent = size / cell_extent;
-      field = in_box(field, (centre - cell_centre) / cell_extent + 0.5 - 0.5 * extent, extent);
+      field = field_in_box(field, (centre - cell_centre) / cell_extent + 0.5 - 0.5 * extent, extent);
 #endif
     }
     displacement = vec3(0.0);
@@ -196,7 +202,7 @@ void main() {
   high += margin;
   f = in_box(f, low, high - low);
 #ifdef FIELD
-  field = in_box(field, low, high - low);
+  field = field_in_box(field, low, high - low);
 #endif
   centre += (0.5 * (low + high) - 0.5) * size;
   size *= high - low;
@@ -207,6 +213,9 @@ void main() {
 #ifdef FIELD
   v_field_a = field.a;
   v_field_b = field.b;
+#ifdef CATEGORIES
+  v_field_middle = field_middle;
+#endif
 #ifdef LINES
   v_least_sine = least_sine_of(cell.interval);
 #endif

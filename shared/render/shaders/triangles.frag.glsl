@@ -36,6 +36,8 @@ void main() {
   bool has_lines = !is_constant(rise, value_and_gradient(Trilinear(v_a, v_b), v_place).yzw, v_least_sine);
   vec2 change = has_lines ? vec2(dot(rise, place_x), dot(rise, place_y)) : vec2(0.0);
   float scalar = scalar_with_lines(field, v_place, change);
+#elif defined(CATEGORIES)
+  float scalar = category_scalar(Trilinear(v_field_a, v_field_b), v_place, vec3(0.5));
 #elif defined(FIELD)
   float scalar = field_scalar(Trilinear(v_field_a, v_field_b), v_place);
 #elif !defined(LIT)

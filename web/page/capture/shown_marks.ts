@@ -1,9 +1,10 @@
 import { marksSvg } from "../../capture/picture_marks.ts";
 import type { Measurement } from "../../measure/measurement.ts";
 import { Screen } from "../../overlay/screen.ts";
-import type { Camera, PictureSize } from "../../viewer/types.ts";
+import { panelTexts } from "../../texts/panel.ts";
+import type { Camera, Legend, PictureSize } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
-import { fieldNotes, legendTexts } from "../panel/legend.ts";
+import { fieldNotes, legendTexts, listedLabels } from "../panel/legend.ts";
 
 export const markNames = ["title", "scale", "axes", "legend", "measurements"] as const;
 export type MarkName = (typeof markNames)[number];
@@ -22,6 +23,12 @@ export function offeredMarks({ viewer, measurements }: MarkedPage): readonly Mar
     if (name === "legend") return viewer.legend !== null;
     return name !== "measurements" || measurements().length > 0;
   });
+}
+
+/** The lines of a legend of labels. */
+function labelsOf(legend: Legend): { text: string; colour?: string }[] {
+  const { labels, more } = listedLabels(legend);
+  return more > 0 ? [...labels, { text: panelTexts.moreLabels(String(more)) }] : labels;
 }
 
 /** The marks as SVG (marksSvg); empty if there are none. `camera`: by default the present one. */
@@ -51,6 +58,7 @@ export function shownMarks(
             ends: [texts.low, texts.high],
             ticks: legend.lines?.ticks ?? [],
             notes: fieldNotes(legend),
+            ...(legend.categories && { labels: labelsOf(legend) }),
           },
         }),
       hasScale: has("scale"),

@@ -38,7 +38,7 @@ function colouredBy(chosen: string, { field }: Look): Partial<Look> {
 
 /** Splats, colouring and background of the picture; the language of the page. */
 export function appearanceSection(
-  state: PictureState & Pick<VolumeState, "info" | "fieldBins">,
+  state: PictureState & Pick<VolumeState, "info" | "fieldBins" | "hasLabels">,
   actions: PictureActions,
 ): TemplateResult {
   const { look } = state;
@@ -61,9 +61,9 @@ export function appearanceSection(
           ? panelTexts.noSuchField(look.field.name)
           : panelTexts.quantityHints[look.colourBy],
       )}
-      ${look.colourBy === "field" && field ? fieldPart(look.field, field, state.fieldBins, actions) : nothing}
+      ${look.colourBy === "field" && field && !state.hasLabels ? fieldPart(look.field, field, state.fieldBins, actions) : nothing}
       ${
-        look.colourBy === "isosurface"
+        look.colourBy === "isosurface" || state.hasLabels
           ? nothing
           : select(panelTexts.colourMap, look.colourMap, mapNames, (map) =>
               actions.changeLook({ colourMap: map as Look["colourMap"] }),

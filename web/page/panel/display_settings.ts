@@ -71,6 +71,7 @@ export class DisplaySettings {
     const { state } = progress ?? {};
     const isComplete = state === "complete" || state === "limited";
     if (look.colourBy !== "field" || look.field.range || !isComplete) return false;
+    if (this.#viewer.legend?.categories) return false; // labels have no range
     const whole = this.#wholeRange(look.field.name);
     const found = fieldRange ? roundedRange(fieldRange, look.field.scale) : whole;
     const { look: opened } = this.#opened;

@@ -47,6 +47,9 @@ export interface LegendTexts {
 
 export function legendTexts(legend: Legend, valueUnits: string | undefined): LegendTexts {
   const [low = pageTexts.near, high = pageTexts.far] = legend.range?.map(formatValue) ?? [];
+  if (legend.field && legend.categories) {
+    return { name: legend.field.name, units: "", low: "", high: "" };
+  }
   const isOfSlices = legend.slices && legend.colourBy === "isovalue";
   const name = isOfSlices ? panelTexts.values : panelTexts.quantities[legend.colourBy];
   const { field } = legend;
@@ -74,9 +77,45 @@ export function fieldNotes({ lines, field }: Legend): string[] {
   return notes;
 }
 
-/** The colour map and the values at its ends. */
+/** The most labels that a legend lists. */
+export const mostListed = 12;
+
+/** The texts and colours of the labels that a legend lists, and how many more there are. */
+export function listedLabels({ categories = [] }: Legend): {
+  labels: { text: string; colour: string }[];
+  more: number;
+} {
+  const isLong = categories.length > mostListed;
+  const labels = categories.slice(0, isLong ? mostListed - 1 : mostListed);
+  return {
+    labels: labels.map(({ value, name, colour }) => ({
+      text: name || panelTexts.label(formatValue(value)),
+      colour,
+    })),
+    more: categories.length - labels.length,
+  };
+}
+
+function labelList(legend: Legend): TemplateResult {
+  const { labels, more } = listedLabels(legend);
+  return html`<ul class="legend-labels">
+    ${labels.map(({ text, colour }) => html`<li><i style=${`background:${colour}`}></i>${text}</li>`)}
+    ${more > 0 ? html`<li class="quiet">${panelTexts.moreLabels(String(more))}</li>` : nothing}
+  </ul>`;
+}
+
+/** The colour map and the values at its ends, or the labels and their colours. */
 export function legendPart(legend: Legend, valueUnits: string | undefined): TemplateResult {
   const { name, units, low, high } = legendTexts(legend, valueUnits);
+  if (legend.categories) {
+    return html`<figure class="legend" aria-label=${name}>
+      <figcaption>${name}</figcaption>
+      ${labelList(legend)}
+      ${fieldNotes(legend).map((note) => html`<div class="quiet">${note}</div>`)}
+      ${legend.ofSlices ? slicesPart(legend.ofSlices, valueUnits ?? "") : nothing}
+      ${legend.slices ? html`<div class="legend-hatched">${panelTexts.noValues}</div>` : nothing}
+    </figure>`;
+  }
   return html`<figure class="legend" aria-label=${pageTexts.colours(name, low, high, units)}>
     <figcaption>${name}${units ? html` <span class="quiet">${units}</span>` : nothing}</figcaption>
     ${bar(legend.colours, low, high, legend.lines?.ticks)}

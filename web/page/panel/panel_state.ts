@@ -27,6 +27,8 @@ export interface VolumeState {
   bytes: number | undefined;
   /** How often the field's values occur on the surface at rest; undefined if no field is shown. */
   fieldBins: Bins | undefined;
+  /** The values of the field that colours show are labels. */
+  hasLabels: boolean;
 }
 
 /** The state of the picture in the panel: look, projection, clipping and slices. */

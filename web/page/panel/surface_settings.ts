@@ -170,7 +170,10 @@ export class SurfaceSettings {
     return [panelTexts.isovalue, formatValue(isovalue), units ?? ""].join(" ").trim();
   }
 
-  get state(): Omit<VolumeState, "info" | "histogram" | "bytes" | "fieldBins" | "offered"> {
+  get state(): Omit<
+    VolumeState,
+    "info" | "histogram" | "bytes" | "fieldBins" | "hasLabels" | "offered"
+  > {
     return {
       scale: this.#scale,
       surfaces: this.#surfaces,

@@ -33,16 +33,19 @@ export function formatValue(value: number): string {
   return localized(plainValue(value));
 }
 
-/** The value of a field at a point: "temperature 305 K". */
+/** The value of a field at a point: "temperature 305 K"; of a label that has a name: "region thalamus (10)". */
 export function formatField({
   name,
   value,
   units,
+  label,
 }: {
   name: string;
   value: number;
   units?: string | undefined;
+  label?: string | undefined;
 }): string {
+  if (label) return `${name} ${label} (${formatValue(value)})`;
   return [name, formatValue(value), units ?? ""].join(" ").trim();
 }
 

@@ -251,6 +251,7 @@ export class PageLayout {
           settings.look.colourBy === "field" && this.#fieldBins?.field === settings.look.field.name
             ? this.#fieldBins.bins
             : undefined,
+        hasLabels: viewer.legend?.categories !== undefined,
         mayEnterSpacing: !layers.scene && !chosen,
         canUndo: this.#page.history.canUndo,
         canRedo: this.#page.history.canRedo,

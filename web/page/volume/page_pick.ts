@@ -67,6 +67,8 @@ export class PagePick {
     const { look, legend } = this.#viewer;
     if (field === undefined || look.colourBy !== "field") return [];
     if (Number.isNaN(field)) return [pageTexts.noFieldValue(look.field.name)];
-    return [formatField({ name: look.field.name, value: field, units: legend?.field?.units })];
+    const label = legend?.categories?.find(({ value }) => value === field)?.name;
+    const units = legend?.field?.units;
+    return [formatField({ name: look.field.name, value: field, units, label })];
   }
 }

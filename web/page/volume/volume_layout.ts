@@ -229,7 +229,7 @@ function panelPart(
       <wa-details class="section" appearance="plain" summary=${panelTexts.slices} @wa-show=${actions.loadSlices}>
         ${guard([state.slices, state.info, state.look, slicesSection], () => slicesSection?.(state, actions))}
       </wa-details>
-      ${guard([state.look, state.isThemeBackground, state.info, state.fieldBins], () => appearanceSection(state, actions))}
+      ${guard([state.look, state.isThemeBackground, state.info, state.fieldBins, state.hasLabels], () => appearanceSection(state, actions))}
       ${guard([state.look], () => lightSection(state, actions))}
       ${guard([state.show, state.info, state.projection, state.canUndo, state.canRedo], () => viewSection(state, actions))}
       ${ofChosen ? guard([info, state.mayEnterSpacing], () => volumeSection(ofChosen, state.mayEnterSpacing ? actions : undefined)) : nothing}
