@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -29,6 +30,27 @@ struct CellFile {
   std::vector<double> values;
   std::vector<FileCell> cells;
   std::string cell_flags{};  ///< vtkGhostType, if not empty
+  bool has_tables = false;   ///< faces of polyhedra as VTK 9.4 writes them
+
+  /// Tables of faces, the last one first.
+  std::array<std::string, 4> tables() const {
+    std::vector<std::vector<size_t>> all;
+    std::string offsets, to_faces, ends, corners;
+    size_t total = 0, used = 0, end = 0;
+    for (const FileCell& cell : cells) total += cell.faces.size();
+    for (const FileCell& cell : cells) {
+      for (const auto& face : cell.faces) {
+        to_faces += fmt::format("{} ", total - ++used);
+        all.insert(all.begin(), face);
+      }
+      offsets += fmt::format("{} ", used);
+    }
+    for (const auto& face : all) {
+      ends += fmt::format("{} ", end += face.size());
+      corners += fmt::format("{} ", fmt::join(face, " "));
+    }
+    return {offsets, to_faces, ends, corners};
+  }
 
   std::string text() const {
     std::string positions, densities, numbers, nodes, ends, types, faces, face_ends;
@@ -70,7 +92,11 @@ struct CellFile {
            "</CellData>\n<Points>" + array("Float64", "Points", 3, positions) +
            "</Points>\n<Cells>" + array("Int64", "connectivity", 1, nodes) +
            array("Int64", "offsets", 1, ends) + array("UInt8", "types", 1, types) +
-           (has_faces
+           (has_faces && has_tables ? array("Int64", "polyhedron_offsets", 1, tables()[0]) +
+                                          array("Int64", "polyhedron_to_faces", 1, tables()[1]) +
+                                          array("Int64", "face_offsets", 1, tables()[2]) +
+                                          array("Int64", "face_connectivity", 1, tables()[3])
+            : has_faces
                 ? array("Int64", "faces", 1, faces) + array("Int64", "faceoffsets", 1, face_ends)
                 : "") +
            "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "shared/import/vtk_mesh/cell_division.h"
 #include "shared/import/vtk_mesh/ghosts.h"
 #include "shared/import/vtk_mesh/polyhedra.h"
+#include "shared/import/vtk_mesh/polyhedron_tables.h"
 #include "shared/import/vtk_xml/numbers.h"
 
 namespace isosplat::import {
@@ -242,13 +244,7 @@ class CellReader {
   Result<void> read_faces() {
     if (has_inline_faces()) return {};
     if (std::find(types_.begin(), types_.end(), kPolyhedron) == types_.end()) return {};
-    if (array("polyhedron_to_faces")) {
-      return fail(Status::unsupported_format,
-                  fmt::format("{}: expected polyhedra as VTK up to 9.3 writes them, with the array "
-                              "'faces', found those of version 2.3 of the format: in ParaView "
-                              "divide them with Filters > Tetrahedralize, and save the result",
-                              file_.path.string()));
-    }
+    if (has_polyhedron_tables(piece_)) return read_tables();
     const auto offsets = array("faceoffsets"), faces = array("faces");
     if (!offsets) return tl::unexpected(offsets.error());
     if (!faces) return tl::unexpected(faces.error());
@@ -283,6 +279,17 @@ class CellReader {
       faces_.push_back(fits ? static_cast<uint32_t>(number) : uint32_t{kMaxCount});
       return true;
     });
+  }
+
+  Result<void> read_tables() {
+    const uint64_t own = bytes_ + piece_.cells * 5;  // as in check_size()
+    auto tables =
+        read_polyhedron_tables(file_, piece_, memory_bytes_ - std::min(memory_bytes_, own));
+    if (!tables) return tl::unexpected(tables.error());
+    face_ends_ = std::move(tables->ends);
+    faces_ = std::move(tables->stream);
+    bytes_ += polyhedron_bytes(faces_.size()) + faces_.size() * sizeof(uint32_t);
+    return check_size();
   }
 
   Result<void> read_corners() {
