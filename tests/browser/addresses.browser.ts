@@ -86,10 +86,32 @@ test("the page reports that a part of its program did not load", async ({ page }
   const message = page.locator(".page-incomplete");
   await expect(message).toContainText("did not load");
   await complete(page);
-  await page.unroute("**/assets/components-*.js");
-  await message.getByRole("button", { name: "Reload" }).click();
-  await complete(page);
+  const header = await page.locator(".bar").boundingBox();
+  const { y = 0 } = (await message.boundingBox()) ?? {};
+  expect(y).toBeGreaterThan((header?.y ?? 0) + (header?.height ?? 0));
+  await expect(message.getByRole("button", { name: "Reload" })).toHaveCSS("border-radius", "99px");
+  await message.getByRole("button", { name: "Close" }).click();
   await expect(message).toHaveCount(0);
+});
+
+test("parts and styles that did not load are requested again", async ({ page }) => {
+  const later = /assets\/(components|overlay|page_pick|device_files)-[^/]*\.(js|css)/;
+  await page.route(later, (route) => route.abort());
+  await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+  const message = page.locator(".page-incomplete");
+  await expect(message).toBeVisible();
+  await page.unroute(later);
+  await expect(page.locator(".overlay-axes, .overlay")).not.toHaveCount(0);
+  await expect(page.getByRole("button", { name: "Reset the view" })).toBeVisible();
+  await expect(message).toHaveCount(0);
+  // The style sheet of a part.
+  await expect
+    .poll(() =>
+      page.evaluate(
+        () => [...document.styleSheets].filter(({ href }) => href?.includes("device_files")).length,
+      ),
+    )
+    .toBe(1);
 });
 
 test("the page reports that its program did not load", async ({ page }) => {

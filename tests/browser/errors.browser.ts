@@ -66,6 +66,10 @@ test("the server stops and is started again", async ({ page }) => {
   await own.stop();
   await page.evaluate(slideTo, 200);
   await expect(page.locator(".banner")).toContainText("The server does not answer");
+  const axes = await page.locator(".overlay-axes").boundingBox();
+  const banner = await page.locator(".banner").boundingBox();
+  expect(axes?.width).toBeGreaterThan(80);
+  expect(banner?.x).toBeGreaterThan((axes?.x ?? 0) + (axes?.width ?? 0));
   await expect(page.locator(".status-samples")).toHaveText(/samples/);
   const again = await serve([demoFolder], port);
   try {

@@ -42,6 +42,17 @@ test.describe("a phone", () => {
     await expect(more).toBeFocused();
   });
 
+  test("ends of the axes can be hit by a finger", async ({ page }) => {
+    await page.goto(`${server.url}?volume=bucky&isovalue=100`);
+    await settled(page);
+    await expect(page.locator(".overlay-axis")).toHaveCount(6);
+    const sizes = await page
+      .locator(".overlay-axis .area")
+      .evaluateAll((areas) => areas.map((area) => area.getBoundingClientRect().width));
+    expect(sizes).toHaveLength(6);
+    expect(Math.min(...sizes)).toBeGreaterThanOrEqual(24);
+  });
+
   test("the legend is below the status line, also where this has two lines", async ({ page }) => {
     await page.setViewportSize({ width: 320, height: 640 });
     await page.goto(
@@ -449,4 +460,24 @@ test.describe("a desk", () => {
     await expect(page.locator("html")).toHaveClass(/wa-light/);
     await expect(page.locator("html")).not.toHaveClass(/wa-dark/);
   });
+});
+
+test("ends of the clip box have names and positions in the page's language, and can be hit", async ({
+  page,
+}) => {
+  await page.goto(`${server.url}?volume=bucky&isovalue=100&lang=de`);
+  await settled(page);
+  await openSection(page, "Schnitt");
+  const from = page.getByRole("slider", { name: /^x.*: von$/ });
+  const to = page.getByRole("slider", { name: /^x.*: bis$/ });
+  await expect(from).toHaveAttribute("aria-valuetext", /^0/);
+  await expect(to).toHaveAttribute("aria-valuetext", /^127/);
+  // The box keeps a hundredth of the volume.
+  await from.focus();
+  await page.keyboard.press("End");
+  const text = page.locator(".with-value", { has: from }).locator(".slider-value");
+  await expect(text).toHaveText(/^125[,.]7/);
+  await expect(from).toHaveAttribute("aria-valuetext", /^125[,.]7/);
+  const box = await to.boundingBox();
+  expect(Math.min(box?.width ?? 0, box?.height ?? 0)).toBeGreaterThanOrEqual(24);
 });

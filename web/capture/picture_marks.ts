@@ -1,4 +1,5 @@
 import type { StoreInfo, Triple } from "../core/types.ts";
+import { labelPlace } from "../measure/label_place.ts";
 import { labelPoint, type Measurement } from "../measure/measurement.ts";
 import { axisColours, axisNames } from "../overlay/axis_names.ts";
 import { unitOf } from "../overlay/length_unit.ts";
@@ -174,6 +175,8 @@ function measurementMark(
   );
   const position = labelPoint(measurement);
   const at = position && screen.point(position);
-  const name = at ? pen.text(label, at.x + 0.6 * letter, at.y - 0.5 * letter) : "";
-  return line + circles.join("") + name;
+  const marks = line + circles.join("");
+  if (!at) return marks;
+  const { x, y, anchor } = labelPlace(label, at, points, letter);
+  return marks + pen.text(label, x, y, { anchor });
 }

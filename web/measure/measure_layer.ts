@@ -3,8 +3,12 @@ import { LayerDrawing } from "../overlay/layer_drawing.ts";
 import { type Screen, type ScreenPoint, screenOf } from "../overlay/screen.ts";
 import { mostDrift } from "../viewer/clicks.ts";
 import type { Viewer } from "../viewer/viewer.ts";
+import { labelPlace } from "./label_place.ts";
 import type { MeasureTool, PointPlace } from "./measure_tool.ts";
 import { labelPoint, type Measurement } from "./measurement.ts";
+
+/** The size of the font of labels (px). */
+const letter = 13;
 
 /** Draws measurements over the picture of a viewer. The element must be placed over its canvas. */
 export class MeasureLayer {
@@ -110,11 +114,17 @@ export class MeasureLayer {
       ${positions.map((position, i) => (position ? point(position, index, i) : nothing))}
       ${
         last && className !== "draft"
-          ? svg`<text x=${last.x + 9} y=${last.y - 7}>${this.#label(measurement)}</text>`
+          ? label(this.#label(measurement), last, positions.filter(isVisible))
           : nothing
       }
     </g>`;
   }
+}
+
+/** The text beside a measurement. */
+function label(text: string, at: ScreenPoint, points: readonly ScreenPoint[]): TemplateResult {
+  const { x, y, anchor } = labelPlace(text, at, points, letter);
+  return svg`<text x=${x} y=${y} text-anchor=${anchor}>${text}</text>`;
 }
 
 /** The point itself, and what can be grabbed around it. */

@@ -8,6 +8,8 @@ import { setAttributes, svgElement } from "./shapes.ts";
 /** Half the width of the square of the axes, and the length of an axis in it, in CSS pixels. */
 const half = 46;
 const axisLength = 30;
+/** On phones, 92 units are 76 px. */
+const hitRadius = 15;
 
 /** An end of an axis: a button that shows the view from there. */
 class AxisEnd {
@@ -16,6 +18,8 @@ class AxisEnd {
   readonly #title = svgElement("title");
   readonly #line = svgElement("line", { x1: 0, y1: 0 });
   readonly #circle = svgElement("circle", { r: 9 });
+  /** What a pointer hits: at least 24 px, also where the axes are drawn smaller. */
+  readonly #area = svgElement("circle", { r: hitRadius, class: "area" });
   readonly #text = svgElement("text", {
     "text-anchor": "middle",
     "dominant-baseline": "central",
@@ -30,7 +34,7 @@ class AxisEnd {
     this.element.append(this.#title);
     if (view.side > 0) this.element.append(this.#line);
     else this.#circle.setAttribute("class", "negative");
-    this.element.append(this.#circle, this.#text);
+    this.element.append(this.#circle, this.#text, this.#area);
     this.element.addEventListener("click", () => look(view));
   }
 
@@ -45,6 +49,7 @@ class AxisEnd {
   moveTo(x: number, y: number): void {
     setAttributes(this.#line, { x2: x, y2: y });
     setAttributes(this.#circle, { cx: x, cy: y });
+    setAttributes(this.#area, { cx: x, cy: y });
     setAttributes(this.#text, { x, y });
   }
 }

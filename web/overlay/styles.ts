@@ -56,6 +56,10 @@ export const overlayStyles = `${layer}
     stroke: var(--axis);
     stroke-width: 1.5;
   }
+  .overlay-axis .area, .overlay-axis:is(:hover, :focus-visible) .area {
+    fill: transparent;
+    stroke: none;
+  }
   .overlay-axis circle.negative { fill: var(--behind-text); }
   .overlay-axis text {
     fill: #fff;

@@ -1,9 +1,9 @@
 import "./style.css";
 import { startLanguage } from "../texts/language.ts";
-import { pageTexts } from "../texts/page.ts";
 import { compiledRenderer } from "../viewer/renderer_program.ts";
 import { openTarget } from "./address/open_target.ts";
 import { readUrl } from "./address/url_state.ts";
+import { loadPart, retryStyles, showIncomplete } from "./shell/load_part.ts";
 import { startTheme } from "./shell/theme.ts";
 import { VolumePage } from "./volume/volume_page.ts";
 
@@ -20,11 +20,12 @@ const target = openTarget(url);
 if (target) compiledRenderer().catch(() => {});
 
 startTheme();
+retryStyles();
 
 try {
   await startLanguage();
   if (!target) {
-    const { start } = await import("./start.ts");
+    const { start } = await loadPart(() => import("./start.ts"));
     await start(root, url);
   } else {
     // The code of the controls is several times larger than the rest, so it loads after the first
@@ -34,10 +35,11 @@ try {
       page.firstContent,
       new Promise((late) => setTimeout(late, latestControls)),
     ]);
-    await loadAll([page.loadOverlay(), import("./shell/components.ts"), loadDeviceFiles(page)]);
+    const components = loadPart(() => import("./shell/components.ts"));
+    await loadAll([page.loadOverlay(), components, loadDeviceFiles(page)]);
   }
 } catch (error) {
-  showLoadError();
+  showIncomplete();
   throw error;
 }
 
@@ -51,7 +53,7 @@ for (const type of ["dragover", "drop"]) {
 
 /** The code that opens files of this device is loaded after the first surface as well. */
 async function loadDeviceFiles(page: VolumePage): Promise<void> {
-  const { DeviceFiles } = await import("./device/device_files.ts");
+  const { DeviceFiles } = await loadPart(() => import("./device/device_files.ts"));
   new DeviceFiles(page.root, page);
 }
 
@@ -59,17 +61,4 @@ async function loadDeviceFiles(page: VolumePage): Promise<void> {
 async function loadAll(parts: readonly Promise<unknown>[]): Promise<void> {
   const failed = (await Promise.allSettled(parts)).find(({ status }) => status === "rejected");
   if (failed?.status === "rejected") throw failed.reason;
-}
-
-/** Shows a message if part of the page's program did not load; the rest keeps working. */
-function showLoadError(): void {
-  const message = document.createElement("div");
-  message.className = "page-incomplete";
-  message.setAttribute("role", "alert");
-  const reload = document.createElement("button");
-  reload.type = "button";
-  reload.textContent = pageTexts.reload;
-  reload.addEventListener("click", () => location.reload());
-  message.append(`${pageTexts.incomplete} `, reload);
-  document.body.append(message);
 }

@@ -5,6 +5,7 @@ import { idOnDevice } from "./address/target.ts";
 import type { UrlState } from "./address/url_state.ts";
 import { Catalog } from "./catalog/catalog.ts";
 import { DeviceFiles } from "./device/device_files.ts";
+import { loadPart } from "./shell/load_part.ts";
 import { VolumePage } from "./volume/volume_page.ts";
 
 /**
@@ -12,7 +13,7 @@ import { VolumePage } from "./volume/volume_page.ts";
  * device (`src=device:CONTENT-ID`), or a volume at a URL.
  */
 export async function start(root: HTMLElement, { src, file }: UrlState): Promise<void> {
-  const components = import("./shell/components.ts");
+  const components = loadPart(() => import("./shell/components.ts"));
   const id = idOnDevice(src);
   const address = src !== undefined && id === undefined ? addressIn(src) : undefined;
   if (address) {

@@ -14,8 +14,9 @@ export const page: typeof English = {
   allVolumes: "Alle Volumen",
   details: "Einzelheiten",
   incomplete:
-    "Ein Teil dieser Seite wurde nicht geladen: Die Verbindung ist abgebrochen, oder die Seite wurde auf ihrem Server erneuert.",
+    "Ein Teil dieser Seite wurde nicht geladen: Die Verbindung ist abgebrochen, oder die Seite wurde auf ihrem Server erneuert. Er wird noch einmal angefordert.",
   reload: "Neu laden",
+  dismiss: "Schließen",
 
   reset: "Ansicht zurücksetzen",
   savePicture: "Bild speichern",

@@ -15,8 +15,9 @@ export const pageTexts = part("page", {
   allVolumes: "All volumes",
   details: "Details",
   incomplete:
-    "A part of this page did not load: the connection failed, or the page was updated on its server.",
+    "A part of this page did not load: the connection failed, or the page was updated on its server. It is requested again.",
   reload: "Reload",
+  dismiss: "Close",
 
   reset: "Reset the view",
   savePicture: "Save a picture",

@@ -134,6 +134,8 @@ export const panel: typeof English = {
 
   measure: "Messen",
   clipping: "Schnitt",
+  clippedFrom: (axis) => `${axis}: von`,
+  clippedTo: (axis) => `${axis}: bis`,
   plane: "Ebene",
   cut: "Quer zur Ansicht schneiden",
   wholeVolume: "Ganzes Volumen zeigen",

@@ -133,6 +133,9 @@ export const panelTexts = part("panel", {
 
   measure: "Measure",
   clipping: "Clipping",
+  /** Names of the ends of a range along an axis. */
+  clippedFrom: (axis: string) => `${axis}: from`,
+  clippedTo: (axis: string) => `${axis}: to`,
   plane: "Plane",
   cut: "Cut across the view",
   wholeVolume: "Show the whole volume",

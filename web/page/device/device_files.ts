@@ -36,6 +36,7 @@ import { addressIn } from "../address/open_target.ts";
 import { deviceAddress, idOnDevice } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
 import { formatDims } from "../shell/format.ts";
+import { loadPart } from "../shell/load_part.ts";
 import { releaseView } from "../volume/view.ts";
 import type { VolumePage } from "../volume/volume_page.ts";
 import { addressedScene } from "./addressed_scene.ts";
@@ -93,7 +94,7 @@ export class DeviceFiles {
     });
     this.#listenToDrops();
     onHandedOver((files) => void this.#take(Promise.resolve(listedFiles(files))));
-    void import("../shell/offline.ts").then(({ startOffline }) => startOffline());
+    void loadPart(() => import("../shell/offline.ts")).then(({ startOffline }) => startOffline());
   }
 
   #listenToDrops(): void {

@@ -1,6 +1,7 @@
 import { type KeptStore, keptBlob } from "../../device/kept_stores.ts";
 import { deviceAddress, idOnDevice, type SceneTarget, type Target } from "../address/target.ts";
 import { readUrl } from "../address/url_state.ts";
+import { loadPart } from "../shell/load_part.ts";
 import { prepareView } from "../volume/view.ts";
 import { VolumePage } from "../volume/volume_page.ts";
 import { deviceTarget } from "./device_target.ts";
@@ -54,7 +55,7 @@ export class ShownVolume {
   prepare(): void {
     if (this.#page) return;
     prepareView();
-    void import("../shell/components.ts");
+    void loadPart(() => import("../shell/components.ts"));
   }
 
   /**
@@ -119,7 +120,7 @@ export class ShownVolume {
     this.#page = page;
     this.#shows(page);
     void page.firstContent.then(() => page.loadOverlay());
-    void import("../shell/components.ts");
+    void loadPart(() => import("../shell/components.ts"));
     return page;
   }
 

@@ -1,4 +1,6 @@
 import { html, type TemplateResult } from "lit";
+import { live } from "lit/directives/live.js";
+import { ref } from "lit/directives/ref.js";
 import type { StoreInfo, Triple } from "../../core/types.ts";
 import { unitOf } from "../../overlay/length_unit.ts";
 import { formatMeasured } from "../../overlay/lengths.ts";
@@ -10,13 +12,38 @@ import type { PanelActions, PanelState } from "./panel_state.ts";
 import { planeSlider } from "./plane_slider.ts";
 import { axisText, volumeAxes } from "./volume_axes.ts";
 
-type RangeElement = HTMLElement & { minValue: number; maxValue: number };
+type RangeElement = HTMLElement & {
+  minValue: number;
+  maxValue: number;
+  updateComplete: Promise<unknown>;
+};
 
-/** A position along the volume's axis, from its first voxel. */
-function place(share: number, index: number, info: StoreInfo): string {
-  const { voxels, spacing } = info;
-  const size = ((voxels[index] ?? 2) - 1) * (spacing[index] ?? 1);
-  return formatMeasured(share * size, spacing[index] ?? 1, unitOf(info));
+type Formatter = (share: number) => string;
+
+/** The formatters of volumes: sliders render again if their formatter is another function. */
+const formatters = new WeakMap<StoreInfo, readonly Formatter[]>();
+
+/** For each axis of the volume, the texts of positions along it, from its first voxel. */
+export function placesAlong(info: StoreInfo): readonly Formatter[] {
+  const known = formatters.get(info);
+  if (known) return known;
+  const made = info.spacing.map((spacing, axis) => {
+    const size = ((info.voxels[axis] ?? 2) - 1) * spacing;
+    return (share: number) => formatMeasured(share * size, spacing, unitOf(info));
+  });
+  formatters.set(info, made);
+  return made;
+}
+
+/** Names the ends of a range in the page's language: the component's own names are English. */
+async function nameThumbs(slider: Element | undefined, label: string): Promise<void> {
+  if (!slider) return;
+  await customElements.whenDefined("wa-slider");
+  await (slider as RangeElement).updateComplete;
+  const name = (id: string, text: string) =>
+    slider.shadowRoot?.getElementById(id)?.setAttribute("aria-label", text);
+  name("thumb-min", panelTexts.clippedFrom(label));
+  name("thumb-max", panelTexts.clippedTo(label));
 }
 
 /** The clip box, the clip planes, and closed cuts. */
@@ -56,12 +83,13 @@ export function clippingSection(state: PanelState, actions: PanelActions): Templ
               min="0"
               max="1"
               step="0.01"
-              .minValue=${clip.low[i] ?? 0}
-              .maxValue=${clip.high[i] ?? 1}
-              .valueFormatter=${percent}
+              .minValue=${live(clip.low[i] ?? 0)}
+              .maxValue=${live(clip.high[i] ?? 1)}
+              .valueFormatter=${placesAlong(info)[i]}
+              ${ref((slider) => nameThumbs(slider, axisText(i, info)))}
               @input=${change(i)}
             ></wa-slider>`,
-          `${place(clip.low[i] ?? 0, i, info)} – ${place(clip.high[i] ?? 1, i, info)}`,
+          `${placesAlong(info)[i]?.(clip.low[i] ?? 0)} – ${placesAlong(info)[i]?.(clip.high[i] ?? 1)}`,
         ),
       )}
       ${clip.planes.map((plane) =>

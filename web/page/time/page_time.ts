@@ -1,6 +1,7 @@
 import type { Time } from "../../viewer/time.ts";
 import { nearestStep } from "../../viewer/time_order.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
+import { loadPart } from "../shell/load_part.ts";
 import type { TimeBar } from "./time_bar.ts";
 
 /** The functions that time needs from its page. */
@@ -69,7 +70,7 @@ export class PageTime {
     }
     time.on("step", () => !time.isPlaying && this.#host.changed());
     time.on("play", (isPlaying) => !isPlaying && this.#host.changed());
-    const { TimeBar } = await import("./time_bar.ts");
+    const { TimeBar } = await loadPart(() => import("./time_bar.ts"));
     if (time !== this.#viewer.time) return;
     this.#bar = new TimeBar(time);
     this.#host.render();

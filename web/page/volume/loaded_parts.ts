@@ -9,6 +9,7 @@ import type { Clip } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
 import { keptSessionKey, type UrlState } from "../address/url_state.ts";
 import type { Measure, MeasureHost } from "../measure/measure.ts";
+import { loadPart } from "../shell/load_part.ts";
 import { PageTime } from "../time/page_time.ts";
 import type { PagePick } from "./page_pick.ts";
 import type { LayoutState } from "./volume_layout.ts";
@@ -101,10 +102,9 @@ export class LoadedParts {
 
   /** Loads the overlays above the picture, after the first surface. */
   async loadOverlay(): Promise<void> {
-    const [{ Overlay }, { PagePick }] = await Promise.all([
-      import("../../overlay/overlay.ts"),
-      import("./page_pick.ts"),
-    ]);
+    const [{ Overlay }, { PagePick }] = await loadPart(() =>
+      Promise.all([import("../../overlay/overlay.ts"), import("./page_pick.ts")]),
+    );
     this.#pick = new PagePick(this.#viewer, {
       isMeasuring: () => Boolean(this.#measure?.tool.kind),
       titleOfHit: (layer) => this.#host.titleOfHit(layer),

@@ -311,7 +311,7 @@ export class VolumePage {
     },
     openCapture: () => void this.#files.openCapture(),
     saveTransparent: () => void this.#files.saveScreenshot({ transparent: true }),
-    saveSurface: () => void this.#files.saveSurface(() => void this.#spacing.enter()),
+    saveSurface: () => void this.#files.saveSurface(() => this.#enterSpacing()),
     undo: () => this.#restore("undo"),
     redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#camera.lookAlong(view),
@@ -324,13 +324,21 @@ export class VolumePage {
     loadSlices: () => void this.#parts.loadSlices(),
     showClipHandles: (isShown) => void this.#parts.showClipHandles(isShown),
     toggleSheet: () => this.#layout.toggleSheet(),
-    enterSpacing: () => void this.#spacing.enter(),
-    help: async () => (await import("../shell/help.ts")).showHelp(),
+    enterSpacing: () => this.#enterSpacing(),
+    help: () =>
+      void import("../shell/help.ts").then(
+        ({ showHelp }) => showHelp(),
+        () => this.#toast.note(pageTexts.noDialog),
+      ),
     removeSurface: (index) => {
       this.#surfaces.actions.removeSurface(index);
       this.#layout.focusSurface(index);
     },
   };
+
+  #enterSpacing(): void {
+    this.#spacing.enter().catch(() => this.#toast.note(pageTexts.noDialog));
+  }
 
   #restore(step: "undo" | "redo"): void {
     if (this.#spacing.postpones(() => this.#restore(step))) return;

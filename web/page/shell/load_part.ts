@@ -1,0 +1,108 @@
+import { pageTexts } from "../../texts/page.ts";
+
+/** Waits between attempts: the first one and the longest one (ms). */
+const firstWait = 500;
+const longestWait = 16_000;
+/** After this many failures, a message says that a part is missing. */
+const silentFailures = 2;
+
+/** The number of parts whose loading has failed so often that the message names them. */
+let missingParts = 0;
+let notice: HTMLElement | null = null;
+
+/**
+ * Loads a part of the page's program, by dynamic imports. If the server cannot be reached, tries again until
+ * it succeeds. A message offers to load the page anew meanwhile: the browser may remember that an import has
+ * failed, and a page that was updated on its server has files of other names.
+ */
+export async function loadPart<Part>(load: () => Promise<Part>): Promise<Part> {
+  for (let failures = 0; ; ++failures) {
+    try {
+      const part = await load();
+      if (failures >= silentFailures) showMissing(--missingParts);
+      return part;
+    } catch (error) {
+      // Not a fault of the network: repeating it would not help.
+      if (!(error instanceof TypeError) && !isPreloadError(error)) throw error;
+      if (failures + 1 === silentFailures) showMissing(++missingParts);
+      await soonOrOnline(waitAfter(failures));
+    }
+  }
+}
+
+/** A style sheet of a part did not load (Vite's message). */
+function isPreloadError(error: unknown): boolean {
+  return /^Error: Unable to preload /.test(`${error}`);
+}
+
+function soonOrOnline(wait: number): Promise<void> {
+  return new Promise((resolve) => {
+    const timer = setTimeout(done, wait);
+    function done(): void {
+      clearTimeout(timer);
+      removeEventListener("online", done);
+      resolve();
+    }
+    addEventListener("online", done);
+  });
+}
+
+/**
+ * Requests style sheets again that do not load: the code of a part requests its own only once. Call it once,
+ * before the first part is loaded.
+ */
+export function retryStyles(): void {
+  const failures = new WeakMap<HTMLLinkElement, number>();
+  const failed = async ({ target }: Event) => {
+    if (!(target instanceof HTMLLinkElement) || target.rel !== "stylesheet") return;
+    const before = failures.get(target) ?? 0;
+    await soonOrOnline(waitAfter(before));
+    const again = target.cloneNode() as HTMLLinkElement;
+    failures.set(again, before + 1);
+    target.replaceWith(again);
+  };
+  document.addEventListener("error", (event) => void failed(event), { capture: true });
+}
+
+function waitAfter(failures: number): number {
+  return Math.min(longestWait, firstWait * 2 ** failures);
+}
+
+/** Shows or removes the message about parts that did not load. */
+function showMissing(count: number): void {
+  if (count === 0) {
+    notice?.remove();
+    notice = null;
+  } else if (!notice) {
+    notice = missingNotice();
+    document.body.append(notice);
+  }
+}
+
+/** Shows that part of the page's program did not load, for good. */
+export function showIncomplete(): void {
+  if (!notice) showMissing(++missingParts);
+}
+
+function missingNotice(): HTMLElement {
+  const message = document.createElement("section");
+  message.className = "page-incomplete";
+  message.setAttribute("role", "alert");
+  const text = document.createElement("p");
+  text.textContent = pageTexts.incomplete;
+  message.append(
+    text,
+    button(pageTexts.reload, () => location.reload()),
+    button(pageTexts.dismiss, () => message.remove()),
+  );
+  return message;
+}
+
+function button(text: string, pressed: () => void): HTMLButtonElement {
+  const element = document.createElement("button");
+  element.type = "button";
+  element.className = "chip";
+  element.textContent = text;
+  element.addEventListener("click", pressed);
+  return element;
+}
