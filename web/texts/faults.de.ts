@@ -11,7 +11,7 @@ export const fault: typeof English = {
   },
   "cors-refused": {
     title: "Dieser Host lässt andere Sites seine Dateien nicht lesen",
-    text: "Der Host von „NAME“ antwortet, enthält seine Antwort aber dieser Seite vor (CORS); oder die Datei ist nicht da. Sein Betreiber muss mit jeder Antwort, auch mit Fehlern, „Access-Control-Allow-Origin: *“ senden (nginx: add_header … always; isosplat serve hat eine Option) und sollte „Access-Control-Expose-Headers: Content-Range, Content-Length, ETag“ senden.",
+    text: "Der Host von „NAME“ antwortet, enthält seine Antwort aber dieser Seite vor (CORS); oder die Datei ist nicht da. Sein Betreiber muss mit jeder Antwort, auch mit Fehlern, „Access-Control-Allow-Origin: *“ senden (nginx: add_header … always; isosplat serve: --cors) und sollte „Access-Control-Expose-Headers: Content-Range, Content-Length, ETag“ senden.",
   },
   "access-denied": {
     title: "Der Server verweigert den Zugriff",

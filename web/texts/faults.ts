@@ -16,7 +16,7 @@ export const faultTexts = /* @__PURE__ */ part("fault", {
   },
   "cors-refused": {
     title: "This host does not let other sites read its files",
-    text: "The host of “NAME” responds, but does not allow this page to read the response (CORS); or the file does not exist. Its operator must send “Access-Control-Allow-Origin: *” with every response, including errors (nginx: add_header … always; isosplat serve has an option), and should send “Access-Control-Expose-Headers: Content-Range, Content-Length, ETag”.",
+    text: "The host of “NAME” responds, but does not allow this page to read the response (CORS); or the file does not exist. Its operator must send “Access-Control-Allow-Origin: *” with every response, including errors (nginx: add_header … always; isosplat serve: --cors), and should send “Access-Control-Expose-Headers: Content-Range, Content-Length, ETag”.",
   },
   "access-denied": {
     title: "The server refuses access",

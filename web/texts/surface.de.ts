@@ -47,7 +47,7 @@ export const surface: typeof English = {
   saved: (triangles, bytes) => `Gespeichert: ${triangles} Dreiecke, ${bytes}`,
   leftOpen: "Sie ist offen: Fehlende Voxel lassen Löcher in ihr.",
   tooLarge: (millions) =>
-    `Erwartet wird eine Fläche, die in den Arbeitsspeicher des Browsers und in 4 GB passt, gefunden etwa ${millions} Millionen Zellen: Wählen Sie eine gröbere Auflösung, schneiden Sie das Volumen zu, oder verwenden Sie das Programm isosplat`,
+    `Erwartet wird eine Fläche, die in den Arbeitsspeicher des Browsers und in 4 GB passt, gefunden etwa ${millions} Millionen Zellen: Wählen Sie eine gröbere Auflösung, schneiden Sie das Volumen zu, oder verwenden Sie isosplat extract --mesh`,
   nothing: "Hier ist keine Fläche: Wählen Sie einen anderen Isowert oder einen größeren Quader.",
   about: (triangles, bytes) => `Etwa ${triangles} Dreiecke, ${bytes}.`,
   atMost: (triangles, bytes) => `Höchstens etwa ${triangles} Dreiecke, ${bytes}.`,

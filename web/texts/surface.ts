@@ -48,7 +48,7 @@ export const surfaceTexts = part("surface", {
   saved: (triangles: string, bytes: string) => `Saved: ${triangles} triangles, ${bytes}`,
   leftOpen: "It is open: missing voxels leave holes in it.",
   tooLarge: (millions: number) =>
-    `expected a surface that fits into the browser's memory and into 4 GB, found about ${millions} million cells: choose a coarser level, clip the volume, or use the program isosplat`,
+    `expected a surface that fits into the browser's memory and into 4 GB, found about ${millions} million cells: choose a coarser level, clip the volume, or use isosplat extract --mesh`,
   nothing: "There is no surface here: choose another isovalue or a larger box.",
   about: (triangles: string, bytes: string) => `About ${triangles} triangles, ${bytes}.`,
   atMost: (triangles: string, bytes: string) => `At most about ${triangles} triangles, ${bytes}.`,
