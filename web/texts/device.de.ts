@@ -65,9 +65,7 @@ export const device: typeof English = {
   cutOff: (host) =>
     `Es wurden Dateien dieses Geräts gelesen, darum stellt dieser Tab keine Anfragen an andere Sites: Laden Sie die Seite neu, um mehr vom Volumen auf ${host} zu sehen.`,
   wrongContent: (path, format, found) =>
-    format === undefined
-      ? `${path} ist kein Volumen, sondern enthält ${found}.`
-      : `${path} ist kein ${format}, wie der Name sagt, sondern enthält ${found}. Wählen Sie die Datei des Volumens selbst.`,
+    `${path} ist kein ${format}, wie der Name sagt, sondern enthält ${found}. Wählen Sie die Datei des Volumens selbst.`,
   contents: {
     empty: "nichts",
     webPage: "eine Webseite",

@@ -68,11 +68,9 @@ export const deviceTexts = part("device", {
   cutOff: (host: string) =>
     `Files of this device were read, so this tab makes no requests to other sites: load the page again for more of the volume on ${host}.`,
   noFiles: "no files",
-  /** format: that of the name, if it states one. */
-  wrongContent: (path: string, format: string | undefined, found: string) =>
-    format === undefined
-      ? `${path} is not a volume: it contains ${found}.`
-      : `${path} is not ${format}, as its name says: it contains ${found}. Choose the file of the volume itself.`,
+  /** format: that of the name. */
+  wrongContent: (path: string, format: string, found: string) =>
+    `${path} is not ${format}, as its name says: it contains ${found}. Choose the file of the volume itself.`,
   contents: {
     empty: "nothing",
     webPage: "a web page",

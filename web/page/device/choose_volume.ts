@@ -130,7 +130,12 @@ export async function nothingFound(
       content.kind === "text"
         ? deviceTexts.contents.text(content.beginning)
         : deviceTexts.contents[content.kind];
-    throw new Error(deviceTexts.wrongContent(first.path, formatOfName(first.path), found));
+    const format = formatOfName(first.path);
+    throw new Error(
+      format === undefined
+        ? deviceTexts.nothingFound(`${first.path}: ${found}`)
+        : deviceTexts.wrongContent(first.path, format, found),
+    );
   }
   const names = files
     .slice(0, 3)
