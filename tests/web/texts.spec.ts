@@ -159,6 +159,7 @@ describe("texts for visitors are in web/texts alone", () => {
     ...["Home", "End", "Delete", "Enter", "Backspace", "Escape", "Files", "Authorization", "Range"],
     "left and right may be swapped",
     "(prefers-color-scheme: dark)",
+    "found a text that begins with", // by which messages of the core are recognized
     // For programmers, whose language is English. The element shows messages of faults as they are.
     ...["index.html has no #page", "the page has no #page", "the dialog was closed"],
     "expected whole rows of … bytes, at most …, found … bytes",

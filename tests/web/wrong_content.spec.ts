@@ -1,5 +1,7 @@
 import { expect, it } from "vitest";
-import { formatOfName, wrongContent } from "../../web/device/wrong_content.ts";
+import { formatOfName, unknownTextOf, wrongContent } from "../../web/device/wrong_content.ts";
+import { messageOf } from "../../web/texts/without_options.ts";
+import { fileOf, importProgram, localImporter } from "../support/local_import.ts";
 
 const contentOf = (...parts: BlobPart[]) => wrongContent(new Blob(parts));
 
@@ -33,4 +35,32 @@ it("names state formats", () => {
   expect(
     ["a/notes.nrrd", "b.NII.gz", "c.txt", "constructor", "d.constructor"].map(formatOfName),
   ).toEqual(["NRRD", "NIfTI", undefined, undefined, undefined]);
+});
+
+const vtu = '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0"></VTKFile>\n';
+const pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a2146\nsize 5\n";
+
+it.each([
+  ["mesh.vtu", vtu, "an unstructured grid of VTK's XML format"],
+  ["scan.nrrd", pointer, "get the file with git lfs pull --include scan.nrrd"],
+  ["part.stl", "solid part\nfacet normal 0 0 1\n", "a mesh (STL): give the volume"],
+  ["scan.nii", "<?xml version='1.0'?><Error><Code>NoSuchKey</Code></Error>", "a storage host"],
+  ["page.nrrd", "<?xml version='1.0'?><html></html>", "a web page"],
+  ["a.hdr", "ENVI\nsamples = 3\n", "ENVI"],
+  ["notes.nrrd", "Notes of the scan\nFirst line\n", undefined],
+])("the core says what a text is, if it knows: %s", async (path, text, answer) => {
+  const importer = await localImporter(await importProgram(), [fileOf(path, Buffer.from(text))]);
+  let error: unknown;
+  try {
+    importer.open(path);
+  } catch (thrown) {
+    error = thrown;
+  }
+  const content = await unknownTextOf(error, new Blob([text]));
+  if (answer === undefined) {
+    expect(content).toEqual({ kind: "text", beginning: "Notes of the scan…" });
+  } else {
+    expect(content).toBeUndefined();
+    expect(messageOf(error)).toContain(answer);
+  }
 });

@@ -23,6 +23,18 @@ export async function wrongContent(file: Blob): Promise<WrongContent | undefined
   return { kind: "text", beginning: isCut ? `${beginning}…` : beginning };
 }
 
+/** How the core describes a text that it does not know: shared/import/known_files.cpp. */
+const unknownText = "found a text that begins with";
+
+/**
+ * The content of a file that could not be opened, if it is a text that the core does not know. Of other texts,
+ * such as meshes and headers, the core's error says what they are, and what to do.
+ */
+export async function unknownTextOf(error: unknown, file: Blob): Promise<WrongContent | undefined> {
+  if (!(error instanceof Error && error.message.includes(unknownText))) return undefined;
+  return wrongContent(file);
+}
+
 /** Without white space at its ends. Undefined if the bytes are no text. */
 function textOf(bytes: Uint8Array): string | undefined {
   const isUtf16 =

@@ -2,7 +2,12 @@ import "../shell/dialog_form.css";
 import { html, nothing, render, type TemplateResult } from "lit";
 import type { InputFile } from "../../device/files.ts";
 import type { ReadableVolume } from "../../device/reading.ts";
-import { formatOfName, wrongContent } from "../../device/wrong_content.ts";
+import {
+  formatOfName,
+  unknownTextOf,
+  type WrongContent,
+  wrongContent,
+} from "../../device/wrong_content.ts";
 import { isBuildable, openZarrFolder, zarrFolderVolume } from "../../device/zarr_volume.ts";
 import type { VolumeCandidate, VolumeChoice } from "../../import/types.ts";
 import { deviceTexts } from "../../texts/device.ts";
@@ -116,8 +121,8 @@ export async function chooseInZarr(
 }
 
 /**
- * Rejects if no volume was found among the files. Resolves to a single file whose content is not known here:
- * the error of opening it says more.
+ * Rejects if no volume was found among the files. Resolves to a single file, unless it is empty or a web page:
+ * the error of opening it says more (`rejectOpening`).
  */
 export async function nothingFound(
   files: readonly InputFile[],
@@ -125,17 +130,8 @@ export async function nothingFound(
   const [first] = files;
   if (first && files.length === 1) {
     const content = await wrongContent(first.file);
-    if (!content) return { path: first.path, needsDims: false };
-    const found =
-      content.kind === "text"
-        ? deviceTexts.contents.text(content.beginning)
-        : deviceTexts.contents[content.kind];
-    const format = formatOfName(first.path);
-    throw new Error(
-      format === undefined
-        ? deviceTexts.nothingFound(`${first.path}: ${found}`)
-        : deviceTexts.wrongContent(first.path, format, found),
-    );
+    if (!content || content.kind === "text") return { path: first.path, needsDims: false };
+    throw wrongContentError(first.path, content);
   }
   const names = files
     .slice(0, 3)
@@ -146,6 +142,33 @@ export async function nothingFound(
       ? deviceTexts.noFiles
       : `${deviceTexts.files(files.length)}: ${names}${files.length > 3 ? ", …" : ""}`;
   throw new Error(deviceTexts.nothingFound(found));
+}
+
+/**
+ * Rejects with the error of opening a file, or with one in the page's language if the file is a text of no
+ * known kind.
+ */
+export async function rejectOpening(
+  error: unknown,
+  files: readonly InputFile[],
+  path: string,
+): Promise<never> {
+  const file = files.find((each) => each.path === path)?.file;
+  const content = file && (await unknownTextOf(error, file));
+  throw content ? wrongContentError(path, content) : error;
+}
+
+function wrongContentError(path: string, content: WrongContent): Error {
+  const found =
+    content.kind === "text"
+      ? deviceTexts.contents.text(content.beginning)
+      : deviceTexts.contents[content.kind];
+  const format = formatOfName(path);
+  return new Error(
+    format === undefined
+      ? deviceTexts.nothingFound(`${path}: ${found}`)
+      : deviceTexts.wrongContent(path, format, found),
+  );
 }
 
 /** More choices than this are offered in a drop-down list instead of buttons. */

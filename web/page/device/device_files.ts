@@ -48,6 +48,7 @@ import {
   chooseVolume,
   type Manner,
   nothingFound,
+  rejectOpening,
 } from "./choose_volume.ts";
 import { DeviceSection } from "./device_section.ts";
 import { askRawLayout } from "./raw_dialog.ts";
@@ -269,7 +270,10 @@ export class DeviceFiles {
     const layout = raw && (await askRawLayout(raw));
     if (raw && !layout) return;
     const find = origin && ((missing: string) => origin.remote.find(missing));
-    const opened = await openVolume(files, volume, layout, task.signal, chooseInFile, find);
+    const { path } = volume;
+    const opened = await openVolume(files, volume, layout, task.signal, chooseInFile, find).catch(
+      (error) => rejectOpening(error, files, path),
+    );
     if (!opened) return;
     try {
       // If no choice was made, the URL alone identifies the volume.
