@@ -222,10 +222,13 @@ describe("the cost of playing", () => {
   });
 
   test("the header states the cells of an isovalue", () => {
-    const info = { metadata: { active_cells: { low: 0, high: 10, counts: [5, 7] } } };
-    expect([-1, 0, 4.9, 5, 10, 11].map((value) => activeCells(info, value))).toEqual([
-      0, 5, 5, 7, 7, 0,
-    ]);
-    expect(activeCells({ metadata: {} }, 1)).toBeUndefined();
+    const counts = Array.from({ length: 256 }, (_, i) => (i < 255 ? 1000 - i : 0));
+    const metadata = { active_cells: { low: -0.5, high: 255.5, counts } };
+    const mapping = { scale: 1 };
+    const cells = (value: number) => activeCells({ metadata, mapping }, value);
+    // A cell is active up to its largest voxel: between 254 and 255 are the cells of 254.
+    expect([0, 0.9, 1, 254, 254.5, 254.9].map(cells)).toEqual([1000, 1000, 999, 746, 746, 746]);
+    expect([-1, 255, 256, 1000].map(cells)).toEqual([0, 0, 0, 0]);
+    expect(activeCells({ metadata: {}, mapping }, 1)).toBeUndefined();
   });
 });

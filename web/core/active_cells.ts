@@ -1,12 +1,17 @@
 import type { StoreInfo } from "./types.ts";
 
+/** The part of a store's description that counts active cells. */
+export type CellStatistics = Pick<StoreInfo, "metadata"> & {
+  mapping: Pick<StoreInfo["mapping"], "scale">;
+};
+
 /**
  * Cells of the volume that are active at an isovalue, to within a bin of the store's statistics; if bins are
  * one quantized value wide, exactly. A cell is active from its least voxel up to its largest one, so an
  * isovalue between two quantized values has the count of the lower one. Undefined outside of the statistics.
  */
 export function activeCellsAt(
-  { metadata, mapping }: StoreInfo,
+  { metadata, mapping }: CellStatistics,
   isovalue: number,
 ): number | undefined {
   if (!metadata.active_cells) return undefined;

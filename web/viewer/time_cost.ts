@@ -1,4 +1,5 @@
-import type { FieldInfo, StoreInfo } from "../core/types.ts";
+import { activeCellsAt, type CellStatistics } from "../core/active_cells.ts";
+import type { FieldInfo } from "../core/types.ts";
 
 /** The bytes that all steps take at full detail. */
 export interface PlayCost {
@@ -67,15 +68,14 @@ export function costOfLayers(costs: readonly (PlayCost | undefined)[]): PlayCost
   };
 }
 
-/** The number of cells of level 0 that an isovalue has, according to the store's header. */
-export function activeCells(
-  { metadata: { active_cells: bins } }: Pick<StoreInfo, "metadata">,
-  isovalue: number,
-): number | undefined {
+/**
+ * The number of cells of level 0 that an isovalue has, according to the store's header. 0 outside of its
+ * statistics; undefined if it has none.
+ */
+export function activeCells(info: CellStatistics, isovalue: number): number | undefined {
+  const bins = info.metadata.active_cells;
   if (!bins || bins.counts.length === 0 || !(bins.high > bins.low)) return undefined;
-  const share = (isovalue - bins.low) / (bins.high - bins.low);
-  if (!(share >= 0 && share <= 1)) return 0;
-  return bins.counts[Math.min(bins.counts.length - 1, Math.floor(share * bins.counts.length))];
+  return activeCellsAt(info, isovalue) ?? 0;
 }
 
 function sum(numbers: readonly (number | undefined)[]): number {
