@@ -120,7 +120,7 @@ test("a truncated file is read on request", async ({ page }) => {
   expect(await dialog(page).textContent()).not.toContain("--");
   await page.keyboard.press("Escape");
   const message = page.locator(".task-card [role=alert]");
-  await expect(message).toContainText("The file is incomplete.");
+  await expect(message).toContainText("The file is incomplete, or its header is wrong.");
   expect(await message.textContent()).not.toContain("--");
   await choose(page, "cut.nrrd", content.subarray(0, content.length - 100));
   await page.getByRole("button", { name: "Read it: missing voxels have no value" }).click();

@@ -163,6 +163,9 @@ test("says why the surface is open at less than full detail", async ({ page }) =
   await page.getByLabel("Detail").selectOption("1");
   await expect(closed).not.toBeChecked();
   await expect(page.getByText("At less than full detail the surface is saved open")).toBeVisible();
+  await page.getByLabel("Format").selectOption("ply"); // which is open at full detail, too
+  await expect(page.locator(".closing-note")).toHaveCount(0);
+  await page.getByLabel("Format").selectOption("stl");
   await closed.check();
   await expect(page.getByText("Closing may need full detail")).toBeVisible();
   const box = await closed.boundingBox();

@@ -71,8 +71,8 @@ export async function saveSurface(
     try {
       return await save(reader, isovalue, options);
     } catch (error) {
-      const hasHoles = error instanceof CoreError && error.status === "invalid_argument";
-      if (!hasHoles || closed !== undefined || planes.length > 0 || !isClosed(options)) throw error;
+      if (!hasHoles(error) || closed !== undefined || planes.length > 0 || !isClosed(options))
+        throw error;
       return save(reader, isovalue, { ...options, closed: false });
     }
   });
@@ -108,6 +108,15 @@ async function save(
   const [vertices, triangles] = numbers;
   if (!file) throw new CoreError("internal", "the mesh has no file");
   return { file, vertices, triangles, closed };
+}
+
+/** Whether an error of saveSurface says that the surface cannot be closed, because it has holes. */
+export function hasHoles(error: unknown): boolean {
+  return (
+    error instanceof CoreError &&
+    error.status === "invalid_argument" &&
+    error.message.includes("found holes") // shared/core/mesh/mesh_cap.cpp
+  );
 }
 
 /** Whether these options ask for a closed surface. */

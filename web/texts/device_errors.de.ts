@@ -28,8 +28,8 @@ export const deviceError: typeof English = {
   less: "weniger",
 
   causes: {
-    truncated: "Die Datei ist unvollständig.",
-    malformed_volume: "Der Kopf der Datei und ihre Daten passen nicht zusammen.",
+    truncated: "Die Datei ist unvollständig, oder ihr Kopf ist falsch.",
+    malformed_volume: "Die Datei kann so, wie sie ist, nicht gelesen werden.",
     unsupported_format: "Isosplat kann diese Datei nicht lesen.",
     unsupported_type: "Isosplat kann Voxel dieser Art nicht lesen.",
     no_cells: "Ein Volumen braucht mindestens zwei Voxel entlang jeder Achse.",

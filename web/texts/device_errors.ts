@@ -28,8 +28,8 @@ export const deviceErrorTexts = part("deviceError", {
 
   /** Why a volume cannot be read, by the status of the core's error. */
   causes: {
-    truncated: "The file is incomplete.",
-    malformed_volume: "The file's header and its data do not fit together.",
+    truncated: "The file is incomplete, or its header is wrong.",
+    malformed_volume: "The file cannot be read as it is.",
     unsupported_format: "Isosplat cannot read this file.",
     unsupported_type: "Isosplat cannot read voxels of this type.",
     no_cells: "A volume needs at least two voxels along each axis.",

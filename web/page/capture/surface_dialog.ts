@@ -1,9 +1,8 @@
 import "../shell/dialog_form.css";
 import "../shell/components.ts";
 import { html, nothing, render } from "lit";
-import { CoreError } from "../../core/calls.ts";
 import type { SurfaceForecast } from "../../mesh/forecast.ts";
-import { forecastSurface, isClosed, saveSurface } from "../../mesh/save_surface.ts";
+import { forecastSurface, hasHoles, isClosed, saveSurface } from "../../mesh/save_surface.ts";
 import { SurfaceReader } from "../../mesh/surface_reader.ts";
 import { type MeshFormat, meshFormats } from "../../mesh/types.ts";
 import { unitOf } from "../../overlay/length_unit.ts";
@@ -101,7 +100,9 @@ class SurfaceDialog {
   /** What the visitor should know about closing the surface at this level. */
   get #closingNote(): string {
     if (this.#level === 0) return "";
-    return this.#isClosed ? surfaceTexts.mayNeedFull : surfaceTexts.openAtLevel;
+    if (this.#isClosed) return surfaceTexts.mayNeedFull;
+    const closesAtFull = isClosed({ ...this.#form, level: 0 });
+    return closesAtFull ? surfaceTexts.openAtLevel : "";
   }
 
   get #form() {
@@ -166,7 +167,7 @@ class SurfaceDialog {
             (this.#isClosed && !closed ? ` ${surfaceTexts.leftOpen}` : "")
           : surfaceTexts.nothing;
     } catch (error) {
-      this.#hasHoles = !signal.aborted && this.#isClosed && isRefusal(error);
+      this.#hasHoles = !signal.aborted && this.#isClosed && hasHoles(error);
       if (signal.aborted) this.#message = surfaceTexts.cancelled;
       else this.#message = this.#hasHoles ? this.#whyOpen : messageOf(error);
     }
@@ -345,9 +346,4 @@ class SurfaceDialog {
     this.#work.abort(new DOMException("the dialog was closed", "AbortError"));
     this.#holder.remove();
   }
-}
-
-/** Whether the program refuses to close the surface, because it has holes. */
-function isRefusal(error: unknown): boolean {
-  return error instanceof CoreError && error.status === "invalid_argument";
 }
