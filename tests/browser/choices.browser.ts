@@ -145,3 +145,11 @@ test("a text with the name of a volume is named as text", async ({ page }) => {
     "notes.nrrd is not NRRD, as its name says: it contains text, which begins with “Notes of the scan…”",
   );
 });
+
+test("a text of a known kind is explained, with what to do", async ({ page }) => {
+  const pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a2146\nsize 5\n";
+  await choose(page, "scan.nrrd", Buffer.from(pointer));
+  const message = page.locator(".task-card [role=alert]");
+  await expect(message).toContainText("git lfs pull --include scan.nrrd");
+  await expect(message).not.toContainText("as its name says");
+});
