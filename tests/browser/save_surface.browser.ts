@@ -22,14 +22,14 @@ test.afterAll(async () => {
 
 /** A cube in a raw file, which states no spacing. */
 function buildUnspaced(path: string): void {
-  const size = 32;
+  const size = 128;
   const voxels = new Uint8Array(size ** 3);
-  for (let z = 8; z < 24; ++z) {
-    for (let y = 8; y < 24; ++y)
-      voxels.fill(200, (z * size + y) * size + 8, (z * size + y) * size + 24);
+  for (let z = 32; z < 96; ++z) {
+    for (let y = 32; y < 96; ++y)
+      voxels.fill(200, (z * size + y) * size + 32, (z * size + y) * size + 96);
   }
   writeFileSync(`${path}.raw`, voxels);
-  const layout = ["--dims", "32x32x32", "--type", "u8"];
+  const layout = ["--dims", "128x128x128", "--type", "u8"];
   execFileSync(program, [
     "build",
     `${path}.raw`,
@@ -108,18 +108,24 @@ test("closes the surface where oblique planes cut it, or says that an open one i
   expect(await findings(page)).toEqual([]);
 });
 
-test("can be cancelled, and then started again", async ({ page }) => {
-  // Only coarse levels are fetched for this view, and nothing ahead. The rest is requested for the surface.
-  await page.addInitScript(saveData);
-  await openDialog(page, "&camera=30,20,3300,63.5,63.5,63.5");
+/** Holds all requests for `address` back until the returned function is called. */
+async function hold(page: Page, address: RegExp): Promise<() => void> {
   let release = () => {};
   const held = new Promise<void>((resolve) => {
     release = resolve;
   });
-  await page.route(/\/v1\/volumes\/bucky/, async (route) => {
+  await page.route(address, async (route) => {
     await held;
     await route.continue().catch(() => {});
   });
+  return release;
+}
+
+test("can be cancelled, and then started again", async ({ page }) => {
+  // Only coarse levels are fetched for this view, and nothing ahead. The rest is requested for the surface.
+  await page.addInitScript(saveData);
+  await openDialog(page, "&camera=30,20,3300,63.5,63.5,63.5");
+  const release = await hold(page, /\/v1\/volumes\/bucky/);
   await saveButton(page).click();
   await expect(page.getByRole("progressbar", { name: "Saving the surface" })).toBeVisible();
   await expect(saveButton(page)).toBeDisabled();
@@ -138,7 +144,8 @@ test("states lengths in voxels if the spacing is unknown, and offers to enter it
 }) => {
   buildUnspaced(join(folder, "unspaced"));
   const other = await serve([join(folder, "unspaced.isosplat")]);
-  await page.goto(`${other.url}?volume=unspaced&isovalue=100`);
+  await page.addInitScript(saveData);
+  await page.goto(`${other.url}?volume=unspaced&isovalue=100&camera=30,20,3300,63.5,63.5,63.5`);
   await complete(page);
   await page.getByRole("button", { name: "Save the surface" }).click();
   const dialog = page.locator("wa-dialog[open]");
@@ -151,8 +158,19 @@ test("states lengths in voxels if the spacing is unknown, and offers to enter it
     await expect(dialog).toContainText(words);
     await expect(dialog).not.toContainText("millimetres");
   }
-  await dialog.getByRole("button", { name: "Enter" }).click();
-  await expect(page.getByRole("spinbutton").first()).toBeVisible();
+  const enter = dialog.getByRole("button", { name: "Enter…" });
+  await expect(enter).toBeEnabled();
+  await expect(page.getByRole("status").getByText("triangles")).toBeVisible();
+  const release = await hold(page, /\/v1\/volumes\/unspaced/);
+  await saveButton(page).click();
+  await expect(page.getByRole("progressbar", { name: "Saving the surface" })).toBeVisible();
+  await expect(enter).toBeDisabled(); // would discard the file
+  release();
+  await expect(page.getByText(/^Saved: /)).toBeVisible();
+  await enter.click();
+  await expect(page.getByRole("textbox", { name: "Along x" })).toBeVisible();
+  await page.keyboard.press("Escape");
+  await expect(page.getByRole("button", { name: "Save the surface" })).toBeFocused();
   await other.stop();
 });
 

@@ -59,6 +59,8 @@ class SurfaceDialog {
   #hasHoles = false;
   /** Aborts the forecast, or the creation of the file. */
   #work = new AbortController();
+  /** Called when the dialog is closed, and the focus is where it was before. */
+  #next: (() => void) | undefined;
 
   constructor(reader: SurfaceReader, isovalue: number, clip: Clip, host: SurfaceDialogHost) {
     this.#reader = reader;
@@ -317,13 +319,20 @@ class SurfaceDialog {
     const { enterSpacing } = this.#host;
     const isOffered = unit === "voxel" && enterSpacing !== undefined;
     const enter = () => {
-      this.#end();
-      enterSpacing?.();
+      this.#next = enterSpacing;
+      (this.#holder.firstElementChild as Dialog).open = false;
     };
     return html`<p class="quiet">${text}</p>
       ${
         isOffered
-          ? html`<div><button class="chip" type="button" @click=${enter}>${panelTexts.enterSpacing}</button></div>`
+          ? html`<div><button
+              class="chip"
+              type="button"
+              ?disabled=${this.#share !== undefined}
+              @click=${enter}
+            >
+              ${panelTexts.enterSpacing}
+            </button></div>`
           : nothing
       }`;
   }
@@ -345,5 +354,6 @@ class SurfaceDialog {
   #end(): void {
     this.#work.abort(new DOMException("the dialog was closed", "AbortError"));
     this.#holder.remove();
+    this.#next?.();
   }
 }

@@ -132,8 +132,7 @@ export class Measure {
     if (this.#announced === undefined) return;
     const text = announcementOf(before, this.#before, (each) => resultOf(each, this.#scale));
     if (text === undefined) return;
-    // Screen readers speak a text only if it differs from the one before.
-    this.#announced = text === this.#announced ? `${text}\u00a0` : text;
+    this.#announced = spoken(text, this.#announced);
   }
 
   /** The element over the canvas. */
@@ -163,8 +162,9 @@ export class Measure {
   restore(lines: readonly string[] | null, known: readonly Measurement[] | null): void {
     if (known ? sameValue(known, this.tool.measurements) : sameValue(lines, this.lines)) return;
     const read = known ?? (lines ?? this.#ofScene).map(readMeasurement);
+    const said = this.#announced;
     this.#setSilently(read.filter((each) => each !== undefined));
-    this.#announced = measureTexts.count(this.tool.measurements.length);
+    this.#announced = spoken(measureTexts.count(this.tool.measurements.length), said);
   }
 
   /** The voxels have moved, and the measurements move along with them. */
@@ -372,6 +372,11 @@ export class Measure {
   #rows(): MeasurementRow[] {
     return this.tool.measurements.map((measurement) => rowOf(measurement, this.#viewer.info));
   }
+}
+
+/** Screen readers speak a text only if it differs from the one before: `said`. */
+function spoken(text: string, said: string | undefined): string {
+  return text === said ? `${text}\u00a0` : text;
 }
 
 /** Texts of scenes may be longer than those of the page. */

@@ -20,9 +20,11 @@ export async function askSpacing(
   const holder = document.createElement("div");
   document.body.append(holder);
   return new Promise((resolve) => {
-    const end = (result: UnitSpacing | "unknown" | undefined) => {
-      resolve(result);
-      holder.remove();
+    let answer: UnitSpacing | "unknown" | undefined;
+    // The dialog returns the focus while it closes.
+    const end = (result: UnitSpacing | "unknown") => {
+      answer = result;
+      (holder.firstElementChild as Dialog).open = false;
     };
     const isValid = () => lengths.every((length) => length > 0 && Number.isFinite(length));
     const field = (axis: 0 | 1 | 2) =>
@@ -36,7 +38,9 @@ export async function askSpacing(
           label=${panelTexts.spacing}
           open
           @wa-after-hide=${(event: Event) => {
-            if (event.target === holder.firstElementChild) end(undefined);
+            if (event.target !== holder.firstElementChild) return;
+            holder.remove();
+            resolve(answer);
           }}
         >
           <form

@@ -5,39 +5,42 @@ const firstWait = 500;
 const longestWait = 16_000;
 /** After this many failures, a message says that a part is missing. */
 const silentFailures = 2;
+/** After this many failures (some minutes), only the return of the network starts another attempt. */
+const timedFailures = 20;
+
+/** What Chromium, Firefox and Safari report, in this order, and Vite of a style sheet. */
+const failedImport =
+  /Failed to fetch dynamically imported module|error loading dynamically imported module|Importing a module script failed|Unable to preload /i;
 
 /** The number of parts whose loading has failed so often that the message names them. */
 let missingParts = 0;
 let notice: HTMLElement | null = null;
 
 /**
- * Loads a part of the page's program, by dynamic imports. If the server cannot be reached, tries again until
- * it succeeds. A message offers to load the page anew meanwhile: the browser may remember that an import has
+ * Loads a part of the page's program, by dynamic imports. If the server cannot be reached, tries again, for
+ * some minutes and whenever the network returns. A message offers to load the page anew meanwhile: the browser may remember that an import has
  * failed, and a page that was updated on its server has files of other names.
  */
 export async function loadPart<Part>(load: () => Promise<Part>): Promise<Part> {
   for (let failures = 0; ; ++failures) {
     try {
       const part = await load();
-      if (failures >= silentFailures) showMissing(--missingParts);
+      if (failures >= silentFailures) found();
       return part;
     } catch (error) {
       // Not a fault of the network: repeating it would not help.
-      if (!(error instanceof TypeError) && !isPreloadError(error)) throw error;
-      if (failures + 1 === silentFailures) showMissing(++missingParts);
-      await soonOrOnline(waitAfter(failures));
+      if (!(error instanceof Error && failedImport.test(error.message))) throw error;
+      if (failures + 1 === silentFailures) ++missingParts;
+      if (failures + 1 === silentFailures || failures + 1 === timedFailures) showNotice();
+      await soonOrOnline(failures + 1 < timedFailures ? waitAfter(failures) : undefined);
     }
   }
 }
 
-/** A style sheet of a part did not load (Vite's message). */
-function isPreloadError(error: unknown): boolean {
-  return /^Error: Unable to preload /.test(`${error}`);
-}
-
-function soonOrOnline(wait: number): Promise<void> {
+/** `wait`: in ms; undefined: waits for the network only. */
+function soonOrOnline(wait: number | undefined): Promise<void> {
   return new Promise((resolve) => {
-    const timer = setTimeout(done, wait);
+    const timer = wait === undefined ? undefined : setTimeout(done, wait);
     function done(): void {
       clearTimeout(timer);
       removeEventListener("online", done);
@@ -68,20 +71,27 @@ function waitAfter(failures: number): number {
   return Math.min(longestWait, firstWait * 2 ** failures);
 }
 
-/** Shows or removes the message about parts that did not load. */
-function showMissing(count: number): void {
-  if (count === 0) {
-    notice?.remove();
-    notice = null;
-  } else if (!notice) {
-    notice = missingNotice();
-    document.body.append(notice);
-  }
+/** One of the missing parts has loaded. */
+function found(): void {
+  if (--missingParts === 0) removeNotice();
+}
+
+/** Shows the message about parts that did not load, also if it was dismissed before. */
+function showNotice(): void {
+  if (notice) return;
+  notice = missingNotice();
+  document.body.append(notice);
+}
+
+function removeNotice(): void {
+  notice?.remove();
+  notice = null;
 }
 
 /** Shows that part of the page's program did not load, for good. */
 export function showIncomplete(): void {
-  if (!notice) showMissing(++missingParts);
+  ++missingParts; // the message stays
+  showNotice();
 }
 
 function missingNotice(): HTMLElement {
@@ -93,7 +103,7 @@ function missingNotice(): HTMLElement {
   message.append(
     text,
     button(pageTexts.reload, () => location.reload()),
-    button(pageTexts.dismiss, () => message.remove()),
+    button(pageTexts.dismiss, removeNotice),
   );
   return message;
 }
