@@ -158,3 +158,139 @@ test("of a link is ignored where the file states one, and a wrong one is reporte
   await complete(page);
   await expect(page.getByText("three numbers above 0, in mm")).toBeVisible();
 });
+
+/** Enters the same distance along all axes, or removes the spacing. */
+async function enter(page: Page, length: string | null): Promise<void> {
+  await page.getByRole("button", { name: /^(Enter|Change)…$/ }).click();
+  const dialog = page.locator("wa-dialog");
+  if (length === null) await dialog.getByRole("button", { name: "Unknown again" }).click();
+  else {
+    await dialog.getByRole("combobox", { name: "Unit" }).selectOption("mm");
+    for (const axis of ["x", "y", "z"]) {
+      await dialog.getByRole("textbox", { name: `Along ${axis}` }).fill(length);
+    }
+    await dialog.getByRole("button", { name: "Use these distances" }).click();
+  }
+  await expect(dialog).toHaveCount(0);
+}
+
+const kept = (page: Page) =>
+  page.evaluate(() => {
+    const keys = Object.keys(localStorage).filter((key) => key.includes("spacing"));
+    return keys.map((key) => localStorage.getItem(key));
+  });
+
+/** Opens the ball with a query, and the section with its spacing. */
+async function open(page: Page, query = ""): Promise<void> {
+  await page.goto(`${server.url}?volume=ball&isovalue=100${query}`);
+  await complete(page);
+  await settled(page);
+  await openSection(page, "About this volume");
+}
+
+test("that the visitor has entered is kept; undo and redo keep or remove no other", async ({
+  page,
+}) => {
+  await open(page, "&spacing=2,2,2");
+  await enter(page, "3");
+  await expect.poll(() => parameter(page, "spacing")).toBe("3,3,3");
+  await expect(page.getByRole("button", { name: "Change…" })).toBeFocused();
+  expect(await kept(page)).toEqual(["3,3,3,mm"]);
+  await settled(page);
+  await page.keyboard.press("Control+z");
+  await expect.poll(() => parameter(page, "spacing")).toBe("2,2,2");
+  expect(await kept(page)).toEqual([]);
+  await page.keyboard.press("Control+Shift+z");
+  await expect.poll(() => parameter(page, "spacing")).toBe("3,3,3");
+  expect(await kept(page)).toEqual(["3,3,3,mm"]);
+
+  // Another link; its spacing is removed, and the visitor's own one stays.
+  await open(page, "&spacing=2,2,2");
+  await enter(page, null);
+  await expect(facts(page)).toContainText("unknown: lengths are in voxels");
+  await expect.poll(() => parameter(page, "spacing")).toBeNull();
+  expect(await kept(page)).toEqual(["3,3,3,mm"]);
+  await settled(page);
+
+  // Another tab enters one before and after this one.
+  const keepElsewhere = (text: string) =>
+    page.evaluate((value) => {
+      const key = Object.keys(localStorage).find((name) => name.includes("spacing")) ?? "";
+      localStorage.setItem(key, value);
+    }, text);
+  await keepElsewhere("0.5,0.5,0.5,mm");
+  await enter(page, "4");
+  await expect.poll(() => parameter(page, "spacing")).toBe("4,4,4");
+  await settled(page);
+  await page.keyboard.press("Control+z");
+  await expect.poll(() => parameter(page, "spacing")).toBeNull();
+  await expect(facts(page)).toContainText("unknown: lengths are in voxels");
+  expect(await kept(page)).toEqual(["0.5,0.5,0.5,mm"]);
+  await keepElsewhere("0.7,0.7,0.7,mm");
+  await page.keyboard.press("Control+Shift+z");
+  await expect.poll(() => parameter(page, "spacing")).toBe("4,4,4");
+  expect(await kept(page)).toEqual(["0.7,0.7,0.7,mm"]);
+});
+
+test("that an earlier page has kept is in mm", async ({ page }) => {
+  await open(page);
+  await enter(page, "3");
+  await expect.poll(() => parameter(page, "spacing")).toBe("3,3,3");
+  await page.evaluate(() => {
+    const key = Object.keys(localStorage).find((name) => name.includes("spacing")) ?? "";
+    localStorage.removeItem(key);
+    localStorage.setItem(key.replace("entered-", ""), "0.5,0.5,2");
+  });
+  await open(page);
+  expect(parameter(page, "spacing")).toBe("0.5,0.5,2");
+});
+
+test("moves a camera that was chosen; the whole volume stays whole", async ({ page }) => {
+  await open(page, "&camera=30,20,60,11.5,11.5,11.5");
+  await page.getByRole("button", { name: "Reset the view" }).click();
+  await enter(page, "2");
+  await expect.poll(() => parameter(page, "spacing")).toBe("2,2,2");
+  await settled(page);
+  const distance = () => Number((parameter(page, "camera") ?? "").split(",")[2]);
+  const whole = distance();
+
+  await open(page);
+  const picture = page.getByRole("application");
+  await picture.press("+");
+  await picture.press("+");
+  await settled(page);
+  const near = distance();
+  expect(near).toBeLessThan(whole);
+  await enter(page, "6");
+  await expect.poll(() => parameter(page, "spacing")).toBe("6,6,6");
+  await settled(page);
+  expect(distance() / near).toBeCloseTo(3, 3);
+});
+
+test("stays if the volume cannot be opened again, with all that moves along", async ({ page }) => {
+  const own = await serve([folder]);
+  await page.goto(
+    `${own.url}?volume=ball&isovalue=100&measure=distance,2.5,11.5,11.5,20.5,11.5,11.5`,
+  );
+  await complete(page);
+  await settled(page);
+  await openSection(page, "About this volume");
+  await enter(page, "2");
+  await expect.poll(() => parameter(page, "spacing")).toBe("2,2,2");
+  await complete(page);
+  await settled(page);
+  const address = page.url();
+  // The dialog is loaded. The volume is no longer found from now on.
+  await page.route(/\/v1\/volumes\/ball/, (route) => route.fulfill({ status: 404 }));
+  await enter(page, "3");
+  const unchanged = page.getByText("nothing was changed");
+  await expect(unchanged).toBeVisible();
+  expect(await kept(page)).toEqual(["2,2,2,mm"]);
+  expect(page.url()).toBe(address);
+  await page.unroute(/\/v1\/volumes\/ball/);
+  await page.reload();
+  await complete(page);
+  await settled(page);
+  expect(page.url()).toBe(address);
+  await own.stop();
+});

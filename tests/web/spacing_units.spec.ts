@@ -1,8 +1,8 @@
 // Distances between voxels that a visitor enters, in their units.
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Triple } from "../../web/core/types.ts";
-import { inUnit, millimetresOf } from "../../web/page/panel/spacing_units.ts";
-import { forgetSpacing, keepSpacing, keptSpacing } from "../../web/page/volume/kept_spacing.ts";
+import { inUnit, millimetresOf } from "../../web/page/address/spacing_units.ts";
+import { keepSpacing, keptSpacing } from "../../web/page/volume/kept_spacing.ts";
 
 beforeEach(() => {
   const items = new Map<string, string>();
@@ -34,7 +34,18 @@ it("are kept with their unit, and forgotten", () => {
   keepSpacing("abc", entered);
   expect(keptSpacing("abc")).toEqual(entered);
   expect(keptSpacing("abd")).toBeUndefined();
-  forgetSpacing("abc");
+  keepSpacing("abc", undefined);
+  expect(keptSpacing("abc")).toBeUndefined();
+});
+
+it("are kept where earlier versions do not read them, and replace what those kept", () => {
+  localStorage.setItem("isosplat-spacing-abc", "1,1,1");
+  keepSpacing("abc", { lengths: [0.5, 0.5, 12], unit: "nm" });
+  expect(localStorage.getItem("isosplat-spacing-abc")).toBeNull();
+  keepSpacing("abc", undefined);
+  expect(keptSpacing("abc")).toBeUndefined();
+  localStorage.setItem("isosplat-spacing-abc", "1,1,1");
+  keepSpacing("abc", undefined);
   expect(keptSpacing("abc")).toBeUndefined();
 });
 

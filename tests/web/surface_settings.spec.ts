@@ -48,22 +48,45 @@ it("leaves typed text unchanged until it is entered", () => {
   expect(settings.surfaces[0]?.isovalue).toBe(7);
 });
 
-it("says the isovalue that a key or undo has set, until it changes otherwise", () => {
-  expect(settings.announced).toBe("");
-  settings.step(1, "step");
-  const stepped = settings.announced;
-  expect(stepped).toBe(`Isovalue ${settings.surfaces[0]?.isovalue}`);
-  settings.step(-1, "hundredth");
-  expect(settings.announced).toBe(`Isovalue ${settings.surfaces[0]?.isovalue}`);
-  expect(settings.announced).not.toBe(stepped);
-  settings.actions.slide(7); // the slider says its value itself
-  expect(settings.announced).toBe("");
-  settings.restore(settings.surfaces.map((surface) => ({ ...surface, isovalue: 8 })));
-  expect(settings.announced).toBe("Isovalue 8");
-  settings.restore(settings.surfaces.map((surface) => ({ ...surface, colour: "#ffffff" })));
-  expect(settings.announced).toBe("Isovalue 8");
-  settings.actions.enter(9);
-  expect(settings.announced).toBe("");
+it("says once it rests the isovalue that a key or undo has set, until another change", () => {
+  vi.useFakeTimers();
+  try {
+    const isovalue = () => settings.surfaces[0]?.isovalue ?? Number.NaN;
+    settings.actions.slide(50);
+    for (let i = 0; i < 10; ++i) {
+      settings.step(1, "hundredth"); // a key that is held
+      vi.advanceTimersByTime(120);
+      expect(settings.announced).toBe("");
+    }
+    vi.advanceTimersByTime(500);
+    const reached = isovalue();
+    expect(settings.announced).toBe(`Isovalue ${reached}`);
+
+    settings.actions.slide(7); // the slider says its value itself
+    expect(settings.announced).toBe("");
+    settings.actions.slide(reached);
+    vi.advanceTimersByTime(1000);
+    expect(settings.announced).toBe("");
+
+    const at = (change: object) => settings.surfaces.map((surface) => ({ ...surface, ...change }));
+    settings.restore(at({ isovalue: 8 }));
+    vi.advanceTimersByTime(500);
+    expect(settings.announced).toBe("Isovalue 8");
+    settings.restore(at({ colour: "#ffffff" }));
+    vi.advanceTimersByTime(1000);
+    expect(settings.announced).toBe("");
+
+    settings.step(1, "step");
+    settings.actions.enter(9); // before it rests
+    vi.advanceTimersByTime(1000);
+    expect(settings.announced).toBe("");
+    settings.step(1, "step");
+    settings.closed();
+    vi.advanceTimersByTime(1000);
+    expect(settings.announced).toBe("");
+  } finally {
+    vi.useRealTimers();
+  }
 });
 
 const suggesting = (isovalue: number) =>

@@ -64,6 +64,8 @@ export const page: typeof English = {
     "Die Fläche wird in den Koordinaten ihres Volumens gespeichert: Die Ebene wird an anderer Stelle gezeigt.",
   noSaving:
     "Das Speichern konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
+  spacingUnchanged:
+    "Das Volumen konnte nicht mit anderen Voxelabständen geöffnet werden: Nichts wurde geändert.",
   noDialog:
     "Der Dialog konnte nicht geladen werden: Die Verbindung ist abgebrochen. Versuchen Sie es erneut.",
 

@@ -62,6 +62,8 @@ export const pageTexts = part("page", {
   savedUnmoved:
     "The surface is saved in the coordinates of its own volume: the layer is shown elsewhere.",
   noSaving: "Saving could not be loaded: the connection failed. Try again.",
+  spacingUnchanged:
+    "The volume could not be opened with other distances between voxels: nothing was changed.",
   noDialog: "The dialog could not be loaded: the connection failed. Try again.",
 
   ignored: (setting: string, expected: string) =>

@@ -5,6 +5,7 @@ import { sameValue } from "../../viewer/same_value.ts";
 import { surfaceColours } from "../../viewer/surfaces.ts";
 import type { Camera, Clip, Look, Slices, Surface } from "../../viewer/types.ts";
 import { type LayersView, layersAddress } from "./layer_address.ts";
+import type { UnitSpacing } from "./spacing_units.ts";
 import { longestQuery, type UrlState, writeUrl } from "./url_state.ts";
 
 /**
@@ -28,6 +29,8 @@ export interface AddressState {
   src: string | undefined;
   /** Undefined if it is that of the volume's file. */
   spacing: Triple | undefined;
+  /** Not in the address: what is kept on the device for other visits, for undo. */
+  keptSpacing?: UnitSpacing | undefined;
   surfaces: readonly Surface[];
   look: Look;
   isThemeBackground: boolean;

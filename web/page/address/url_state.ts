@@ -91,6 +91,8 @@ export interface UrlState {
   file?: string;
   /** Ignored where the volume's file states its spacing. */
   spacing?: Triple;
+  /** Not in addresses: the visitor has chosen `spacing`, or none, so that one kept on the device is not used. */
+  isSpacingChosen?: boolean;
   isovalues?: number[];
   colours?: string[];
   opacities?: number[];

@@ -20,6 +20,11 @@ export class ViewHistory<View> {
     return this.#future.length > 0;
   }
 
+  /** The view that has come to rest last, or that undo or redo has restored. */
+  get present(): View | undefined {
+    return this.#present?.view;
+  }
+
   /** Adds the view that has come to rest. If it has the key of the present one, it replaces it without a step. */
   rested(key: string, view: View): void {
     const isSame = this.#present?.key === key;

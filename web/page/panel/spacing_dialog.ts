@@ -2,8 +2,8 @@ import "../shell/dialog_form.css";
 import { html, nothing, render } from "lit";
 import type { Triple } from "../../core/types.ts";
 import { panelTexts } from "../../texts/panel.ts";
+import { type SpacingUnit, spacingUnits, type UnitSpacing } from "../address/spacing_units.ts";
 import { numberField } from "../shell/number_field.ts";
-import { type SpacingUnit, spacingUnits, type UnitSpacing } from "./spacing_units.ts";
 
 type Dialog = HTMLElement & { open: boolean };
 

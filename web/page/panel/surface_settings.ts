@@ -18,6 +18,9 @@ import { IsovalueSweep } from "./isovalue_sweep.ts";
 import type { VolumeActions, VolumeState } from "./panel_state.ts";
 import { withAddedSurface } from "./surfaces.ts";
 
+/** Screen readers are told an isovalue after this time without changes (ms): once for a key that is held. */
+const announceAfter = 500;
+
 /** A layer whose surfaces are changed. */
 export interface SurfaceSubject {
   surfaces: readonly Surface[];
@@ -47,8 +50,8 @@ export class SurfaceSettings {
   #isLogarithmic = true;
   #sweepSeconds = 10;
   #typed: string | undefined;
-  /** The last isovalue that a key, the wheel, undo or redo has set. */
-  #announced: number | undefined;
+  #announced = "";
+  #announcing: ReturnType<typeof setTimeout> | undefined;
   readonly #sweep = new IsovalueSweep((value) =>
     this.#setIsovalue(roundToScale(value, this.#scale)),
   );
@@ -57,7 +60,10 @@ export class SurfaceSettings {
   constructor(viewer: Viewer, url: UrlState, changed: (isIsovalueOnly?: boolean) => void) {
     this.#viewer = viewer;
     this.#url = url;
-    this.#changed = changed;
+    this.#changed = (isIsovalueOnly) => {
+      this.#endAnnouncement();
+      changed(isIsovalueOnly);
+    };
     this.#surfaces = surfacesAt(url.isovalues ?? [], url.colours, url.opacities);
   }
 
@@ -150,6 +156,7 @@ export class SurfaceSettings {
   /** Called when the volume is no longer open. */
   closed(): void {
     this.#sweep.stop();
+    this.#endAnnouncement();
   }
 
   /** Moves the active surface by `by` hundredths of the range, or by `by` single steps. */
@@ -159,15 +166,32 @@ export class SurfaceSettings {
     if (isovalue === undefined) return;
     const width = unit === "step" ? step : Math.max(step, (high - low) / 100);
     this.actions.slide(isovalue + by * width);
-    this.#announced = this.#surfaces[this.#active]?.isovalue;
+    this.#announce();
   }
 
-  /** What screen readers say of a change that no focused control shows: the isovalue of the active surface. */
+  /**
+   * What screen readers say of a change that no focused control shows, by a key, the wheel, undo or redo: the isovalue
+   * of the active surface, once it rests. Empty after any other change.
+   */
   get announced(): string {
-    const isovalue = this.#surfaces[this.#active]?.isovalue;
-    if (isovalue === undefined || isovalue !== this.#announced) return "";
-    const units = (this.#subject ?? this.#viewer).info?.metadata.units;
-    return [panelTexts.isovalue, formatValue(isovalue), units ?? ""].join(" ").trim();
+    return this.#announced;
+  }
+
+  #announce(): void {
+    this.#endAnnouncement();
+    this.#announcing = setTimeout(() => {
+      const isovalue = this.#surfaces[this.#active]?.isovalue;
+      if (isovalue === undefined) return;
+      this.#changed();
+      const units = (this.#subject ?? this.#viewer).info?.metadata.units;
+      const words = [panelTexts.isovalue, formatValue(isovalue), units ?? ""];
+      this.#announced = words.join(" ").trim();
+    }, announceAfter);
+  }
+
+  #endAnnouncement(): void {
+    clearTimeout(this.#announcing);
+    this.#announced = "";
   }
 
   get state(): Omit<
@@ -195,8 +219,8 @@ export class SurfaceSettings {
     this.#active = Math.max(0, Math.min(this.#active, surfaces.length - 1));
     const before = this.#surfaces[this.#active]?.isovalue;
     const isovalue = surfaces[this.#active]?.isovalue;
-    if (isovalue !== before) this.#announced = isovalue;
     this.#setSurfaces(surfaces);
+    if (isovalue !== before) this.#announce();
   }
 
   get suggestions(): readonly number[] {

@@ -5,21 +5,23 @@ import { unitOf } from "../../overlay/length_unit.ts";
 import type { Source } from "../../stream/source.ts";
 import { respacing } from "../../viewer/respacing.ts";
 import { sameValue } from "../../viewer/same_value.ts";
-import type { Camera } from "../../viewer/types.ts";
 import type { Viewer } from "../../viewer/viewer.ts";
+import type { AddressState } from "../address/page_address.ts";
+import { inUnit, millimetresOf, type UnitSpacing } from "../address/spacing_units.ts";
 import type { UrlState } from "../address/url_state.ts";
-import { inUnit, millimetresOf, type UnitSpacing } from "../panel/spacing_units.ts";
-import { forgetSpacing, keepSpacing, keptSpacing } from "./kept_spacing.ts";
+import type { askSpacing as Ask } from "../panel/spacing_dialog.ts";
+import { keepSpacing, keptSpacing } from "./kept_spacing.ts";
 import type { LoadedParts } from "./loaded_parts.ts";
+import type { PageCamera } from "./page_camera.ts";
 
 /**
  * Opens the source with the spacing of the address, or the one that was entered on this device before, if the
- * volume's file states none.
+ * volume's file states none. Once the visitor has chosen one in this page, or none, it is the address's.
  */
 export function takeSpacing(source: Source, url: UrlState): void {
   source.spacingOf = (info) =>
     unitOf(info) === "voxel"
-      ? (url.spacing ?? millimetres(keptSpacing(info.contentId)))
+      ? (url.spacing ?? (url.isSpacingChosen ? undefined : keptLengths(info.contentId)))
       : undefined;
 }
 
@@ -27,13 +29,27 @@ function millimetres(entered: UnitSpacing | undefined): Triple | undefined {
   return entered && millimetresOf(entered);
 }
 
+function keptLengths(contentId: string): Triple | undefined {
+  return millimetres(keptSpacing(contentId));
+}
+
+function givenSpacing({ isSpacingGiven, spacing }: StoreInfo): Triple | undefined {
+  return isSpacingGiven ? spacing : undefined;
+}
+
+/** A view of the history. */
+type SpacingView = Pick<AddressState, "spacing" | "keptSpacing" | "camera">;
+
 export interface EnteredSpacingHost {
   /** A view that has not come to rest is a step of undo as well. */
   rest(): void;
-  /** Opens the volume again, with the spacing in the address and the present view. */
-  reopen(): Promise<void>;
-  /** Shows the whole volume, unless the address states a camera. */
-  refit(): void;
+  /** Opens the volume again, with the spacing in the address and the present view. Resolves to false if it fails. */
+  reopen(): Promise<boolean>;
+  readonly camera: Pick<PageCamera, "isWhole" | "refit">;
+  /** The volume could not be opened: shows the view before, which the address still has. */
+  failed(): void;
+  /** The dialog could not be loaded. */
+  noDialog(): void;
   /** The volume is open with the other spacing. */
   changed(): void;
 }
@@ -44,8 +60,8 @@ export class EnteredSpacing {
   readonly #url: UrlState;
   readonly #parts: Pick<LoadedParts, "measure">;
   readonly #host: EnteredSpacingHost;
-  /** What the visitor has entered, by the distances in mm, since undo and redo have no units. */
-  readonly #entered = new Map<string, UnitSpacing>();
+  /** What this page has last kept on the device. Null: it has not changed it. */
+  #written: { kept: UnitSpacing | undefined } | null = null;
   #changing: Promise<void> | null = null;
 
   constructor(
@@ -75,36 +91,70 @@ export class EnteredSpacing {
   async enter(): Promise<void> {
     const { info } = this.#viewer;
     if (!info) return;
-    const { askSpacing } = await import("../panel/spacing_dialog.ts");
+    let askSpacing: typeof Ask;
+    try {
+      ({ askSpacing } = await import("../panel/spacing_dialog.ts"));
+    } catch {
+      this.#host.noDialog();
+      return;
+    }
     const answer = await askSpacing(this.#shown(info), info.isSpacingGiven === true);
     if (!answer || this.#viewer.info !== info) return;
     const entered = answer === "unknown" ? undefined : answer;
     const spacing = millimetres(entered);
-    if (entered) {
-      this.#entered.set(String(spacing), entered);
-      keepSpacing(info.contentId, entered);
+    const isSame = info.isSpacingGiven && sameValue(spacing, info.spacing);
+    if (!isSame) this.#host.rest();
+    const isOwn = sameValue(keptLengths(info.contentId), info.spacing);
+    const keep = () => {
+      // What is removed may be a link's, and not the one that is kept.
+      if (entered || isOwn) this.#keep(info, entered);
+    };
+    if (isSame) {
+      keep();
+      return;
     }
-    if (info.isSpacingGiven && sameValue(spacing, info.spacing)) return;
-    this.#host.rest();
-    await this.#change(spacing, info, () => {
+    const { camera } = this.#host;
+    const { isWhole } = camera;
+    await this.#change(info, spacing, keep, () => {
       this.#moveTo(spacing ?? info.statedSpacing ?? [1, 1, 1], info);
-      return () => this.#host.refit();
+      return () => isWhole && camera.refit();
     });
   }
 
-  /** Restores the spacing and the camera of an earlier view, for undo and redo. Returns false if it has not changed. */
-  restore(spacing: Triple | undefined, camera: Camera): boolean {
+  /**
+   * Restores the spacing and the camera of an earlier view, for undo and redo, and what was kept on the device then,
+   * unless another page has changed it since. Returns false if the spacing has not changed.
+   */
+  restore({ spacing, keptSpacing: kept, camera }: SpacingView, failed: () => void): boolean {
     const { info } = this.#viewer;
-    if (!info || sameValue(spacing, info.isSpacingGiven && info.spacing)) return false;
-    if (spacing) {
-      keepSpacing(info.contentId, this.#entered.get(String(spacing)) ?? inUnit(spacing));
-    }
+    if (!info || !camera || sameValue(spacing, givenSpacing(info))) return false;
     const setCamera = () => this.#viewer.setCamera(camera);
-    void this.#change(spacing, info, () => {
-      setCamera();
-      return setCamera; // the other volume has other limits
-    });
+    const keep = () => {
+      const { contentId } = info;
+      const isOurs = this.#written && sameValue(this.#written.kept, keptSpacing(contentId));
+      if (isOurs) this.#keep(info, kept);
+    };
+    void this.#change(
+      info,
+      spacing,
+      keep,
+      () => {
+        setCamera();
+        return setCamera; // the other volume has other limits
+      },
+      failed,
+    );
     return true;
+  }
+
+  /** The part of the page's state that undo and redo restore. */
+  stateOf(info: StoreInfo): Pick<AddressState, "spacing" | "keptSpacing"> {
+    return { spacing: givenSpacing(info), keptSpacing: keptSpacing(info.contentId) };
+  }
+
+  #keep({ contentId }: StoreInfo, kept: UnitSpacing | undefined): void {
+    keepSpacing(contentId, kept);
+    this.#written = { kept };
   }
 
   /** What the dialog shows first: what the visitor has entered, in its unit. */
@@ -114,27 +164,43 @@ export class EnteredSpacing {
     return isSpacingGiven ? inUnit(spacing) : { lengths: spacing, unit: "mm" };
   }
 
-  /** `move`: changes the view before the volume is opened again. Returns what to do afterwards. */
+  /**
+   * `move`: changes the view before the volume is opened again. Returns what to do afterwards. `keep`: called when the
+   * volume is open. `failed`: called if it could not be opened.
+   */
   async #change(
+    info: StoreInfo,
     spacing: Triple | undefined,
-    { contentId }: StoreInfo,
+    keep: () => void,
     move: () => () => void,
+    failed = () => {},
   ): Promise<void> {
+    const before = givenSpacing(info);
+    const { measures } = this.#url;
     const change = async () => {
       const finish = move();
-      if (spacing) this.#url.spacing = spacing;
-      else {
-        delete this.#url.spacing;
-        forgetSpacing(contentId);
+      this.#choose(spacing);
+      if (await this.#host.reopen()) {
+        keep();
+        finish();
+      } else {
+        this.#choose(before);
+        if (measures) this.#url.measures = measures;
+        failed();
+        this.#host.failed();
       }
-      await this.#host.reopen();
-      finish();
     };
     this.#changing = change().finally(() => {
       this.#changing = null;
       this.#host.changed();
     });
     await this.#changing;
+  }
+
+  #choose(spacing: Triple | undefined): void {
+    this.#url.isSpacingChosen = true;
+    if (spacing) this.#url.spacing = spacing;
+    else delete this.#url.spacing;
   }
 
   #moveTo(spacing: Triple, info: StoreInfo): void {

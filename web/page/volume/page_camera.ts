@@ -70,8 +70,21 @@ export class PageCamera {
   get isDefault(): boolean {
     const camera = this.resting;
     if (!camera || this.#url.camera) return false;
-    const defaults = [this.#first, this.#viewer.wholeView];
-    return defaults.some((each) => each && isSameCamera(each, camera));
+    return this.#defaults.some((each) => isSameCamera(each, camera));
+  }
+
+  get #defaults(): Camera[] {
+    return [this.#first, this.#viewer.wholeView].filter((each) => each !== null);
+  }
+
+  /** Whether the picture shows the whole volume as by default, from whichever side. */
+  get isWhole(): boolean {
+    const camera = this.resting;
+    if (!camera) return false;
+    const { projection, ...turned } = camera;
+    return this.#defaults.some(({ target, distance }) =>
+      isSameCamera({ ...turned, target, distance }, turned),
+    );
   }
 
   to(camera: Camera): void {
@@ -90,10 +103,10 @@ export class PageCamera {
     this.to({ ...camera, target, distance });
   }
 
-  /** The volume has changed its size: shows the whole one from the same side, unless the address states a camera. */
+  /** The volume has changed its size: shows the whole one from the same side. */
   refit(): void {
     const { camera, wholeView } = this.#viewer;
-    if (this.#url.camera || !camera || !wholeView) return;
+    if (!camera || !wholeView) return;
     const { target, distance } = wholeView;
     this.#viewer.setCamera({ ...camera, target, distance });
   }

@@ -95,7 +95,9 @@ export class VolumePage {
   readonly #spacing = new EnteredSpacing(this.#viewer, this.#url, this.#parts, {
     rest: () => this.#address.write(),
     reopen: () => this.#open({ keepsView: true }),
-    refit: () => this.#camera.refit(),
+    camera: this.#camera,
+    failed: () => this.#restorePresent(),
+    noDialog: () => this.#toast.note(pageTexts.noDialog),
     changed: () => this.#changed(),
   });
 
@@ -167,16 +169,16 @@ export class VolumePage {
    * undo stay, and so does the picture until the other store has one. An isovalue that the page has
    * chosen is chosen again. `src`: the store's address; by default unchanged.
    */
-  replace(target: Target, src = this.#url.src): Promise<void> {
+  async replace(target: Target, src = this.#url.src): Promise<void> {
     this.#address.write(); // a view that has not come to rest is a step of undo as well
     this.#history.replacePresent();
     this.#target = target;
     if (src !== undefined) this.#url.src = src;
-    return this.#open({ keepsView: true });
+    await this.#open({ keepsView: true });
   }
 
-  /** `again`: the message of the last attempt stays until this one succeeds. */
-  async #open({ again = false, keepsView = false } = {}): Promise<void> {
+  /** `again`: the message of the last attempt stays until this one succeeds. Resolves to false if it fails. */
+  async #open({ again = false, keepsView = false } = {}): Promise<boolean> {
     this.#faults.opening({ again, keepsView });
     this.#resetProgress();
     if (!keepsView) {
@@ -199,14 +201,17 @@ export class VolumePage {
       const notes = [...this.#surfaces.opened(opened.info, opened.hasSurfaces), ...opened.notes];
       void this.layers.opened(opened.scene);
       const isElsewhere = this.#camera.opened(camera, before, keepsView, "scene" in this.#target);
-      if (keepsView) return;
+      if (keepsView) return true;
       notes.unshift(...(this.#url.notes ?? []));
       if (isElsewhere) notes.push(pageTexts.viewTooFar);
       if (notes.length > 0) this.#toast.note(notes.join(" "));
     } catch (error) {
-      if (error instanceof DOMException && error.name === "AbortError") return;
-      this.#showError(error);
+      if (!(error instanceof DOMException && error.name === "AbortError")) {
+        this.#showError(error);
+        return false;
+      }
     }
+    return true;
   }
 
   /** A setting has changed: updates the address and the layout. */
@@ -215,14 +220,14 @@ export class VolumePage {
     this.#layout.request(isIsovalueOnly);
   }
 
-  /** The state to write to the address; null while no volume is open, or its spacing is being changed. */
+  /** The state to write to the address; null while no volume can be opened, or its spacing is being changed. */
   #addressState(): AddressState | null {
-    if (!this.#info || this.#spacing.isChanging) return null;
+    if (!this.#info || this.#faults.problem || this.#spacing.isChanging) return null;
     return {
       volume: this.#url.volume,
       scene: this.#url.scene,
       src: this.#url.src,
-      spacing: this.#info.isSpacingGiven && this.#info.spacing,
+      ...this.#spacing.stateOf(this.#info),
       ...this.#settings.state,
       surfaces: this.#surfaces.first,
       camera: this.#camera.resting,
@@ -311,7 +316,7 @@ export class VolumePage {
     },
     openCapture: () => void this.#files.openCapture(),
     saveTransparent: () => void this.#files.saveScreenshot({ transparent: true }),
-    saveSurface: () => void this.#files.saveSurface(() => this.#enterSpacing()),
+    saveSurface: () => void this.#files.saveSurface(() => void this.#spacing.enter()),
     undo: () => this.#restore("undo"),
     redo: () => this.#restore("redo"),
     lookAlong: (view) => this.#camera.lookAlong(view),
@@ -324,7 +329,7 @@ export class VolumePage {
     loadSlices: () => void this.#parts.loadSlices(),
     showClipHandles: (isShown) => void this.#parts.showClipHandles(isShown),
     toggleSheet: () => this.#layout.toggleSheet(),
-    enterSpacing: () => this.#enterSpacing(),
+    enterSpacing: () => void this.#spacing.enter(),
     help: () =>
       void import("../shell/help.ts").then(
         ({ showHelp }) => showHelp(),
@@ -336,23 +341,31 @@ export class VolumePage {
     },
   };
 
-  #enterSpacing(): void {
-    this.#spacing.enter().catch(() => this.#toast.note(pageTexts.noDialog));
-  }
-
   #restore(step: "undo" | "redo"): void {
-    if (this.#spacing.postpones(() => this.#restore(step))) return;
+    if (this.#spacing.postpones(() => this.#restore(step)) || this.#faults.problem) return;
     this.#address.write(); // a view that has not come to rest is a step as well
     const view = this.#history[step]();
     if (!view) return;
+    this.#apply(view);
+    const back = () => this.#history[step === "undo" ? "redo" : "undo"]();
+    if (view.camera && !this.#spacing.restore(view, back)) this.#camera.to(view.camera);
+  }
+
+  /** The volume could not be opened with another spacing. */
+  #restorePresent(): void {
+    const view = this.#history.present;
+    if (view) this.#apply(view);
+    if (view?.camera) this.#viewer.setCamera(view.camera);
+    this.#toast.note(pageTexts.spacingUnchanged);
+  }
+
+  /** Shows an earlier view, without its camera and its spacing. */
+  #apply(view: AddressState): void {
     this.#settings.restore(view);
     this.#surfaces.restore(view.surfaces);
     this.layers.restore(view.layers);
     this.#parts.time.restore(view.time);
     this.#parts.measure?.restore(view.measures, view.measurements);
-    if (view.camera && !this.#spacing.restore(view.spacing, view.camera)) {
-      this.#camera.to(view.camera);
-    }
   }
 
   /** Loads the overlays above the picture, after the first surface. */
@@ -380,6 +393,7 @@ export class VolumePage {
     this.#info = null; // the address is no longer written
     this.#parts.clipHandles?.stop();
     this.#faults.close();
+    this.#surfaces.closed();
     this.#layout.close();
     this.#listeners.abort();
     this.#viewer.dispose();
