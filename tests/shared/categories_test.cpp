@@ -30,6 +30,21 @@ TEST(Categories, LongNamesAreCutAndManyLeftOut) {
   ASSERT_EQ(read.size(), kMaxCategories);
   EXPECT_EQ(read.front().name, std::string(64, 'a'));
   EXPECT_EQ(read.back().name, "");
+  // The longest values leave no room for names, but all of them fit.
+  std::vector<Category> longest;
+  for (int i = 0; i < 512; ++i) longest.push_back({-kMaxCategory + i, std::string(300, 'a'), {}});
+  const std::string of_longest = categories_json(longest);
+  EXPECT_LE(of_longest.size(), kMaxCategoryBytes);
+  EXPECT_EQ(categories_of(metadata(of_longest)).size(), kMaxCategories);
+}
+
+TEST(Categories, NamesHaveNoControlCharacters) {
+  const std::vector<Category> written{{1, "b\x01\x1b[31m\na\177d", {}}};
+  const std::string text = categories_json(written);
+  EXPECT_EQ(text, R"([[1,"#000000","b[31mad"]])");
+  const auto read = categories_of(metadata(R"([[1,"#000000","b\u0001\u001b[31mad\u007f"]])"));
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].name, "b[31mad");
 }
 
 TEST(Categories, WhatIsMalformedIsLeftOut) {
@@ -39,7 +54,7 @@ TEST(Categories, WhatIsMalformedIsLeftOut) {
   EXPECT_TRUE(categories_of(metadata("7")).empty());
   const auto some = categories_of(metadata(
       R"([[5,"#0000ff","b"],[1.5,"#000000"],[2,"red"],[3],[4,"#00000g"],[5,"#ffffff"],[1,"#0a0b0c",8],"x",
-          [4611686018427387904,"#000000"],[-9223372036854775808,"#000000"]])"));
+          [16777217,"#000000"],[4611686018427387904,"#000000"],[-9223372036854775808,"#000000"]])"));
   ASSERT_EQ(some.size(), 2u);
   EXPECT_EQ(some[0].value, 1);
   EXPECT_EQ(some[0].colour, (std::array<uint8_t, 3>{10, 11, 12}));

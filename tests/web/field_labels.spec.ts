@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import { MarkPen } from "../../web/capture/mark_pen.ts";
 import { marksSvg } from "../../web/capture/picture_marks.ts";
 import { categoriesOf, merged } from "../../web/core/categories.ts";
 import { parseMetadata } from "../../web/core/records.ts";
@@ -30,6 +31,13 @@ describe("the labels of a field", () => {
       { value: 7, colour: "#0a141e", name: "thalamus" },
     ]);
     expect(merged([found, [{ value: 3, colour: "#010203", name: "b" }]])).toHaveLength(3);
+  });
+
+  it("have names without control characters, and pictures have none that XML forbids", () => {
+    const [found] = categoriesOf(metadata([[7, "#0a141e", "b\u0001\u001b[31mad\u007f"]]));
+    expect(found?.name).toBe("b[31mad");
+    const written = new MarkPen(12, "#ffffff").text("a\u0001\u001b\ufffe\ud800<ü🧠", 0, 0);
+    expect(written).toMatch(/>a&#60;ü🧠<\/text>$/);
   });
 
   it("are left out if any of them is malformed", () => {

@@ -1,3 +1,6 @@
+/** Characters that no document of XML may have, not even escaped. */
+const notOfXml = /[^\t\n\r\u{20}-\u{d7ff}\u{e000}-\u{fffd}\u{10000}-\u{10ffff}]/gu;
+
 /** Writes letters and lines as SVG, in a colour that can be read on the background, with a halo. */
 export class MarkPen {
   /** The height of a line of text, in pixels of the picture. */
@@ -21,7 +24,9 @@ export class MarkPen {
     { size = 1, anchor = "start" }: { size?: number; anchor?: "start" | "middle" | "end" } = {},
   ): string {
     const pixels = size * this.letter;
-    const escaped = content.replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
+    const escaped = content
+      .replace(notOfXml, "")
+      .replace(/[&<>"]/g, (letter) => `&#${letter.charCodeAt(0)};`);
     return `<text x="${round(x)}" y="${round(y)}" font-size="${round(pixels)}" text-anchor="${anchor}" paint-order="stroke" stroke="${this.halo}" stroke-width="${round(0.22 * pixels)}" stroke-linejoin="round">${escaped}</text>`;
   }
 

@@ -6,7 +6,11 @@ const widest = 65_533;
 /** The categories of a field by its metadata, by value; empty if its values are no labels. */
 export function categoriesOf({ categories = [] }: StoreMetadata): Category[] {
   return merged([
-    categories.map(([value, colour, name = ""]) => ({ value, colour, name: name.slice(0, 64) })),
+    categories.map(([value, colour, name = ""]) => ({
+      value,
+      colour,
+      name: name.replace(/\p{Cc}/gu, "").slice(0, 64),
+    })),
   ]);
 }
 

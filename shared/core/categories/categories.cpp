@@ -12,8 +12,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr size_t kMaxName = 64;
 
-/// Valid UTF-8 of limited length.
-std::string clean(const std::string& text) {
+/// Valid UTF-8 of limited length, without control characters.
+std::string clean(std::string text) {
+  std::erase_if(text, [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; });
   const std::string dumped =
       Json(text.substr(0, kMaxName)).dump(-1, ' ', true, Json::error_handler_t::ignore);
   return Json::parse(dumped).get<std::string>();
@@ -70,10 +71,10 @@ std::vector<Category> categories_of(std::string_view metadata) {
     if (categories.size() == kMaxCategories) break;
     if (!entry.is_array() || entry.size() < 2 || !entry[0].is_number_integer()) continue;
     Category category{entry[0].get<int64_t>(), {}, {}};
-    if (std::abs(static_cast<double>(category.value)) > 0x1p53) continue;
+    if (category.value < -kMaxCategory || category.value > kMaxCategory) continue;
     if (!read_colour(entry[1], category.colour)) continue;
     if (entry.size() > 2 && entry[2].is_string()) {
-      category.name = entry[2].get<std::string>().substr(0, kMaxName);
+      category.name = clean(entry[2].get<std::string>());
     }
     categories.push_back(std::move(category));
   }
