@@ -4,6 +4,7 @@
 
 #include "native/extract/chunk_reading.h"
 #include "native/extract/extract_mesh.h"
+#include "native/extract/field_reading.h"
 
 namespace isosplat {
 namespace {
@@ -40,7 +41,7 @@ Result<MeshPart> extract_solid(const StoreFile& store, double isovalue,
       return Result<void>{};
     });
     if (!extracted) return tl::unexpected(extracted.error());
-    if (const auto closed = region->close(mesh); !closed) {
+    if (const auto closed = region->close(mesh, are_categories(options.fields)); !closed) {
       return fail(closed.error().status,
                   fmt::format("{}: {}", store.path().string(), closed.error().message));
     }

@@ -73,12 +73,21 @@ std::vector<FieldColumn> columns_of(const OpenedFields& fields) {
   return columns;
 }
 
-FieldReader::FieldReader(const OpenedFields& fields) : fields_(fields) {
+std::vector<bool> are_categories(const OpenedFields& fields) {
+  std::vector<bool> are;
   for (const auto& field : fields) {
-    const bool is_category = field && !categories_of(field->info().metadata).empty();
-    lattices_.push_back(field ? std::optional<FieldLattice>(
-                                    std::in_place, field->info().field->mapping, is_category)
-                              : std::nullopt);
+    are.push_back(field && !categories_of(field->info().metadata).empty());
+  }
+  return are;
+}
+
+FieldReader::FieldReader(const OpenedFields& fields) : fields_(fields) {
+  const std::vector<bool> is_category = are_categories(fields);
+  for (size_t i = 0; i < fields.size(); ++i) {
+    lattices_.push_back(fields[i]
+                            ? std::optional<FieldLattice>(
+                                  std::in_place, fields[i]->info().field->mapping, is_category[i])
+                            : std::nullopt);
   }
 }
 

@@ -32,6 +32,9 @@ bool has_field(const StoreInfo& store, const std::string& name);
 /// The names of opened fields in files, with the titles and units of their metadata. Not null.
 std::vector<FieldColumn> columns_of(const OpenedFields& fields);
 
+/// For each field, whether its values are labels.
+std::vector<bool> are_categories(const OpenedFields& fields);
+
 /// Interpolates the values of fields in the blocks of a store, one block after the other. One
 /// object per thread.
 class FieldReader {

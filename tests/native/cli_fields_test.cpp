@@ -238,6 +238,19 @@ TEST_F(CliFields, CategoriesHaveTheLabelsOfTheNearestVoxels) {
   found.clear();
   for (const auto& vertex : extract("1")) found.insert(vertex[6]);
   EXPECT_EQ(found, (std::set<double>{0, 7, 9}));
+  // Vertices of cuts have labels too; inside of caps there are none.
+  const Ended clipped = run({"extract", store, "-i", "151", "--mesh", "--closed", "--clip-plane",
+                             "0,1,1,30.37", "--force", "--field", "r", "-o", ply});
+  ASSERT_EQ(clipped.exit_code, 0) << clipped.err;
+  found.clear();
+  size_t cut = 0;
+  for (const auto& vertex : test::vertices_of(ply)) {
+    if (std::isnan(vertex[6])) continue;
+    found.insert(vertex[6]);
+    cut += std::abs(vertex[1] + vertex[2] - 30.37) < 1e-3;
+  }
+  EXPECT_EQ(found, (std::set<double>{0, 7, 9}));
+  EXPECT_GT(cut, 20u);
   const Ended drawn = run({"render", store, "-i", "151", "--field", "r", "--size", "64x64", "-o",
                            folder / "a.png", "--force"});
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;

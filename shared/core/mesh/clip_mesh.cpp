@@ -13,9 +13,11 @@ namespace {
 /// Vertices where a plane cuts edges.
 class CutVertices {
  public:
-  CutVertices(MeshPart& mesh, const std::vector<double>& heights)
+  CutVertices(MeshPart& mesh, const std::vector<double>& heights,
+              const std::vector<bool>& is_category)
       : vertices_(mesh.vertices),
         heights_(heights),
+        is_category_(is_category),
         first_(static_cast<uint32_t>(mesh.vertices.positions.size())) {}
 
   /// The vertex on the edge between a vertex inside of the half-space and one outside. is_of_cap:
@@ -46,14 +48,17 @@ class CutVertices {
 
   void interpolate_fields(uint32_t inside, uint32_t outside, uint32_t vertex) {
     const double t = shares_[vertex - first_];
-    for (auto& values : vertices_.fields) {
+    for (size_t i = 0; i < vertices_.fields.size(); ++i) {
+      std::vector<float>& values = vertices_.fields[i];
       const double a = values[inside], b = values[outside];
-      values[vertex] = static_cast<float>(a + (b - a) * t);
+      const bool is_category = i < is_category_.size() && is_category_[i];
+      values[vertex] = static_cast<float>(!is_category ? a + (b - a) * t : t < 0.5 ? a : b);
     }
   }
 
   PointsWithFields& vertices_;
   const std::vector<double>& heights_;
+  const std::vector<bool>& is_category_;
   const uint32_t first_;        ///< the first one
   std::vector<double> shares_;  ///< of each: see append()
   std::unordered_map<uint64_t, uint32_t> number_;
@@ -68,14 +73,15 @@ Vec3d any_perpendicular(Vec3d n) {
 
 }  // namespace
 
-Result<void> clip_closed(MeshPart& mesh, std::vector<bool>& is_cap, const HalfSpace& half_space) {
+Result<void> clip_closed(MeshPart& mesh, std::vector<bool>& is_cap, const HalfSpace& half_space,
+                         const std::vector<bool>& is_category) {
   std::vector<double> heights;
   heights.reserve(mesh.vertices.positions.size());
   for (const Vec3d at : mesh.vertices.positions) {
     heights.push_back(dot(half_space.normal, at) - half_space.offset);
   }
   const auto is_inside = [&](uint32_t vertex) { return heights[vertex] >= 0; };
-  CutVertices cuts(mesh, heights);
+  CutVertices cuts(mesh, heights, is_category);
   std::vector<CapSide> sides;
   std::vector<std::array<uint32_t, 3>> more;
   std::vector<bool> more_is_cap;

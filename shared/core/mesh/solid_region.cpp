@@ -129,11 +129,13 @@ CellRegion SolidRegion::cells() const {
   return CellRegion::in_grid({low_[0], low_[1], low_[2]}, {high_[0], high_[1], high_[2]});
 }
 
-Result<void> SolidRegion::close(MeshPart& mesh) const {
+Result<void> SolidRegion::close(MeshPart& mesh, const std::vector<bool>& is_category) const {
   std::vector<bool> is_cap(mesh.triangles.size());
   auto done = close_at_box(mesh, {low_[0], low_[1], low_[2]}, {high_[0], high_[1], high_[2]});
   is_cap.resize(mesh.triangles.size(), true);
-  for (size_t i = 0; done && i < cuts_.size(); ++i) done = clip_closed(mesh, is_cap, cuts_[i]);
+  for (size_t i = 0; done && i < cuts_.size(); ++i) {
+    done = clip_closed(mesh, is_cap, cuts_[i], is_category);
+  }
   if (!done) return done;
   if (!is_closed(mesh)) return tl::unexpected(not_closable());
   drop_unused_vertices(mesh);

@@ -34,9 +34,10 @@ class SolidRegion {
   /// values above the isovalue. It is closed, in the world, and has no unused vertices. Meshes are
   /// those of MeshAssembly with lattice_grid(), and of a BlockMesher that keeps vertices off
   /// lattice points. Where a cut is, vertices have the normals of the surface. Values of fields are
-  /// known on the isosurface and its edges; at other vertices of cuts they are missing. Errors:
-  /// invalid_argument (the mesh has holes, from missing voxels).
-  Result<void> close(MeshPart& mesh) const;
+  /// known on the isosurface and its edges; at other vertices of cuts they are missing.
+  /// is_category: see clip_closed(). Errors: invalid_argument (the mesh has holes, from missing
+  /// voxels).
+  Result<void> close(MeshPart& mesh, const std::vector<bool>& is_category = {}) const;
 
  private:
   void clip_voxels(Vec3d normal, double offset);
