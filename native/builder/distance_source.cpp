@@ -29,9 +29,9 @@ uint64_t voxels_of(const VolumeGrid& grid) {
 
 Result<std::unique_ptr<DistanceSource>> DistanceSource::create(const std::string& name,
                                                                std::unique_ptr<VolumeSource> volume,
+                                                               const VolumeGrid& grid,
                                                                std::vector<int64_t> labels,
                                                                uint64_t memory_bytes) {
-  const VolumeGrid& grid = volume->header().grid;
   if (!has_right_angles(grid)) {
     return fail(Status::unsupported_format,
                 fmt::format("field '{}': expected labels on a grid with right angles, found a "
@@ -47,15 +47,16 @@ Result<std::unique_ptr<DistanceSource>> DistanceSource::create(const std::string
   }
   std::sort(labels.begin(), labels.end());
   return std::unique_ptr<DistanceSource>(
-      new DistanceSource(name, std::move(volume), std::move(labels)));
+      new DistanceSource(name, std::move(volume), grid, std::move(labels)));
 }
 
 DistanceSource::DistanceSource(const std::string& name, std::unique_ptr<VolumeSource> volume,
-                               std::vector<int64_t> labels)
+                               const VolumeGrid& grid, std::vector<int64_t> labels)
     : name_(name),
       volume_(std::move(volume)),
       header_(volume_->header()),
       labels_(std::move(labels)) {
+  header_.grid = grid;
   header_.type = VoxelType::f32;
   header_.slope = 1;
   header_.intercept = 0;
@@ -84,9 +85,11 @@ Result<void> DistanceSource::compute() {
     for (int32_t y = 0; y < n.y; ++y) {
       for (int32_t x = 0; x < n.x; ++x) {
         const double value = window.at(x, y, z);
-        if (value != std::floor(value) && !std::isnan(value)) {
+        const bool is_label = value == std::floor(value) && std::abs(value) <= kMaxLabel;
+        if (!is_label && !std::isnan(value)) {
           return fail(Status::malformed_volume,
-                      fmt::format("field '{}': expected labels, which are integers, found {}",
+                      fmt::format("field '{}': expected labels, which are integers of at most "
+                                  "±2^53, found {}",
                                   name_, value));
         }
         const bool is_inside = has_label(value);

@@ -14,24 +14,30 @@ namespace isosplat {
 /// memory.
 class DistanceSource : public VolumeSource {
  public:
-  /// `labels`: whose border it is, as one region; empty: all values but 0. Voxels without a value
-  /// have no label. `name`: of the field, for messages. Errors: out_of_memory if the distances, 4
-  /// bytes per voxel, take more than `memory_bytes`; unsupported_format for sheared grids.
+  /// The largest size of a label: beyond it, voxels of type f64 do not tell integers apart.
+  static constexpr int64_t kMaxLabel = int64_t{1} << 53;
+
+  /// `grid`: where the voxels of `volume` are, whatever its header states; of as many voxels.
+  /// `labels`: whose border it is, as one region, up to ±kMaxLabel; empty: all values but 0. Voxels
+  /// without a value have no label. `name`: of the field, for messages. Errors: out_of_memory if
+  /// the distances, 4 bytes per voxel, take more than `memory_bytes`; unsupported_format for
+  /// sheared grids.
   static Result<std::unique_ptr<DistanceSource>> create(const std::string& name,
                                                         std::unique_ptr<VolumeSource> volume,
+                                                        const VolumeGrid& grid,
                                                         std::vector<int64_t> labels,
                                                         uint64_t memory_bytes);
 
   const VolumeHeader& header() const override { return header_; }
-  /// Errors: those of the volume; malformed_volume for values that are not integers, and if no
-  /// voxel has the labels, or all have.
+  /// Errors: those of the volume; malformed_volume for values that are not integers up to
+  /// ±kMaxLabel, and if no voxel has the labels, or all have.
   Result<void> read_slices(int32_t first, int32_t count, std::span<std::byte> out) override;
   uint64_t resident_bytes() const override;
   std::vector<std::filesystem::path> files() const override { return volume_->files(); }
 
  private:
   DistanceSource(const std::string& name, std::unique_ptr<VolumeSource> volume,
-                 std::vector<int64_t> labels);
+                 const VolumeGrid& grid, std::vector<int64_t> labels);
   bool has_label(double value) const;
   Result<void> compute();
 

@@ -28,7 +28,14 @@ Result<std::set<int64_t>> values_of(const FieldFile& file, VolumeSource& volume)
         const double value = window.at(x, y, z);
         if (value == last || std::isnan(value)) continue;  // neighbours are often equal
         last = value;
-        if (value != std::floor(value) || std::abs(value) > 0x1p53) {
+        if (std::abs(value) > kMaxCategory) {
+          return fail(
+              Status::malformed_volume,
+              fmt::format("field '{}': expected labels of at most ±{} (2^24), found {:.17g}: "
+                          "number them anew",
+                          file.name, kMaxCategory, value));
+        }
+        if (value != std::floor(value)) {
           return fail(Status::malformed_volume,
                       fmt::format("field '{}': expected labels, which are integers, found {}: use "
                                   "--field {}={} for other values",

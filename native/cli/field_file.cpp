@@ -55,29 +55,50 @@ std::vector<int64_t> take_integers(std::string& list) {
   return numbers;
 }
 
+/// Labels are not measured values: none of them means "no value".
+void set_labels_file(const std::string& file, const import::ImportOptions& options,
+                     FieldFile& field) {
+  field.options.finds_missing_values = false;
+  set_file(file, options, field);
+}
+
 /// "distance(seg.nrrd,3,5)".
-void set_distance(std::string file, const import::ImportOptions& options, FieldFile& field) {
+Result<void> set_distance(std::string file, const import::ImportOptions& options,
+                          FieldFile& field) {
   std::error_code ignored;
   field.distance_to.emplace();
   if (!fs::exists(file, ignored)) field.distance_to = take_integers(file);
   field.function = "distance";
-  for (const int64_t label : *field.distance_to) field.function += fmt::format(" {}", label);
-  set_file(file, options, field);
+  for (const int64_t label : *field.distance_to) {
+    if (label < -DistanceSource::kMaxLabel || label > DistanceSource::kMaxLabel) {
+      return fail(
+          Status::invalid_argument,
+          fmt::format("field '{}': expected labels of at most ±2^53, found {}", field.name, label));
+    }
+    field.function += fmt::format(" {}", label);
+  }
+  set_labels_file(file, options, field);
+  return {};
 }
 
 /// "labels(atlas.nii.gz,table.csv)".
-void set_labels(std::string file, const import::ImportOptions& options, FieldFile& field) {
+Result<void> set_labels(std::string file, const import::ImportOptions& options, FieldFile& field) {
   std::error_code ignored;
   const size_t comma = file.rfind(',');
   if (comma != file.npos && !fs::exists(file, ignored)) {
     field.table = file.substr(comma + 1);
     file.resize(comma);
+    if (field.table.empty()) {
+      return fail(Status::invalid_argument,
+                  fmt::format("field '{}': expected the file of a table after the comma, found "
+                              "none: @labels({}) has the names and colours of the file itself",
+                              field.name, file));
+    }
   }
   field.function = "labels";
   field.is_labels = true;
-  // Labels are not measured values: none of them means "no value".
-  field.options.finds_missing_values = false;
-  set_file(file, options, field);
+  set_labels_file(file, options, field);
+  return {};
 }
 
 /// Sets what a text such as "@gradient" or "@distance(seg.nrrd)" names.
@@ -90,9 +111,10 @@ Result<void> set_function(const std::string& text, const import::ImportOptions& 
     if (field.derived) return {};
   }
   if (call && call->argument) {
-    if (call->name == "distance") set_distance(*call->argument, options, field);
-    if (call->name == "labels") set_labels(*call->argument, options, field);
-    if (!field.file.empty()) return {};
+    Result<void> set;
+    if (call->name == "distance") set = set_distance(*call->argument, options, field);
+    if (call->name == "labels") set = set_labels(*call->argument, options, field);
+    if (!set || !field.file.empty()) return set;
   }
   return fail(Status::invalid_argument,
               fmt::format("field '{}': expected @gradient, @curvature, @distance(FILE) or "
@@ -134,13 +156,17 @@ Result<import::OpenVolume> open_field_file(const FieldFile& file) {
     opened->source = std::make_unique<DerivedSource>(std::move(opened->source), *file.derived);
     opened->notes.clear();  // those of the volume itself
   }
-  if (file.distance_to) {
-    auto distances = DistanceSource::create(file.name, std::move(opened->source), *file.distance_to,
-                                            file.options.memory_bytes);
-    if (!distances) return tl::unexpected(distances.error());
-    opened->source = std::move(*distances);
-  }
   return opened;
+}
+
+Result<std::unique_ptr<VolumeSource>> values_of_field(const FieldFile& file,
+                                                      std::unique_ptr<VolumeSource> volume,
+                                                      const VolumeGrid& grid) {
+  if (!file.distance_to) return volume;
+  auto distances = DistanceSource::create(file.name, std::move(volume), grid, *file.distance_to,
+                                          file.options.memory_bytes);
+  if (!distances) return tl::unexpected(distances.error());
+  return std::move(*distances);
 }
 
 }  // namespace isosplat::cli

@@ -34,8 +34,14 @@ struct FieldFile {
 /// also their size and type. Errors: invalid_argument.
 Result<FieldFile> parse_field_file(const std::string& text, const import::ImportOptions& options);
 
-/// Opens the volume of a field, or the one that follows from it. Errors: those of open_volume and
-/// DistanceSource::create.
+/// Opens the volume of a field, or the one derived from it. Errors: those of open_volume.
 Result<import::OpenVolume> open_field_file(const FieldFile& file);
+
+/// The values of a field by its opened volume, whose voxels lie on this grid, whatever the file
+/// states: those of the volume, or the distances from its labels. Errors: those of
+/// DistanceSource::create.
+Result<std::unique_ptr<VolumeSource>> values_of_field(const FieldFile& file,
+                                                      std::unique_ptr<VolumeSource> volume,
+                                                      const VolumeGrid& grid);
 
 }  // namespace isosplat::cli

@@ -152,6 +152,17 @@ Result<void> check_memory(const FieldFile& file, const VolumeSource& source) {
                           file.name, (needed >> 20) + 1, found >> 20));
 }
 
+/// The values of a field at the voxels of a grid. `volume`: the opened one of the field.
+Result<std::unique_ptr<VolumeSource>> at_voxels(const PlacedField& field,
+                                                std::unique_ptr<VolumeSource> volume,
+                                                const VolumeGrid& to, ResamplingOptions options) {
+  auto values = values_of_field(field.file, std::move(volume), field.grid);
+  if (!values) return values;
+  options.nearest = field.file.is_labels;
+  return field_at_voxels(field.file.name, std::move(*values), field.grid, to,
+                         field.file.options.memory_bytes, options);
+}
+
 Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
                           const PlaceOptions& options) {
   auto opened = open_field_file(file);
@@ -159,26 +170,24 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
   if (auto other = check_not_input(options.target, opened->source->files()); !other) {
     return tl::unexpected(other.error());
   }
-  std::vector<Category> categories;
-  if (file.is_labels) {
-    auto found = field_categories(file, *opened->source);
-    if (!found) return tl::unexpected(found.error());
-    categories = std::move(*found);
-  }
   const Index3 voxels = opened->source->header().grid.voxels;
   const auto found = place_of(file, grid, opened->source->header().grid, options.has_place);
   if (!found) return tl::unexpected(found.error());
   PlacedField field{file, found->grid, version_of(file, *opened->source), std::move(opened->notes)};
-  field.categories = std::move(categories);
   if (found->is_assumed) {
     field.notes.push_back(
         "its file places it elsewhere than the volume; its voxels are taken for those of the "
         "volume");
   }
-  const auto source = field_at_voxels(file.name, std::move(opened->source), field.grid, grid,
-                                      file.options.memory_bytes, {.nearest = file.is_labels});
+  VolumeSource& volume = *opened->source;  // then a part of `source`
+  const auto source = at_voxels(field, std::move(opened->source), grid, {});
   if (!source) return tl::unexpected(source.error());
   if (auto fits = check_memory(file, **source); !fits) return tl::unexpected(fits.error());
+  if (file.is_labels) {
+    auto categories = field_categories(file, volume);
+    if (!categories) return tl::unexpected(categories.error());
+    field.categories = std::move(*categories);
+  }
   field.memory_bytes = (*source)->resident_bytes();
   auto* const resampled = dynamic_cast<ResampledSource*>(source->get());
   if (!options.measures || !resampled) return field;
@@ -195,12 +204,10 @@ Result<PlacedField> place(const FieldFile& file, const VolumeGrid& grid,
 }
 
 Result<std::unique_ptr<VolumeSource>> open(const PlacedField& field, const VolumeGrid& to,
-                                           ResamplingOptions options) {
+                                           const ResamplingOptions& options) {
   auto opened = open_field_file(field.file);
   if (!opened) return tl::unexpected(opened.error());
-  options.nearest = field.file.is_labels;
-  return field_at_voxels(field.file.name, std::move(opened->source), field.grid, to,
-                         field.file.options.memory_bytes, options);
+  return at_voxels(field, std::move(opened->source), to, options);
 }
 
 }  // namespace

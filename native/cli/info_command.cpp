@@ -16,7 +16,9 @@
 #include "native/cli/thumbnail.h"
 #include "native/remote/remote_target.h"
 #include "shared/core/builder/metadata.h"
+#include "shared/core/categories/categories.h"
 #include "shared/system/scene_file/scene_file.h"
+#include "shared/system/store_file/field_file.h"
 
 namespace isosplat::cli {
 namespace {
@@ -245,11 +247,24 @@ Result<std::vector<DrawnIsovalue>> draw_isovalues(const StoreFile& store, const 
   return drawn;
 }
 
+/// For each field of a store, how many labels it has; 0: its values are no labels.
+Result<std::vector<size_t>> categories_of_fields(const StoreFile& store) {
+  std::vector<size_t> counts;
+  for (size_t i = 0; i < store.info().fields.size(); ++i) {
+    const auto field = open_field(store, i);
+    if (!field) return tl::unexpected(field.error());
+    counts.push_back(categories_of((*field)->info().metadata).size());
+  }
+  return counts;
+}
+
 int run_store(const InfoCall& call) {
   const auto opened = open_store(call.path, call.remote_flags);
   if (!opened) return report(opened.error());
   const StoreFile& store = **opened;
   const StoreInfo& info = store.info();
+  const auto categories = categories_of_fields(store);
+  if (!categories) return report(categories.error());
   Json metadata = Json::parse(info.metadata, nullptr, false);
   if (!metadata.is_object()) metadata = Json::object();
   const auto suggested = numbers_at(metadata, "suggested_isovalues");
@@ -277,6 +292,9 @@ int run_store(const InfoCall& call) {
     json["chunks"] = info.chunk_count;
     json["pages"] = store.pages().size();
     json["fields"] = fields_json(info);
+    for (size_t i = 0; i < categories->size(); ++i) {
+      if ((*categories)[i] > 0) json["fields"][i]["categories"] = (*categories)[i];
+    }
     json["metadata"] = metadata;
     if (chunks) json["chunkReport"] = chunks_json(*chunks);
     for (const auto& [isovalue, file] : pictures) {
@@ -305,8 +323,11 @@ int run_store(const InfoCall& call) {
   print_line("size", fmt::format("{} ({:.2f} bytes per voxel)", format_bytes(info.file_bytes),
                                  static_cast<double>(info.file_bytes) /
                                      (static_cast<double>(n.x) * n.y * n.z)));
-  for (const FieldRef& field : info.fields) {
-    print_line("field", fmt::format("{}, {}", describe(field.info), format_bytes(field.bytes)));
+  for (size_t i = 0; i < info.fields.size(); ++i) {
+    const FieldRef& field = info.fields[i];
+    const size_t labels = (*categories)[i];
+    print_line("field", fmt::format("{}, {}{}", describe(field.info), format_bytes(field.bytes),
+                                    labels == 0 ? "" : fmt::format(", {} labels", labels)));
   }
   print_notes(texts_at(metadata, "notes"));
   print_suggested(suggested);

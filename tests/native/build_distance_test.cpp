@@ -89,7 +89,8 @@ const std::vector<float> kLabels{0, 3, 5, 0, 0, 3, 5, 0, 0, 3, 5, 0, 0, 3, 5, 0}
 
 Result<std::vector<float>> distances(std::unique_ptr<VolumeSource> volume,
                                      std::vector<int64_t> chosen, uint64_t memory = 1 << 20) {
-  auto source = DistanceSource::create("d", std::move(volume), std::move(chosen), memory);
+  const VolumeGrid grid = volume->header().grid;
+  auto source = DistanceSource::create("d", std::move(volume), grid, std::move(chosen), memory);
   if (!source) return tl::unexpected(source.error());
   std::vector<float> values(16);
   const auto bytes = std::as_writable_bytes(std::span(values));
@@ -113,11 +114,14 @@ TEST(BuildDistance, OfAllLabelsOrOfThoseThatAreNamed) {
 }
 
 TEST(BuildDistance, VoxelsWithoutAValueHaveNoLabel) {
-  std::vector<float> voxels = kLabels;
-  for (float& voxel : voxels) {
-    if (voxel == 0) voxel = std::numeric_limits<float>::quiet_NaN();
+  using Limits = std::numeric_limits<float>;
+  for (const float none : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity()}) {
+    std::vector<float> voxels = kLabels;
+    for (float& voxel : voxels) {
+      if (voxel == 0) voxel = none;
+    }
+    EXPECT_EQ(*distances(labels(voxels), {}), *distances(labels(kLabels), {})) << none;
   }
-  EXPECT_EQ(*distances(labels(voxels), {}), *distances(labels(kLabels), {}));
 }
 
 TEST(BuildDistance, RefusesWhatHasNoBorder) {
@@ -130,6 +134,8 @@ TEST(BuildDistance, RefusesWhatHasNoBorder) {
   expect(distances(labels(kLabels), {4}), Status::malformed_volume, "without");
   expect(distances(labels(std::vector<float>(16, 1)), {}), Status::malformed_volume, "with them");
   expect(distances(labels(std::vector<float>(16, 0.5)), {}), Status::malformed_volume, "0.5");
+  // Beyond 2^53, numbers of double precision do not tell labels apart.
+  expect(distances(labels(std::vector<float>(16, -0x1p54f)), {}), Status::malformed_volume, "2^53");
   expect(distances(labels(kLabels, {1, 0.6, 0, 0, 0.8, 0, 0, 0, 1}), {}),
          Status::unsupported_format, "right angles");
   expect(distances(labels(kLabels), {}, 50), Status::out_of_memory, "--memory");

@@ -184,10 +184,35 @@ TEST_F(CliFields, AreDistancesFromLabels) {
        {std::pair{"d=@distance(" + labels + ",7)", "without the labels"},
         {std::string("d=@distance"), "found '@distance'"},
         {std::string("d=@distance(,3)"), "found '@distance(,3)'"},
+        {"d=@distance(" + labels + ",9007199254740993)", "at most ±2^53, found 9007199254740993"},
         {"d=@distance(" + labels, "found '@distance("}}) {
     const Ended refused = built_with(text);
     EXPECT_NE(refused.exit_code, 0) << text;
     EXPECT_NE(refused.err.find(message), std::string::npos) << refused.err;
+  }
+}
+
+TEST_F(CliFields, DistancesAreThoseOfThePlaceThatAnOptionSets) {
+  const std::string ramp = test::write_cube(folder, "ramp.nrrd", "int16", 24,
+                                            test::cube<int16_t>(24, [](int i) { return i % 24; }));
+  // No value is taken for a missing one: those of the last slices are labels too.
+  const std::string labels =
+      test::write_cube(folder, "labels.nrrd", "int16", 24, test::cube<int16_t>(24, [](int i) {
+                         return i % 24 < 8 ? 0 : i / 576 < 20 ? 1 : -9999;
+                       }));
+  ASSERT_EQ(run({"build", ramp, "-o", store, "--no-thumbnail", "--spacing", "2x2x2", "--field",
+                 "d=@distance(" + labels + ")"})
+                .exit_code,
+            0);
+  const std::string ply = folder / "a.ply";
+  ASSERT_EQ(run({"extract", store, "-i", "15.5", "--mesh", "--force", "--field", "d", "-o", ply})
+                .exit_code,
+            0);
+  const auto vertices = test::vertices_of(ply);
+  ASSERT_GT(vertices.size(), 400u);
+  for (const auto& vertex : vertices) {
+    ASSERT_NEAR(vertex[0], 31, 1e-3);
+    ASSERT_NEAR(vertex[6], -16, 0.01);
   }
 }
 
@@ -261,6 +286,45 @@ TEST_F(CliFields, CategoriesHaveTheLabelsOfTheNearestVoxels) {
   EXPECT_NE(refused.err.find("expected labels, which are integers"), std::string::npos)
       << refused.err;
   EXPECT_NE(built_with("r=@labels(" + labels + ",none.csv)").exit_code, 0);
+}
+
+TEST_F(CliFields, OfLabelsAreDescribedAndRefusedBeforeTheBuild) {
+  const auto built_with = [&](const std::string& text) { return build({"--field", text}); };
+  const auto cube_of = [&](const char* type, const std::string& voxels) {
+    return test::write_cube(folder, "labels.nrrd", type, 24, voxels);
+  };
+  const auto three = [](int i) { return i % 3 * 7; };
+  const std::string labels = cube_of("int32", test::cube<int32_t>(24, three));
+  ASSERT_EQ(built_with("r=@labels(" + labels + ")").exit_code, 0);
+  EXPECT_NE(run({"info", store}).out.find(", 3 labels"), std::string::npos);
+  const auto json = nlohmann::json::parse(run({"info", store, "--json"}).out);
+  EXPECT_EQ(json["fields"][0].value("categories", 0), 3);
+  const auto expect_refused = [&](const std::string& text, const std::string& message) {
+    const Ended refused = built_with(text);
+    EXPECT_NE(refused.exit_code, 0) << text;
+    EXPECT_NE(refused.err.find(message), std::string::npos) << refused.err;
+  };
+  expect_refused("r=@labels(" + labels + ",)", "expected the file of a table after the comma");
+  // Extracted values are of single precision, which would make another label of this one.
+  cube_of("int32", test::cube<int32_t>(24, [](int i) { return 16777200 + i % 18; }));
+  expect_refused("r=@labels(" + labels + ")",
+                 "expected labels of at most ±16777216 (2^24), found 16777217: number them anew");
+}
+
+TEST_F(CliFields, OfLabelsStayWithinTheirMemory) {
+  // Of other voxels than the volume, whose slices alone exceed the limit.
+  const std::string labels = folder / "labels.nrrd";
+  constexpr size_t kEdge = 2600;
+  test::write_file(labels, fmt::format("NRRD0004\ntype: uint8\ndimension: 3\nspace: "
+                                       "left-posterior-superior\nsizes: {0} {0} 2\n"
+                                       "space directions: (0.01,0,0) (0,0.01,0) (0,0,20)\n"
+                                       "space origin: (1,1,1)\nencoding: raw\n\n",
+                                       kEdge) +
+                               std::string(2 * kEdge * kEdge, '\1'));
+  const Ended refused = build({"--memory", "64M", "--field", "r=@labels(" + labels + ")"});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.err.find("found 64 MiB: raise the limit"), std::string::npos) << refused.err;
+  EXPECT_LT(refused.peak_bytes, uint64_t{100} << 20);
 }
 
 TEST_F(CliFields, OfLabelsAreTheirPartsOfTheVolume) {
