@@ -148,7 +148,9 @@ TEST_F(CliSteps, NoTimeStepsOfAFileAreLeftOut) {
 TEST_F(CliSteps, AFolderDoesNotContainThePathsOfItsInputs) {
   const auto voxel = [](int i) { return i % 700; };
   const auto first = write_nrrd("a1.nrrd", voxel), second = write_nrrd("a2.nrrd", voxel);
-  ASSERT_EQ(run({"build", first, second, "-o", folder / "run/"}).exit_code, 0);
+  const auto built = run(test::Call{.arguments = {"build", first, second, "-o", folder / "run/"},
+                                    .draws_thumbnails = true});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
   const std::string inputs = std::filesystem::path(first).parent_path();
   size_t files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "run")) {
