@@ -1,4 +1,5 @@
 import { pageTexts } from "../../texts/page.ts";
+import { showPageNotice } from "./page_notice.ts";
 
 /** Waits between attempts: the first one and the longest one (ms). */
 const firstWait = 500;
@@ -18,8 +19,8 @@ let notice: HTMLElement | null = null;
 
 /**
  * Loads a part of the page's program, by dynamic imports. If the server cannot be reached, tries again, for
- * some minutes and whenever the network returns. A message offers to load the page anew meanwhile: the browser may remember that an import has
- * failed, and a page that was updated on its server has files of other names.
+ * some minutes and whenever the network returns. Meanwhile a message offers to load the page anew: the browser
+ * may remember that an import has failed, and a page that was updated on its server has files of other names.
  */
 export async function loadPart<Part>(load: () => Promise<Part>): Promise<Part> {
   for (let failures = 0; ; ++failures) {
@@ -79,8 +80,15 @@ function found(): void {
 /** Shows the message about parts that did not load, also if it was dismissed before. */
 function showNotice(): void {
   if (notice) return;
-  notice = missingNotice();
-  document.body.append(notice);
+  notice = showPageNotice({
+    role: "alert",
+    text: pageTexts.incomplete,
+    buttons: [
+      [pageTexts.reload, () => location.reload()],
+      [pageTexts.dismiss, removeNotice],
+    ],
+  });
+  notice.className = "page-incomplete";
 }
 
 function removeNotice(): void {
@@ -92,27 +100,4 @@ function removeNotice(): void {
 export function showIncomplete(): void {
   ++missingParts; // the message stays
   showNotice();
-}
-
-function missingNotice(): HTMLElement {
-  const message = document.createElement("section");
-  message.className = "page-incomplete";
-  message.setAttribute("role", "alert");
-  const text = document.createElement("p");
-  text.textContent = pageTexts.incomplete;
-  message.append(
-    text,
-    button(pageTexts.reload, () => location.reload()),
-    button(pageTexts.dismiss, removeNotice),
-  );
-  return message;
-}
-
-function button(text: string, pressed: () => void): HTMLButtonElement {
-  const element = document.createElement("button");
-  element.type = "button";
-  element.className = "chip";
-  element.textContent = text;
-  element.addEventListener("click", pressed);
-  return element;
 }

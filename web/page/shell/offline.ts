@@ -1,5 +1,6 @@
 import { registerOffline } from "../../offline/registration.ts";
 import { deviceTexts } from "../../texts/device.ts";
+import { showPageNotice } from "./page_notice.ts";
 
 /** Makes this page work without a network, once the link is idle. Announces new versions. */
 export async function startOffline(): Promise<void> {
@@ -13,23 +14,13 @@ export async function startOffline(): Promise<void> {
 /** Announces a new version. It is used only when the visitor requests it. */
 function announce(replace: () => void): void {
   if (document.querySelector(".update-notice")) return;
-  const notice = document.createElement("section");
+  const notice = showPageNotice({
+    role: "status",
+    text: deviceTexts.newVersion,
+    buttons: [
+      [deviceTexts.reload, replace],
+      [deviceTexts.later, () => notice.remove()],
+    ],
+  });
   notice.className = "task-card update-notice";
-  notice.setAttribute("role", "status");
-  const button = (text: string, pressed: () => void): HTMLButtonElement => {
-    const element = document.createElement("button");
-    element.type = "button";
-    element.className = "chip";
-    element.textContent = text;
-    element.addEventListener("click", pressed);
-    return element;
-  };
-  const text = document.createElement("p");
-  text.textContent = deviceTexts.newVersion;
-  notice.append(
-    text,
-    button(deviceTexts.reload, replace),
-    button(deviceTexts.later, () => notice.remove()),
-  );
-  document.body.append(notice);
 }
